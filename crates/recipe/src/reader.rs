@@ -51,7 +51,7 @@ pub(super) struct Resolved {
     pub measured: Option<Arc<Stem>>,
     pub picture: Option<Arc<BoardPicture>>,
     pub slices: Option<Arc<WoodVolume>>,
-    /// Keys that have no effect, with what to do.
+    /// Keys that have no effect, and boards that show air, with what to do.
     pub notes: Vec<String>,
 }
 
@@ -147,7 +147,9 @@ fn recipe(yaml: &mut YamlReader, root: &YamlNode, files: &AssetSource) -> Option
     let asked = |source| subject == Some(Subject::Wood) && settings.log.source == source;
     let picture = asked(LogSource::Picture).then(|| picture::read_picture(&settings.picture));
     let picture = picture.and_then(|read| whole(yaml, read));
-    let slices = asked(LogSource::Slices).then(|| slices::read_slices(&settings.slices));
+    // What follows from a default in the place of a setting at fault is no fault of its own.
+    let slices = asked(LogSource::Slices) && !yaml.has_fault_of("slices");
+    let slices = slices.then(|| slices::read_slices(&settings.slices));
     let slices = slices.and_then(|read| whole(yaml, read));
     let object = Object {
         subject,
@@ -160,6 +162,7 @@ fn recipe(yaml: &mut YamlReader, root: &YamlNode, files: &AssetSource) -> Option
     constraints::check(yaml, object, &parameters, &classes);
     conditional::refuse(yaml, subject, &settings, &parameters, &classes);
     let mut notes = conditional::notes(subject, &settings, &parameters, &classes);
+    notes.extend(constraints::notes(object, &parameters, &classes));
     let every = classes.iter().flat_map(|class| class.overrides.values()).chain(parameters.values());
     if sampling == Some(Sampling::LowDiscrepancy) && every.clone().all(|own| matches!(own, Distribution::Fixed(_))) {
         notes.push(format!("{SAMPLING} has no effect: no key is drawn; give one a distribution, or remove it"));

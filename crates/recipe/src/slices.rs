@@ -11,7 +11,7 @@ use image::codecs::png::PngDecoder;
 use image::{ColorType, DynamicImage, ImageDecoder, Limits};
 use wood_picture::{DensityStack, FibreAxis, KindDensities, VolumeFault, WoodVolume};
 
-use crate::asset::{Asset, AssetFault, BuiltIn};
+use crate::asset::{Asset, AssetFault, BuiltIn, printable};
 use crate::keys::settings::SlicesSettings;
 use crate::slice_tar;
 
@@ -29,27 +29,39 @@ const MOST_VOXELS: usize = 1 << 30;
 pub(crate) fn read_slices(own: &SlicesSettings) -> Result<Option<WoodVolume>, (&'static str, AssetFault)> {
     // Grey that is no density is a fault of its own, whatever the slices show.
     let Some(file) = own.stack.asset().filter(|_| own.black_kg_per_m3 != own.white_kg_per_m3) else { return Ok(None) };
-    volume(own, file).map(Some).map_err(|fault| ("slices.stack", fault))
+    volume(own, &Stack { file, called: own.stack.name().map(printable).unwrap_or_default() })
+        .map(Some)
+        .map_err(|fault| ("slices.stack", fault))
 }
 
-fn volume(own: &SlicesSettings, file: &Asset) -> Result<WoodVolume, AssetFault> {
-    let slices = slice_tar::pictures(file)?;
+/// The file of a stack.
+struct Stack<'f> {
+    file: &'f Asset,
+    /// What the recipe calls it.
+    called: String,
+}
+
+/// A slice: its name and its file.
+type Slice<'f> = (String, &'f [u8]);
+
+fn volume(own: &SlicesSettings, file: &Stack) -> Result<WoodVolume, AssetFault> {
+    let Stack { called, .. } = file;
+    let slices = slice_tar::pictures(file.file, called)?;
     if slices.len() < LEAST_SLICES {
-        let problem = format!("`{}` has {} PNG files", file.name(), slices.len());
+        let problem = format!("`{called}` has {} PNG files", slices.len());
         return Err(AssetFault::new(problem, format!("give at least {LEAST_SLICES} slices, one PNG each")));
     }
     let heads = slices.iter().map(|slice| Head::of(file, slice)).collect::<Result<Vec<_>, _>>()?;
     let first = &heads[0];
     if let Some((slice, head)) = slices.iter().zip(&heads).find(|(_, head)| *head != first) {
-        let problem = format!("{} has {head}, and `{}` has {first}", place(file, &slice.0), slices[0].0);
+        let problem = format!("{} has {head}, and `{}` has {first}", file.place(slice), printable(&slices[0].0));
         return Err(AssetFault::new(problem, "give slices of one size and one number of bits"));
     }
     let [rows, cols] = first.size;
     let voxels = rows.saturating_mul(cols).saturating_mul(slices.len());
-    if rows.saturating_mul(cols) > MOST_PIXELS || voxels > MOST_VOXELS {
+    if voxels > MOST_VOXELS {
         let problem = format!(
-            "`{}` has {} slices of {cols} x {rows} pixels; a slice may have {MOST_PIXELS} and all of them {MOST_VOXELS}",
-            file.name(),
+            "`{called}` has {} slices of {cols} x {rows} pixels, {voxels} in all, more than {MOST_VOXELS}",
             slices.len()
         );
         return Err(AssetFault::new(problem, "crop the slices, leave some out, or average voxels to 0.1 mm"));
@@ -57,7 +69,7 @@ fn volume(own: &SlicesSettings, file: &Asset) -> Result<WoodVolume, AssetFault> 
     let told = |fault: VolumeFault| {
         let words = fault.to_string();
         let (problem, remedy) = words.split_once("; ").unwrap_or((&words, "give another stack"));
-        AssetFault::new(format!("`{}`: {problem}", file.name()), remedy)
+        AssetFault::new(format!("`{called}`: {problem}"), remedy)
     };
     let down = own.pixel_mm;
     let voxel_mm = [own.slice_mm.unwrap_or(down), down, own.pixel_across_mm.unwrap_or(down)].map(|mm| mm as f32);
@@ -79,9 +91,11 @@ fn volume(own: &SlicesSettings, file: &Asset) -> Result<WoodVolume, AssetFault> 
     stack.finish(KindDensities { earlywood, latewood }).map_err(told)
 }
 
-/// A slice, as faults call it.
-fn place(file: &Asset, name: &str) -> String {
-    format!("`{}`: the slice `{name}`", file.name())
+impl Stack<'_> {
+    /// A slice, as faults call it.
+    fn place(&self, slice: &Slice) -> String {
+        format!("`{}`: the slice `{}`", self.called, printable(&slice.0))
+    }
 }
 
 /// What the header of a slice says.
@@ -89,7 +103,7 @@ fn place(file: &Asset, name: &str) -> String {
 struct Head {
     /// Rows and columns.
     size: [usize; 2],
-    bits: u16,
+    bits: u8,
 }
 
 impl std::fmt::Display for Head {
@@ -100,34 +114,49 @@ impl std::fmt::Display for Head {
 
 impl Head {
     /// The header of a slice, which must be grey alone.
-    fn of(file: &Asset, slice: &(String, &[u8])) -> Result<Self, AssetFault> {
-        let decoder = decoder(file, slice)?;
-        let (cols, rows) = decoder.dimensions();
-        let bits = match decoder.color_type() {
-            ColorType::L8 => 8,
-            ColorType::L16 => 16,
-            other => {
-                let what = if other.has_color() { "colours" } else { "an alpha channel" };
-                let remedy = "save it as PNG with one grey channel of 8 or 16 bits, without a palette or transparency";
-                return Err(AssetFault::new(format!("{} has {what}", place(file, &slice.0)), remedy));
-            }
+    fn of(file: &Stack, slice: &Slice) -> Result<Self, AssetFault> {
+        let place = || file.place(slice);
+        let Some(rest) = slice.1.strip_prefix(b"\x89PNG\r\n\x1a\n") else {
+            let what = if slice.1.is_empty() { "is empty" } else { "is no PNG, whatever its name says" };
+            return Err(AssetFault::new(format!("{} {what}", place()), "save it as PNG, or remove it"));
         };
-        Ok(Self { size: [rows as usize, cols as usize], bits })
+        // Length and name of the first chunk; columns, rows, bits (ISO 15948, 11.2.1). The decoder tells what else is wrong with them.
+        let number = |at: usize| rest.get(at..at + 4).and_then(|word| word.try_into().ok()).map(u32::from_be_bytes);
+        let (Some(cols), Some(rows), Some(bits)) = (number(8), number(12), rest.get(16).copied()) else {
+            return Err(AssetFault::new(format!("{} {DAMAGED}", place()), ANEW));
+        };
+        let size = [rows, cols].map(|count| count as usize);
+        if size[0].saturating_mul(size[1]) > MOST_PIXELS {
+            let problem = format!("{} has {cols} x {rows} pixels, more than {MOST_PIXELS}", place());
+            return Err(AssetFault::new(problem, "crop the slices, or average voxels to 0.1 mm"));
+        }
+        let refused = |what: &str| {
+            let remedy = "save it as PNG with one grey channel of 8 or 16 bits, without a palette or transparency";
+            Err(AssetFault::new(format!("{} has {what}", place()), remedy))
+        };
+        match decoder(file, slice)?.color_type() {
+            ColorType::L8 | ColorType::L16 if matches!(bits, 8 | 16) => Ok(Self { size, bits }),
+            ColorType::L8 | ColorType::L16 => refused("fewer than 8 bits a pixel"),
+            other => refused(if other.has_color() { "colours" } else { "an alpha channel" }),
+        }
     }
 }
 
-fn decoder<'s>(file: &Asset, (name, bytes): &(String, &'s [u8])) -> Result<PngDecoder<Cursor<&'s [u8]>>, AssetFault> {
-    PngDecoder::with_limits(Cursor::new(*bytes), Limits::default()).map_err(|error| unreadable(file, name, &error))
+fn decoder<'s>(file: &Stack, slice: &Slice<'s>) -> Result<PngDecoder<Cursor<&'s [u8]>>, AssetFault> {
+    PngDecoder::with_limits(Cursor::new(slice.1), Limits::default()).map_err(|error| damaged(file, slice, &error))
 }
 
 /// The picture of a slice.
-fn decoded(file: &Asset, slice: &(String, &[u8])) -> Result<DynamicImage, AssetFault> {
-    DynamicImage::from_decoder(decoder(file, slice)?).map_err(|error| unreadable(file, &slice.0, &error))
+fn decoded(file: &Stack, slice: &Slice) -> Result<DynamicImage, AssetFault> {
+    DynamicImage::from_decoder(decoder(file, slice)?).map_err(|error| damaged(file, slice, &error))
 }
 
-fn unreadable(file: &Asset, name: &str, error: &image::ImageError) -> AssetFault {
-    let problem = format!("{} is no picture that can be read: {error}", place(file, name));
-    AssetFault::new(problem, "save it as PNG anew, or bring the file back")
+/// What is said of a slice that cannot be decoded, and what to do.
+const DAMAGED: &str = "is a PNG that is damaged or cut short";
+const ANEW: &str = "save it as PNG anew, or bring the file back";
+
+fn damaged(file: &Stack, slice: &Slice, error: &image::ImageError) -> AssetFault {
+    AssetFault::new(format!("{} {DAMAGED} (the decoder says: {error})", file.place(slice)), ANEW)
 }
 
 #[cfg(test)]

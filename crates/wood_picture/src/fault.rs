@@ -144,17 +144,19 @@ pub enum VolumeFault {
         most: f32,
     },
     /// Too much air.
-    #[error("{:.0} % of it have less than {density} kg/m3, which is air and no wood; crop the slices to wood, or correct the densities of black and white", 100.0 * share)]
+    #[error("{:.0} % of it have less than {density} kg/m3, which is air and no wood; crop the slices to wood, which lies {:.1} to {:.1} mm through the slices, {:.1} to {:.1} mm down and {:.1} to {:.1} mm across them, or correct the densities of black and white", 100.0 * share, wood_mm[0][0], wood_mm[0][1], wood_mm[1][0], wood_mm[1][1], wood_mm[2][0], wood_mm[2][1])]
     Air {
         /// Share of the voxels [1].
         share: f32,
         /// Density below which they are air [kg/m^3].
         density: f32,
+        /// From where to where wood lies through the slices, down and across them [mm].
+        wood_mm: [[f32; 2]; 3],
     },
     /// One density all over.
-    #[error("the density is the same all over: its middle 90 % spread by {:.2} % of the median; give slices that show rings or fibres, or densities of black and white that lie further apart", 100.0 * spread)]
+    #[error("the density is the same all over: its standard deviation is {:.2} % of the mean; give slices that show rings or fibres, or densities of black and white that lie further apart", 100.0 * spread)]
     Even {
-        /// Spread over the median [1].
+        /// Standard deviation over the mean [1].
         spread: f32,
     },
 }

@@ -35,7 +35,7 @@ pub use fibre::{FibreMap, fibre_map};
 pub use half_space::HalfSpace;
 pub use knots::PictureKnot;
 pub use picture::{Encoding, red_channel};
-pub use volume::{DensityStack, FibreAxis, SlicedWood, WoodVolume};
+pub use volume::{DensityStack, FibreAxis, SlicedWood, StackPlace, WoodVolume};
 
 /// Which side of the board the picture shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

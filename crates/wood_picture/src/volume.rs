@@ -12,14 +12,17 @@
 //! Limits: fibres are straight and parallel to the axis, knots and rings are densities alone; nothing is labelled; the pith is assumed
 //! below the face.
 
+mod air;
+
 use std::sync::Arc;
+
+pub use self::air::StackPlace;
 
 use glam::{Vec2, Vec3};
 use procedural::wood::{GivenMatter, GivenWood, Wood};
 use procedural::{Class, Instance};
 
 use crate::density_law::AIR_KG_PER_M3;
-use crate::raster::quantile;
 use crate::{DensityLaw, KindDensities, VolumeFault};
 
 /// Voxels are no finer than this once they are put together [mm].
@@ -30,12 +33,10 @@ const LEAST_MM: f32 = 1.0;
 const MOST_VOXELS: usize = 64 << 20;
 /// Mean densities of wood, balsa to lignum vitae [kg/m^3].
 const MEANS_KG_PER_M3: [f32; 2] = [100.0, 1300.0];
-/// Least spread of the middle 90 % of the densities over their median [1]: earlywood and latewood differ by a factor of 2.
+/// Least standard deviation of the densities over their mean [1]: earlywood and latewood differ by a factor of 2.
 const LEAST_SPREAD: f32 = 0.01;
 /// Most of the voxels that may be air [1]: the vessels of oak take a quarter.
 const MOST_AIR: f32 = 0.3;
-/// Voxels that the spread is taken from.
-const SPREAD_VOXELS: usize = 1 << 20;
 
 /// Which axis of the stack the fibres run along.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -169,12 +170,10 @@ impl WoodVolume {
         let air = self.densities.iter().filter(|density| **density < AIR_KG_PER_M3).count();
         let share = (air as f64 / count) as f32;
         if share > MOST_AIR {
-            return Err(VolumeFault::Air { share, density: AIR_KG_PER_M3 });
+            return Err(VolumeFault::Air { share, density: AIR_KG_PER_M3, wood_mm: self.wood_in_slices_mm() });
         }
-        let step = self.densities.len().div_ceil(SPREAD_VOXELS);
-        let mut some: Vec<f32> = self.densities.iter().step_by(step).copied().collect();
-        let [low, middle, high] = [0.05, 0.5, 0.95].map(|part| quantile(&mut some, part));
-        let spread = (high - low) / middle.max(f32::MIN_POSITIVE);
+        let squares = self.densities.iter().map(|density| f64::from(density - mean).powi(2)).sum::<f64>();
+        let spread = (squares / count).sqrt() as f32 / mean;
         if spread < LEAST_SPREAD {
             return Err(VolumeFault::Even { spread });
         }
@@ -190,23 +189,19 @@ impl WoodVolume {
     /// stack gets the voxels at its sides beyond them.
     pub fn cut(self: &Arc<Self>, wood: &Wood) -> SlicedWood {
         let (board, place) = (&wood.board, &wood.slices);
-        let [length, mut width, mut depth] = self.extent_mm();
         let quarter_turns = place.quarter_turns.round() as u8;
-        if quarter_turns % 2 == 1 {
-            (width, depth) = (depth, width);
-        }
-        let room = |extent: f32, mm: f64, share: f64| ((f64::from(extent) - mm).max(0.0) * share) as f32;
+        let [along, across, depth] = self.corner_mm(&StackPlace {
+            board_mm: [board.length_mm, board.width_mm, board.thickness_mm],
+            shares: [place.along, place.across, place.depth],
+            quarter_turns,
+        });
         let turned = place.turned > 0.5;
         SlicedWood {
             volume: Arc::clone(self),
             law: DensityLaw::new(&wood.media, self.kinds),
             n_eff: wood.media.clear_n_eff as f32,
             board_mm: Vec2::new(board.width_mm as f32, board.length_mm as f32),
-            corner: Vec3::new(
-                room(width, board.width_mm, place.across),
-                room(length, board.length_mm, place.along),
-                room(depth, board.thickness_mm, place.depth),
-            ),
+            corner: Vec3::new(across, along, depth),
             quarter_turns,
             turned,
             flipped: (place.mirrored > 0.5) != turned,
@@ -262,14 +257,7 @@ impl SlicedWood {
         let x = if self.flipped { self.board_mm.x - place.x } else { place.x };
         let y = if self.turned { self.board_mm.y - place.y } else { place.y };
         let Vec3 { x: across, y: along, z: depth } = self.corner + Vec3::new(x, y, depth_mm);
-        let [_, width, thickness] = self.volume.extent_mm();
-        let [across, depth] = match self.quarter_turns {
-            0 => [across, depth],
-            1 => [depth, thickness - across],
-            2 => [width - across, thickness - depth],
-            _ => [width - depth, across],
-        };
-        self.volume.density([along, across, depth])
+        self.volume.turned_density(self.quarter_turns, [along, across, depth])
     }
 }
 

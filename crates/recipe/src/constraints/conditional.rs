@@ -42,8 +42,8 @@ enum ParameterNeeds {
     Factor(&'static str),
     /// One of several such parameters.
     Any(&'static [&'static str]),
-    /// The same, or a whole stem, which has knots of all kinds.
-    AnyKnots(&'static [&'static str]),
+    /// The same, or boards of some sources, which have knots whatever is counted.
+    AnyKnots(&'static [LogSource], &'static [&'static str]),
     /// Where the log comes from, of some.
     Log(&'static [LogSource]),
     /// Room for a tablet that stands on its edge.
@@ -209,18 +209,26 @@ const CONDITIONAL: &[(&str, &[ParameterNeeds])] = &[
     ("slices.turned", &[SLICES]),
 ];
 
-const KNOTS: ParameterNeeds =
-    ParameterNeeds::AnyKnots(&["knots.sound_count", "knots.dead_count", "knots.hole_count", "knots.loose_count"]);
+/// Boards whose knots are not counted.
+const KNOTTY: &[LogSource] = &[LogSource::Stem, LogSource::Measured, LogSource::Picture];
+const KNOTS: ParameterNeeds = ParameterNeeds::AnyKnots(
+    KNOTTY,
+    &["knots.sound_count", "knots.dead_count", "knots.hole_count", "knots.loose_count"],
+);
 const DEAD_KNOTS: ParameterNeeds =
-    ParameterNeeds::AnyKnots(&["knots.dead_count", "knots.hole_count", "knots.loose_count"]);
-const BARK: ParameterNeeds = ParameterNeeds::AnyKnots(&[
-    "knots.dead_count",
-    "knots.hole_count",
-    "knots.loose_count",
-    "inclusions.bark_pocket_count",
-    "wane.width_mm",
-    "stem.outline_wane",
-]);
+    ParameterNeeds::AnyKnots(KNOTTY, &["knots.dead_count", "knots.hole_count", "knots.loose_count"]);
+/// Branches of a stem have bark, knots in pictures and slices have none.
+const BARK: ParameterNeeds = ParameterNeeds::AnyKnots(
+    &[LogSource::Stem, LogSource::Measured],
+    &[
+        "knots.dead_count",
+        "knots.hole_count",
+        "knots.loose_count",
+        "inclusions.bark_pocket_count",
+        "wane.width_mm",
+        "stem.outline_wane",
+    ],
+);
 /// Diffusion along fibres that all run alike is what the other models know.
 const TANGLED: ParameterNeeds = ParameterNeeds::Transport(&[TransportName::Kernel, TransportName::Path]);
 const ROT: ParameterNeeds = Any(&["rot.reach_mm", "rot.heart_mm", "rot.pocket_count"]);
@@ -448,13 +456,24 @@ impl ParameterNeeds {
                 .then(|| (format!("has no effect while `{path}` is 0"), format!("give `{path}` too, or remove it"))),
             Self::Factor(path) => (scene.ends(path) == [1.0, 1.0])
                 .then(|| (format!("has no effect while `{path}` is 1"), format!("give `{path}` too, or remove it"))),
-            Self::AnyKnots(_) if settings.log.source != LogSource::Placed => None,
+            Self::AnyKnots(sources, _) if sources.contains(&settings.log.source) => None,
             Self::Log(wanted) => unmet(("log", "source"), settings.log.source, wanted, Wording::While),
-            Self::Any(paths) | Self::AnyKnots(paths) => paths.iter().all(|path| is_zero(scene, path)).then(|| {
-                let named = if paths.len() > 3 { &paths[..1] } else { paths };
-                let others = if named.len() < paths.len() { " and all others of their kind are 0" } else { " are 0" };
-                let problem = format!("has no effect while `{}`{others}", named.join("` and `"));
-                (problem, format!("give `{}` too, or another of them, or remove it", named[0]))
+            Self::Any(paths) | Self::AnyKnots(_, paths) => paths.iter().all(|path| is_zero(scene, path)).then(|| {
+                // What boards from elsewhere alone can have is no remedy.
+                let open = paths.iter().copied().filter(|path| has_room_in(path, settings.log.source));
+                let open: Vec<_> = if subject == Some(Subject::Wood) { open.collect() } else { paths.to_vec() };
+                let Some(first) = open.first() else {
+                    let problem = format!("has no effect while `log.source` is `{}`", settings.log.source.name());
+                    return (problem, "remove it".to_owned());
+                };
+                let named = if open.len() > 3 { &open[..1] } else { &open };
+                let (zero, other) = match open.len() {
+                    1 => (" is 0", ""),
+                    count if named.len() < count => (" and all others of their kind are 0", ", or another of them"),
+                    _ => (" are 0", ", or another of them"),
+                };
+                let problem = format!("has no effect while `{}`{zero}", named.join("` and `"));
+                (problem, format!("give `{first}` too{other}, or remove it"))
             }),
             Self::RoomToStand => no_room_to_stand(scene),
             Self::Outline => {
@@ -465,6 +484,12 @@ impl ParameterNeeds {
             }
         }
     }
+}
+
+/// Whether boards of a source can have the parameter `path`.
+fn has_room_in(path: &str, source: LogSource) -> bool {
+    let needs = CONDITIONAL.iter().filter(|(conditional, _)| *conditional == path).flat_map(|(_, needs)| *needs);
+    needs.into_iter().all(|need| !matches!(need, ParameterNeeds::Log(wanted) if !wanted.contains(&source)))
 }
 
 /// The refusal of a parameter that needs one of the words `wanted` of a setting, where another is chosen.
@@ -541,7 +566,7 @@ mod tests {
                     "{path} needs {need:?}"
                 );
                 assert!(
-                    !matches!(need, Any(amounts) | ParameterNeeds::AnyKnots(amounts) if !amounts.iter().all(|amount| declared(amount))),
+                    !matches!(need, Any(amounts) | ParameterNeeds::AnyKnots(_, amounts) if !amounts.iter().all(|amount| declared(amount))),
                     "{path}"
                 );
             }

@@ -58,10 +58,22 @@ pub(super) fn check(
     classes: &[Class],
 ) {
     settings(yaml, object.subject, object.settings);
-    scene(yaml, object, &DrawBounds { prefix: "", base: parameters, overrides: &BTreeMap::new() });
+    scenes(parameters, classes, &mut |own| scene(yaml, object, own));
+}
+
+/// What is said of the keys together although a recipe may have them so.
+pub(super) fn notes(object: Object, parameters: &BTreeMap<String, Distribution>, classes: &[Class]) -> Vec<String> {
+    let mut notes = Vec::new();
+    scenes(parameters, classes, &mut |own| notes.extend(slices::note(object.slices, own)));
+    notes
+}
+
+/// The parameters of the top level, then of each class.
+fn scenes(parameters: &BTreeMap<String, Distribution>, classes: &[Class], each: &mut dyn FnMut(&DrawBounds)) {
+    each(&DrawBounds { prefix: "", base: parameters, overrides: &BTreeMap::new() });
     for class in classes {
         let prefix = format!("classes.{}.", class.name);
-        scene(yaml, object, &DrawBounds { prefix: &prefix, base: parameters, overrides: &class.overrides });
+        each(&DrawBounds { prefix: &prefix, base: parameters, overrides: &class.overrides });
     }
 }
 

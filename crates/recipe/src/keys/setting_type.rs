@@ -395,6 +395,11 @@ impl NamedFile {
         Self { name: Some(name.to_owned()), ..Self::NONE }
     }
 
+    /// What the recipe calls it; `None` where it names none.
+    pub fn name(&self) -> Option<&str> {
+        self.name.as_deref()
+    }
+
     /// The file; `None` where the recipe names none.
     pub fn asset(&self) -> Option<&Asset> {
         self.asset.as_ref()

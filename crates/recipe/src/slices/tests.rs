@@ -84,30 +84,31 @@ fn wrong_stacks_are_told_with_key_and_remedy() {
     std::fs::create_dir(path.join("one")).expect("made");
     std::fs::write(path.join("one/a.png"), png(&good.into())).expect("written");
     std::fs::write(path.join("a.png"), png(&slice(1).into())).expect("written");
+    stack(path, "onebit", &[("s9.png", with_head(60, 40, 1))]);
     // What is small in a file and large in memory is told by its header.
-    std::fs::create_dir(path.join("large")).expect("made");
-    let mut large = png(&slice(1).into());
-    large[16..24].copy_from_slice(&[0, 0, 0x40, 0, 0, 0, 0x40, 0]);
-    let sum = crc(&large[12..29]);
-    large[29..33].copy_from_slice(&sum.to_be_bytes());
-    for number in 0..3 {
-        std::fs::write(path.join(format!("large/{number}.png")), &large).expect("written");
+    for (name, count, size) in [("large", 3, 2_000_000_000), ("many", 60, 5000)] {
+        std::fs::create_dir(path.join(name)).expect("made");
+        for number in 0..count {
+            std::fs::write(path.join(format!("{name}/{number}.png")), with_head(size, size, 8)).expect("written");
+        }
     }
     for (keys, key, problem, remedy) in [
         ("pixel_mm: 0.2", "log.source", "no stack of slices is named", "give `slices"),
         ("stack: nowhere", "slices.stack", "there is no file `nowhere`", "relative to the recipe's own file"),
         ("stack: a.png", "slices.stack", "`a.png` is no tar", "name a folder of PNG files"),
         ("stack: none", "log.source", "no stack of slices is named", "give `slices"),
-        ("stack: ./none", "slices.stack", "`none.tar` has 0 PNG files", "at least 2 slices"),
-        ("stack: one", "slices.stack", "`one.tar` has 1 PNG files", "at least 2 slices"),
-        ("stack: text", "slices.stack", "the slice `s9.png` is no picture", "save it as PNG anew"),
-        ("stack: empty", "slices.stack", "the slice `s9.png` is no picture", "save it as PNG anew"),
-        ("stack: cut", "slices.stack", "the slice `s9.png` is no picture", "bring the file back"),
+        ("stack: ./none", "slices.stack", "`./none` has 0 PNG files", "at least 2 slices"),
+        ("stack: one", "slices.stack", "`one` has 1 PNG files", "at least 2 slices"),
+        ("stack: text", "slices.stack", "`text`: the slice `s9.png` is no PNG", "save it as PNG"),
+        ("stack: empty", "slices.stack", "the slice `s9.png` is empty", "or remove it"),
+        ("stack: cut", "slices.stack", "the slice `s9.png` is a PNG that is damaged", "bring the file back"),
         ("stack: colour", "slices.stack", "the slice `s9.png` has colours", "one grey channel"),
         ("stack: alpha", "slices.stack", "the slice `s9.png` has an alpha channel", "without a palette"),
         ("stack: bits", "slices.stack", "`s9.png` has 60 x 40 pixels of 16 bits, and `s0.png`", "one number of bits"),
         ("stack: sizes", "slices.stack", "`s9.png` has 60 x 41 pixels", "slices of one size"),
-        ("stack: large", "slices.stack", "3 slices of 16384 x 16384 pixels", "crop the slices"),
+        ("stack: onebit", "slices.stack", "the slice `s9.png` has fewer than 8 bits a pixel", "8 or 16 bits"),
+        ("stack: large", "slices.stack", "has 2000000000 x 2000000000 pixels", "crop the slices"),
+        ("stack: many", "slices.stack", "has 60 slices of 5000 x 5000 pixels", "leave some out"),
         ("stack: good, pixel_mm: 0.005", "slices.stack", "the stack shows 0.25 by 0.20 by 0.30 mm", "size of a voxel"),
         (
             "stack: good, pixel_mm: 0.2, white_kg_per_m3: 200",
@@ -178,6 +179,17 @@ fn wrong_stacks_are_told_with_key_and_remedy() {
     assert!(parsed(path, &format!("{flat}, quarter_turns: {{choice: {{values: [0, 3]}}}}"), "").is_err());
 }
 
+/// A slice whose header says another size and another number of bits.
+fn with_head(cols: u32, rows: u32, bits: u8) -> Vec<u8> {
+    let mut bytes = png(&slice(1).into());
+    bytes[16..20].copy_from_slice(&cols.to_be_bytes());
+    bytes[20..24].copy_from_slice(&rows.to_be_bytes());
+    bytes[24] = bits;
+    let sum = crc(&bytes[12..29]);
+    bytes[29..33].copy_from_slice(&sum.to_be_bytes());
+    bytes
+}
+
 /// The sum of a chunk of a PNG (ISO 3309).
 fn crc(bytes: &[u8]) -> u32 {
     let step = |sum: u32| if sum & 1 == 1 { 0xedb8_8320 ^ (sum >> 1) } else { sum >> 1 };
@@ -233,6 +245,92 @@ fn keys_without_an_effect_are_refused() {
     let share = "name: p\nsubject: wood\nlog: {source: slices, latewood_share: 0.3}\nclasses: {all: {share: 1}}\n";
     let told = Recipe::parse("p.yaml", &format!("{share}{stack}")).expect_err("a share").to_string();
     assert!(told.contains("log.latewood_share"), "{told}");
+}
+
+/// Wood from slices has no bark but that of wane, and a remedy is one that such boards can take.
+#[test]
+fn keys_for_what_slices_do_not_have_are_noted() {
+    let recipe = |source: &str, more: &str| {
+        let text = format!(
+            "name: p\nsubject: wood\nlog: {{source: {source}}}\nboard: {{width_mm: 20, length_mm: 30, thickness_mm: 4}}\n\
+             {more}\nclasses: {{all: {{share: 1}}}}\n"
+        );
+        Recipe::parse("p.yaml", &text).unwrap_or_else(|fault| panic!("{fault}")).notes().join("; ")
+    };
+    for (source, from) in [
+        ("slices", "slices: {stack: slices/spruce.tar, pixel_mm: 0.15, slice_mm: 0.75}"),
+        ("picture", "picture: {file: pictures/board.png}"),
+    ] {
+        let bark = recipe(source, &format!("{from}\nmedia: {{bark_mu_a_per_mm: 2.2}}"));
+        assert!(bark.contains("media.bark_mu_a_per_mm has no effect while `wane.width_mm` is 0; give `wane.width_mm` too, or remove it"), "{bark}");
+        let wane = recipe(source, &format!("{from}\nmedia: {{bark_mu_a_per_mm: 2.2}}\nwane: {{width_mm: 2}}"));
+        assert!(!wane.contains("bark_mu_a"), "{wane}");
+        let resin = recipe(source, &format!("{from}\nmedia: {{resin_k_per_mm: 0.7}}"));
+        assert!(resin.contains(&format!("has no effect while `log.source` is `{source}`; remove it")), "{resin}");
+    }
+    let stem = recipe("stem", "media: {bark_mu_a_per_mm: 2.2}");
+    assert!(!stem.contains("bark_mu_a"), "{stem}");
+}
+
+/// A margin of air is told with where the wood begins and what to set, and what is told to set serves.
+#[test]
+fn air_around_the_wood_is_told() {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::create_dir(folder.path().join("airy")).expect("made");
+    // 1.2 of 8 mm above the wood, 1 of 10 mm before its near end.
+    for number in 0..50 {
+        let airy = GrayImage::from_fn(SIZE[0], SIZE[1], |x, y| {
+            Luma([if y < 6 || number < 5 { 2 } else { grey(number, x, y) }])
+        });
+        std::fs::write(folder.path().join(format!("airy/s{number}.png")), png(&airy.into())).expect("written");
+    }
+    let airy = "stack: airy, pixel_mm: 0.2";
+    let told = parsed(folder.path(), &format!("{airy}, depth: 0"), "").expect_err("air");
+    println!("{told}");
+    for part in ["slices.depth: 100 %", "wood lies 1.2 to 8 mm below", "give `slices.depth` from 0.24 to 1, or crop"] {
+        assert!(told.contains(part), "{told} has no `{part}`");
+    }
+    assert!(parsed(folder.path(), &format!("{airy}, depth: {{uniform: [0, 1]}}"), "").is_err());
+    let deep = parsed(folder.path(), &format!("{airy}, depth: {{uniform: [0.24, 1]}}"), "").expect("wood");
+    assert_eq!(deep.notes(), &[] as &[String]);
+    let near =
+        parsed(folder.path(), &format!("{airy}, depth: 0.5, along: 0"), "").expect("mostly wood").notes().join("; ");
+    for part in ["slices.along: 12 % of a board's face can be air", "1 to 10 mm from its near end", "from 0.5 to 1"] {
+        assert!(near.contains(part), "{near} has no `{part}`");
+    }
+    // Turned by one quarter, what lay above lies on the right.
+    let turned = parsed(folder.path(), &format!("{airy}, quarter_turns: 1, across: 1"), "")
+        .expect("mostly wood")
+        .notes()
+        .join("; ");
+    for part in ["slices.across: 20 % of", "0 to 6.8 mm from its left", "`slices.across` from 0 to 0.6"] {
+        assert!(turned.contains(part), "{turned} has no `{part}`");
+    }
+    // A class has its own place.
+    let text = format!(
+        "name: p\nsubject: wood\nlog: {{source: slices}}\nboard: {{width_mm: 5, length_mm: 8, thickness_mm: 3}}\n\
+         slices: {{{airy}, depth: 0.5}}\nclasses: {{deep: {{share: 1}}, high: {{share: 1, slices: {{depth: 0.1}}}}}}\n"
+    );
+    let files = AssetSource::Beside(folder.path().to_owned());
+    let told = Recipe::parse_with("p.yaml", &text, &files).expect_err("air").to_string();
+    assert!(told.contains("classes.high.slices.depth"), "{told}");
+}
+
+/// Beside a setting out of its range nothing is told that follows from its default.
+#[test]
+fn a_setting_at_fault_has_one_fault() {
+    let folder = tempfile::tempdir().expect("a folder");
+    stack(folder.path(), "good", &[]);
+    for keys in [
+        "stack: good, pixel_mm: 0",
+        "stack: good, pixl_mm: 0.2",
+        "stack: good, pixel_mm: 0.2, white_kg_per_m3: 1e9, black_kg_per_m3: 1500",
+        "stack: good, pixel_mm: 0.2, latewood_kg_per_m3: 0, earlywood_kg_per_m3: 900",
+    ] {
+        let told = parsed(folder.path(), keys, "").expect_err(keys);
+        assert_eq!(told.matches("slices.").count(), 1, "{told}");
+        assert!(!told.contains("board."), "{told}");
+    }
 }
 
 #[test]
