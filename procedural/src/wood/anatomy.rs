@@ -9,7 +9,8 @@
 //! an ellipse of the asked height and width, at a place of its own that wanders outwards. Where the face runs along the radius it runs within such a sheet and a
 //! fleck appears, w / sin of the angle long, wander included; across it the same ray is a short line. The share of the face is that of the volume at every angle. In a ray
 //! cells lie along the radius. Light that enters a ray thicker than a free path ([`FREE_PATH_MM`]) meets these; one that is thinner it has left before
-//! they turn it, and its fibres are those of the wood around. A mean of both directions would not do: two axes at right angles have none.
+//! they turn it, and its fibres are those of the wood around. A mean of both directions would not do: two axes at right angles have none. Fibres
+//! part around broad rays and light leaves through both, so directions there are as dispersed as the kernel's tables span, a guess.
 //! Tubes that would fill more than [`FULL`] of their cell's width are narrowed to that (`widest_tube_um`).
 //! Sources: docs/wood.md. Limits: what lies below the face is as at the face; no tyloses, no perforated
 //! ends, no radial canals, no multiples of vessels; details below a pixel are seen at points, not averaged.
@@ -40,6 +41,8 @@ const RAY_WANDER: [f32; 2] = [0.2, 6.0];
 const FULL: f32 = 0.85;
 /// Path of light across the fibres before it is turned [mm]: that of wood with sigma_i + k = 12 per mm.
 const FREE_PATH_MM: f32 = 0.08;
+/// Dispersion of directions in a broad ray [deg].
+pub(super) const RAY_DISPERSION_DEG: f32 = 14.0;
 /// Depth of a groove over its vessel's diameter [1].
 const GROOVE: f32 = 0.5;
 

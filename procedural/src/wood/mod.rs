@@ -490,6 +490,7 @@ impl PlankSlice<'_> {
                     coefficients = coefficients.scaled(ray.mu_a, 1.0);
                     if ray.is_broad {
                         fibre = plank.trunk.vector(place.outward, 0.0);
+                        dispersion_deg = anatomy::RAY_DISPERSION_DEG;
                     }
                 }
                 if found.resin > 0.0 {
