@@ -28,7 +28,7 @@ const DARK: f32 = 1e-30;
 /// Places that are worked out together, each in a lane of its own.
 const PLACES: usize = 8;
 
-/// The paths of light that is seen `away_mm` from the line on either side, in up to [`PLACES`] places; the line and the lens blur it by
+/// The paths of light that is seen `away_mm` from the line on either side, in up to eight places; the line and the lens blur it by
 /// `blur_mm2`. Where no light comes so far they are those of the place before.
 pub fn path_laws<const N: usize>(point: &SurfacePoint, blur_mm2: f32, away_mm: [f32; N]) -> [PathLaw; N] {
     const { assert!(N <= PLACES) };
