@@ -294,8 +294,10 @@ pub fn render_profiles(scene: &Scene, sensor: &Sensor, specimen: &Specimen, prof
     let calibration = sensor.calibration();
     let grid = grid(scene, &calibration.rig);
     let measurement = Measurement { scene, calibration: &calibration, grid: grid.as_ref(), keeps: &|_| false };
+    let mut band = Band::default();
     for (part, &profile) in scan.parts(scene.size.columns).into_iter().zip(profiles) {
-        part.fill(&measurement, sensor, &sensor.band(specimen, profile..profile + 1, Band::default()));
+        band = sensor.band(specimen, profile..profile + 1, band);
+        part.fill(&measurement, sensor, &band);
     }
     (scan.maps, scan.labels)
 }
