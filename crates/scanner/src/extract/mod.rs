@@ -35,7 +35,7 @@ pub fn margin(settings: &Extraction) -> usize {
 }
 
 /// Rows that a measurement looks at on each side of its peak, beyond its [`margin`] too [px].
-pub fn reach(settings: &Extraction) -> usize {
+pub(crate) fn reach(settings: &Extraction) -> usize {
     let position = match settings.method {
         PeakMethod::Parabola | PeakMethod::Gaussian => 1,
         PeakMethod::CentreOfGravity => settings.window_rows,
@@ -70,7 +70,7 @@ impl PeakSummary {
     }
 
     /// Whether the columns would be read as they were if there were further rows, with numbers up to `greatest` [DN].
-    pub fn outshine(&self, greatest: f32, settings: &Extraction) -> bool {
+    pub(crate) fn outshine(&self, greatest: f32, settings: &Extraction) -> bool {
         let no_other_peak = settings.threshold_dn > f64::from(greatest);
         !self.at_an_end
             && (no_other_peak
