@@ -3,5 +3,5 @@
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    sheetlight::cli::run()
+    ExitCode::from(sheetlight::cli::run_from(std::env::args_os()))
 }

@@ -3,7 +3,6 @@
 use std::error::Error;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 
 use clap::{Args, ValueEnum};
 use serde_json::Value;
@@ -12,7 +11,7 @@ use super::console::{Console, say};
 use super::generate::threads;
 use super::output::ResultFolder;
 use super::progress::{Progress, counted, describe_duration};
-use super::{CommandResult, UsageError, output, print, whole};
+use super::{CommandResult, DONE, UsageError, output, print, whole};
 use bench::split::Split;
 use dataset::{Dataset, DatasetSums};
 use tools::check::{CheckError, CheckOptions, CheckReport, check};
@@ -169,10 +168,10 @@ pub(super) fn run(arguments: &CheckArgs, console: &Console) -> CommandResult {
         Some(least) if report.accuracy() < least => {
             failed.iter().for_each(|what| say(&format!("gen: {what}")));
             say(&format!("gen: accuracy {:.4} is below --min-accuracy {least}", report.accuracy()));
-            Ok(ExitCode::from(EXIT_BELOW_ACCURACY))
+            Ok(EXIT_BELOW_ACCURACY)
         }
         _ if !failed.is_empty() => Err(failed.join("; ").into()),
-        _ => Ok(ExitCode::SUCCESS),
+        _ => Ok(DONE),
     }
 }
 

@@ -1,12 +1,10 @@
 //! `gen completions`: what makes a shell complete commands, options and their values; `gen man`: the manual's pages.
 
-use std::process::ExitCode;
-
 use clap::{Args, Command};
 use clap_complete::{Shell, generate};
 use clap_mangen::Man;
 
-use super::{CommandResult, UsageError, print};
+use super::{CommandResult, DONE, UsageError, print};
 
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
@@ -22,7 +20,7 @@ pub(super) fn run(arguments: &CompletionsArgs, command: &mut Command) -> Command
     let mut script = Vec::new();
     generate(arguments.shell, command, "gen", &mut script);
     print(&String::from_utf8(script)?)?;
-    Ok(ExitCode::SUCCESS)
+    Ok(DONE)
 }
 
 #[derive(Debug, Args)]
@@ -49,5 +47,5 @@ pub(super) fn manual(arguments: &ManArgs, mut command: Command) -> CommandResult
     let mut page = Vec::new();
     Man::new(found.clone()).title(title).render(&mut page)?;
     print(&String::from_utf8(page)?)?;
-    Ok(ExitCode::SUCCESS)
+    Ok(DONE)
 }

@@ -3,14 +3,13 @@
 use std::f32::consts::{FRAC_PI_2, PI};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 
 use clap::{Args, ValueEnum};
 use image::{DynamicImage, ImageFormat, ImageReader, Limits, Rgb, RgbImage};
 use serde_json::{Value, json};
 
 use super::output::{self, Written};
-use super::{CommandResult, UsageError, print};
+use super::{CommandResult, DONE, UsageError, print};
 use dataset::{ExrChannel, Samples, write_exr};
 use procedural::wood::Wood;
 use wood_picture::{AbsorptionMap, Encoding, Face, FibreMap, Settings, absorption_map, fibre_map, red_channel};
@@ -100,7 +99,7 @@ pub(super) fn run(arguments: &FibresArgs) -> CommandResult {
     } else {
         print(&text(&fibres, &out, &view))?;
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(DONE)
 }
 
 fn settings(arguments: &FibresArgs) -> Result<Settings, UsageError> {

@@ -1,14 +1,13 @@
 //! `gen --recipe R --n N`: checks the request, estimates its cost, and generates the dataset.
 
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 
 use output_schema::{MAX_SAMPLES, MAX_SHARDS, RigWarning};
 use serde_json::{Map, Value, json};
 
 use super::console::Console;
 use super::progress::{GenerateProgress, Progress, counted, describe_bytes, describe_duration};
-use super::{CommandResult, GenerateArgs, LoadedRecipe, UsageError, print};
+use super::{CommandResult, DONE, FAULTS, GenerateArgs, LoadedRecipe, UsageError, print};
 use crate::generate::{
     DatasetRequest, GenerateEstimate, GenerateSummary, MemoryEstimate, dataset_head, dataset_warnings, generate,
 };
@@ -61,7 +60,7 @@ pub(super) fn run(arguments: &GenerateArgs, console: &Console) -> CommandResult 
             } else {
                 describe_estimate(&recipe, &estimate, &request, &memory)
             })?;
-            return Ok(if estimate.fits() { ExitCode::SUCCESS } else { ExitCode::FAILURE });
+            return Ok(if estimate.fits() { DONE } else { FAULTS });
         }
         let estimate = GenerateEstimate::count(&recipe, &request);
         if !estimate.fits() {
@@ -197,7 +196,7 @@ fn generate_dataset(
     if arguments.strict && !short.is_empty() {
         return Err(format!("--strict: the samples are kept, and {}", short.join("\n")).into());
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(DONE)
 }
 
 /// What is told of defects that no pixel shows; `None` where all show.

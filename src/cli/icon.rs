@@ -2,13 +2,12 @@
 
 use std::fmt::Write;
 use std::path::PathBuf;
-use std::process::ExitCode;
 
 use clap::Args;
 use output_schema::file::DATASET;
 use serde_json::{Value, json};
 
-use super::{CommandResult, UsageError, print};
+use super::{CommandResult, DONE, UsageError, print};
 use dataset::Fault;
 use tools::icon::{Content, IconScan, PeakLight, RangeValues, ScanReader, Scatter, SensorImage, Traits, open};
 
@@ -51,7 +50,7 @@ pub(super) fn run(arguments: &IconArgs) -> CommandResult {
     } else {
         print(&text)?;
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(DONE)
 }
 
 fn brightest(image: &SensorImage) -> u8 {

@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 
 use clap::Args;
 use output_schema::file::DATASET;
@@ -11,7 +10,7 @@ use serde_json::{Value, json};
 
 use super::console::Console;
 use super::progress::{counted, describe_bytes};
-use super::{CommandResult, UsageError, print};
+use super::{CommandResult, DONE, FAULTS, UsageError, print};
 use dataset::{Dataset, Fault};
 
 /// Folders that are looked through below those that are named.
@@ -70,7 +69,7 @@ pub(super) fn run(arguments: &ListArgs, console: &Console) -> CommandResult {
     if arguments.json {
         print(&format!("{:#}\n", Value::Array(documents)))?;
     }
-    Ok(if is_whole { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+    Ok(if is_whole { DONE } else { FAULTS })
 }
 
 /// Why samples of two datasets are alike: both draw the same random numbers. `None` where they do not.

@@ -22,9 +22,9 @@ mod study;
 mod transport;
 mod validate;
 
+use std::ffi::OsString;
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 use std::str::FromStr;
 
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
@@ -206,21 +206,33 @@ enum SchemaKind {
     RecipeReference,
 }
 
-/// What a command ends with.
-type CommandResult = Result<ExitCode, Box<dyn std::error::Error + Send + Sync>>;
+/// What a command ends with: the exit status of the program.
+type CommandResult = Result<u8, Box<dyn std::error::Error + Send + Sync>>;
 
-/// Reads the arguments and does what they say.
-pub fn run() -> ExitCode {
-    let outcome = command().try_get_matches().and_then(|found| Cli::from_arg_matches(&found));
+/// Exit status of what is done.
+const DONE: u8 = 0;
+/// Exit status of faults that were found, and of refusals.
+const FAULTS: u8 = 1;
+/// Exit status of arguments that cannot be used.
+const UNUSABLE: u8 = 2;
+
+/// Reads the arguments, of which the first is the name of the program, does what they say, and returns the exit status. Only
+/// Ctrl-C, which is listened to from here on, ends the process.
+pub fn run_from(arguments: impl IntoIterator<Item = OsString>) -> u8 {
+    let outcome = command().try_get_matches_from(arguments).and_then(|found| Cli::from_arg_matches(&found));
     let outcome = match outcome {
         Ok(cli) => obey(cli),
-        Err(error) if error.use_stderr() => error.exit(),
+        Err(error) if error.use_stderr() => {
+            // Whoever closes the other end of standard error does not change what the arguments are.
+            let _ = error.print();
+            Ok(UNUSABLE)
+        }
         // Help and version are results as others are.
-        Err(error) => printed(error.print().and_then(|()| std::io::stdout().flush())).map(|()| ExitCode::SUCCESS),
+        Err(error) => printed(error.print().and_then(|()| std::io::stdout().flush())).map(|()| DONE),
     };
     outcome.unwrap_or_else(|error| {
         say(&format!("gen: {}", error.to_string().trim_end()));
-        if error.is::<UsageError>() { ExitCode::from(2) } else { ExitCode::FAILURE }
+        if error.is::<UsageError>() { UNUSABLE } else { FAULTS }
     })
 }
 
@@ -246,7 +258,7 @@ fn obey(cli: Cli) -> CommandResult {
         Some(Command::Man(arguments)) => completions::manual(&arguments, command()),
         None if cli.generate.recipe.is_none() && cli.generate.n.is_none() => {
             // Nobody asked for anything: the help, and the status of a usage error.
-            print(&command().render_help().to_string()).map(|()| ExitCode::from(2))
+            print(&command().render_help().to_string()).map(|()| UNUSABLE)
         }
         None => generate::run(&cli.generate, &console),
     }
@@ -380,11 +392,11 @@ fn preview_command(arguments: &PreviewArgs, console: &Console) -> CommandResult 
     };
     if output::is_standard_output(&arguments.out) {
         output::write_standard_output(&output::png(&picture)?)?;
-        return Ok(ExitCode::SUCCESS);
+        return Ok(DONE);
     }
     output::write(&arguments.out, &output::png(&picture)?)?;
     console.note(&format!("{}: {} x {} px", arguments.out.display(), picture.width(), picture.height()));
-    Ok(ExitCode::SUCCESS)
+    Ok(DONE)
 }
 
 fn schema_command(what: SchemaKind) -> CommandResult {
@@ -394,7 +406,7 @@ fn schema_command(what: SchemaKind) -> CommandResult {
         SchemaKind::RecipeReference => ::recipe::reference_markdown(),
     };
     print(&text)?;
-    Ok(ExitCode::SUCCESS)
+    Ok(DONE)
 }
 
 /// A whole number that is not negative.

@@ -1,12 +1,10 @@
 //! `gen recipe`: the recipes that are built in, and the text of any.
 
-use std::process::ExitCode;
-
 use clap::{Args, Subcommand};
 use serde_json::{Value, json};
 
 use super::console::Console;
-use super::{Changes, CommandResult, load, print};
+use super::{Changes, CommandResult, DONE, load, print};
 use recipe::Recipe;
 
 #[derive(Debug, Subcommand)]
@@ -46,7 +44,7 @@ pub(super) fn run(command: &RecipeCommand, console: &Console) -> CommandResult {
         RecipeCommand::Show(arguments) => {
             let recipe = load(&arguments.recipe, &arguments.changes.set, console)?.recipe;
             print(&if arguments.json { recipe.canonical_json() } else { recipe.text().to_owned() })?;
-            Ok(ExitCode::SUCCESS)
+            Ok(DONE)
         }
     }
 }
@@ -73,5 +71,5 @@ fn list(arguments: &ListArgs) -> CommandResult {
     if arguments.json {
         print(&format!("{:#}\n", Value::Array(documents)))?;
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(DONE)
 }

@@ -1,7 +1,6 @@
 //! `gen report`: a dataset as one page for people.
 
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 use std::time::Instant;
 
 use clap::Args;
@@ -11,7 +10,7 @@ use super::console::{Console, say};
 use super::generate::threads;
 use super::output::ResultFolder;
 use super::progress::{Progress, counted, describe_bytes};
-use super::{CommandResult, UsageError, output, whole};
+use super::{CommandResult, DONE, FAULTS, UsageError, output, whole};
 use crate::generate::{recipe_of, render_sample};
 use crate::preview::expose_profile;
 use bench::settings::Transport;
@@ -128,7 +127,7 @@ pub(super) fn run(arguments: &ReportArgs, console: &Console) -> CommandResult {
             counted(page.troubles, "fault")
         ));
     }
-    Ok(if folder.is_ok() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+    Ok(if folder.is_ok() { DONE } else { FAULTS })
 }
 
 /// Why a page must not be written to `out`, which lies among the dataset's files or is a kept result.

@@ -1,11 +1,9 @@
 //! `gen rig`: the rig of a recipe in the words of data sheets.
 
-use std::process::ExitCode;
-
 use clap::Args;
 
 use super::console::Console;
-use super::{Changes, CommandResult, load, print, whole};
+use super::{Changes, CommandResult, DONE, load, print, whole};
 use study::rig::report;
 
 #[derive(Debug, Args)]
@@ -43,5 +41,5 @@ pub(super) fn run(arguments: &RigArgs, console: &Console) -> CommandResult {
     } else {
         print(&report.table())?;
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(DONE)
 }

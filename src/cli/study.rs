@@ -1,14 +1,13 @@
 //! `gen study`: models of light inside matter side by side, and the instrument against theory.
 
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 
 use clap::{Args, Subcommand};
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 
 use super::console::Console;
 use super::progress::Progress;
-use super::{Changes, CommandResult, RecipeArgs, output, print, whole};
+use super::{Changes, CommandResult, DONE, RecipeArgs, output, print, whole};
 use reference::path::Effort;
 use study::instrument::{REPEATS, Trials, laser, sensor, speckle, triangulation};
 use study::{StudyEvent, StudyProgress, StudyReport, lines, packs, point, profile};
@@ -214,7 +213,7 @@ fn run_study(
     output::write(&png, &encoded(&report)?)?;
     let name = |path: &Path| path.display().to_string();
     console.note(&format!("{}, {}", name(&json), name(&png)));
-    printed.map(|()| ExitCode::SUCCESS)
+    printed.map(|()| DONE)
 }
 
 fn encoded(report: &StudyReport) -> Result<Vec<u8>, image::ImageError> {

@@ -2,7 +2,6 @@
 
 use std::io::IsTerminal;
 use std::path::PathBuf;
-use std::process::ExitCode;
 
 use clap::Args;
 use clap::builder::PossibleValuesParser;
@@ -10,7 +9,7 @@ use serde_json::{Value, json};
 
 use super::console::Console;
 use super::progress::Progress;
-use super::{CommandResult, output, print, whole};
+use super::{CommandResult, DONE, output, print, whole};
 use reference::model::Model;
 use reference::path::Effort;
 use study::medium::LayeredMedium;
@@ -80,7 +79,7 @@ pub(super) fn run(arguments: &TransportArgs, console: &Console) -> CommandResult
     if std::io::stderr().is_terminal() || out.is_some() {
         console.note(&summary(&answer));
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(DONE)
 }
 
 fn document(model: Model, effort: Effort, medium: &LayeredMedium, answer: &Answer) -> Result<Value, serde_json::Error> {

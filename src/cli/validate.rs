@@ -2,7 +2,6 @@
 
 use std::hash::{BuildHasher, Hasher, RandomState};
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 
 use clap::Args;
 use serde_json::{Value, json};
@@ -11,7 +10,7 @@ use super::console::{Console, say};
 use super::generate::{threads, warn};
 use super::output::ResultFolder;
 use super::progress::{ValidationProgress, counted};
-use super::{CommandResult, print, whole};
+use super::{CommandResult, DONE, FAULTS, print, whole};
 use crate::generate::ExpectedDataset;
 use dataset::record::AskedRows;
 use dataset::validate::{DeclaredLaws, Derive, Expect, ValidationOptions, ValidationReport, validate};
@@ -124,14 +123,14 @@ pub(super) fn run(arguments: &ValidateArgs, console: &Console) -> CommandResult 
     printed?;
     let warnings = if arguments.strict { report.warnings.len() as u64 } else { 0 };
     if report.is_clean() && warnings == 0 {
-        return Ok(ExitCode::SUCCESS);
+        return Ok(DONE);
     }
     let mut found = counted(report.faults.len() as u64, "fault");
     if warnings > 0 {
         found = format!("{found} and {}", counted(warnings, "warning"));
     }
     say(&format!("gen: {} has {found}", arguments.dir.display()));
-    Ok(ExitCode::FAILURE)
+    Ok(FAULTS)
 }
 
 /// A number that nobody knows before: who forges a dataset must not know which rows will be exposed again.

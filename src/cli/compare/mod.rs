@@ -4,14 +4,13 @@ mod scale;
 
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 
 use clap::Args;
 
 use super::console::Console;
 use super::list::shared_draws;
 use super::progress::Progress;
-use super::{CommandResult, UsageError, output, print};
+use super::{CommandResult, DONE, UsageError, output, print};
 use dataset::{Dataset, Fault};
 use scale::ScaleArgs;
 use tools::compare::{Comparison, ScanSource, ScanStatistics, StatisticsBuilder};
@@ -93,7 +92,7 @@ pub(super) fn run(arguments: &CompareArgs, console: &Console) -> CommandResult {
             console.note(&format!("{}: {} x {} px", out.display(), page.width(), page.height()));
         }
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(DONE)
 }
 
 fn statistics(source: &ScanSource, path: &Path, progress: &Progress) -> Result<ScanStatistics, Fault> {

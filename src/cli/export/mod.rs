@@ -3,7 +3,6 @@
 mod options;
 
 use std::path::Path;
-use std::process::ExitCode;
 
 use clap::ValueEnum;
 use serde_json::json;
@@ -14,7 +13,7 @@ use options::{CocoArgs, ExportIconArgs, MapChoice, MaskChoice};
 use super::console::Console;
 use super::generate::threads;
 use super::progress::{Progress, counted, describe_bytes};
-use super::{CommandResult, UsageError, output, print};
+use super::{CommandResult, DONE, UsageError, output, print};
 use bench::split::Split;
 use dataset::Fault;
 use tools::export::{
@@ -93,7 +92,7 @@ pub(super) fn run(format: &ExportCommand, console: &Console) -> CommandResult {
             describe_bytes(summary.bytes)
         ),
     });
-    Ok(ExitCode::SUCCESS)
+    Ok(DONE)
 }
 
 fn write(
