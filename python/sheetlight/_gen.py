@@ -1,0 +1,183 @@
+"""The program `gen` as a child process: its arguments, its results as JSON, its events, and its faults in its own words."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Iterable
+from typing import Any
+
+VARIABLE = "SHEETLIGHT_GEN"
+"""Environment variable that names another `gen` than the one of this package: the path of an executable file."""
+
+PATIENCE_S = 10.0
+"""How long a program that was asked to stop may take [s]: it removes what is unfinished, then ends."""
+
+
+class GenError(RuntimeError):
+    """`gen` ended with faults; the message is what it said.
+
+    Attributes:
+        status: exit status; 1 faults or a refusal, 2 unusable arguments, 130 stopped, below zero the signal that ended it
+        words: what it said on standard error, without the events
+        output: what it wrote on standard output
+        arguments: what it was called with
+    """
+
+    def __init__(self, status: int, words: str, output: str, arguments: list[str]):
+        super().__init__(status, words, output, arguments)
+        self.status = status
+        self.words = words
+        self.output = output
+        self.arguments = arguments
+
+    def __str__(self) -> str:
+        said = self.words.strip().removeprefix("gen: ")
+        if said:
+            return said
+        how = f"was ended by signal {-self.status}" if self.status < 0 else f"ended with status {self.status}"
+        return f"gen {' '.join(self.arguments)} {how} and said nothing"
+
+
+def command() -> list[str]:
+    """What starts `gen`: a list to put before its arguments.
+
+    That is the file that the environment variable SHEETLIGHT_GEN names, or else the program in this package.
+    """
+    named = os.environ.get(VARIABLE)
+    if named:
+        return [named]
+    if not sys.executable:
+        raise RuntimeError(f"this Python does not say where its interpreter is; let {VARIABLE} name the program gen")
+    # -P: a folder `sheetlight` where the user works must not be taken for this package.
+    return [sys.executable, "-P", "-m", "sheetlight"]
+
+
+def run(
+    arguments: Iterable[str | os.PathLike[str]],
+    *,
+    on_event: Callable[[dict[str, Any]], None] | None = None,
+    accept: Iterable[int] = (0,),
+) -> str:
+    """Runs `gen` with these arguments and returns what it writes on standard output.
+
+    Args:
+        arguments: those after the program's name
+        on_event: is called with each event of a run with `--events`, a dict with the key "event", by a
+            thread of its own; what it raises stops the program and is raised here
+        accept: exit statuses that are no faults
+
+    Raises:
+        GenError: it ended with another status.
+        FileNotFoundError: SHEETLIGHT_GEN names no file.
+    """
+    arguments = [os.fspath(argument) for argument in arguments]
+    program = command()
+    try:
+        child = subprocess.Popen(
+            [*program, *arguments], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE
+        )
+    except OSError as fault:
+        if not os.environ.get(VARIABLE):
+            raise
+        raise type(fault)(
+            fault.errno, f"{VARIABLE} names no program that can be started ({fault.strerror})", program[0]
+        ) from None
+    assert child.stdout is not None and child.stderr is not None
+    written, words, raised = [], [], []
+
+    def listen(stream: Iterable[bytes]) -> None:
+        for line in stream:
+            text = line.decode(errors="replace")
+            event = _event(text)
+            if event is None:
+                words.append(text)
+            elif on_event is not None and not raised:
+                try:
+                    on_event(event)
+                except BaseException as fault:  # raised again by the caller's thread
+                    raised.append(fault)
+                    _interrupt(child)
+
+    readers = [
+        threading.Thread(target=lambda: written.append(child.stdout.read()), daemon=True),
+        threading.Thread(target=listen, args=(child.stderr,), daemon=True),
+    ]
+    for reader in readers:
+        reader.start()
+    try:
+        status = child.wait()
+    except BaseException:
+        # Ctrl-C, or an exception that was thrown into this thread: the program stops as it does at a terminal.
+        _interrupt(child)
+        try:
+            child.wait(PATIENCE_S)
+        except subprocess.TimeoutExpired:
+            child.kill()
+            child.wait()
+        raise
+    finally:
+        for reader in readers:
+            reader.join()
+        child.stdout.close()
+        child.stderr.close()
+    if raised:
+        raise raised[0]
+    output = b"".join(written).decode()
+    if status not in accept:
+        raise GenError(status, "".join(words), output, arguments)
+    return output
+
+
+def run_json(arguments: Iterable[str | os.PathLike[str]], **options: Any) -> dict[str, Any]:
+    """The same with `--json`: the document that it writes; `options` are those of `run`."""
+    return json.loads(run([*arguments, "--json"], **options))
+
+
+def set_arguments(overrides: dict[str, Any]) -> list[str]:
+    """The options `--set KEY=VALUE` of changes to a recipe; keys are dotted paths, values what JSON can say."""
+    options = []
+    for key, value in overrides.items():
+        options += ["--set", f"{key}={override_text(key, value)}"]
+    return options
+
+
+def override_text(key: str, value: Any) -> str:
+    """A value of a recipe as YAML, of which JSON is a part.
+
+    Raises:
+        TypeError, ValueError: it is nothing that a recipe can hold.
+    """
+    remedy = "give a number, a text, a list or a dict of these"
+    try:
+        return json.dumps(value, allow_nan=False, ensure_ascii=False, default=_plain)
+    except TypeError:
+        raise TypeError(f"{key}: a {type(value).__name__} is nothing that a recipe can hold; {remedy}") from None
+    except ValueError:
+        raise ValueError(f"{key}: {value!r} is nothing that a recipe can hold; {remedy}") from None
+
+
+def _plain(value: Any) -> Any:
+    """Numbers and arrays of NumPy as those of Python, paths as text."""
+    if isinstance(value, os.PathLike):
+        return os.fspath(value)
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    raise TypeError
+
+
+def _event(line: str) -> dict[str, Any] | None:
+    if not line.startswith("{"):
+        return None
+    try:
+        event = json.loads(line)
+    except ValueError:
+        return None
+    return event if isinstance(event, dict) and "event" in event else None
+
+
+def _interrupt(child: subprocess.Popen[bytes]) -> None:
+    if child.poll() is None:
+        child.send_signal(signal.SIGINT if os.name == "posix" else signal.SIGTERM)
