@@ -99,7 +99,7 @@ pub(crate) fn channel_name(channel: Channel) -> &'static str {
 ///
 /// # Panics
 /// Where a map does not hold `rows * cols` numbers, or truth maps are asked for and the record has none.
-pub fn encode(record: Record, output: &Output) -> Encoded {
+pub fn encode(mut record: Record, output: &Output) -> Encoded {
     let mut asked = output.png.clone();
     asked.sort_unstable();
     asked.dedup();
@@ -114,33 +114,39 @@ pub fn encode(record: Record, output: &Output) -> Encoded {
         write_exr(channels, record.cols, (record.col_mm, record.row_mm), &description)
     });
 
+    let stack = std::mem::take(&mut record.stack);
+    Encoded { png, exr, stack, ..encode_numbers(&record, output.bits) }
+}
+
+/// The numbers of a record as they will be on disk, without its images and sensor frames; `bits` are those of a digital number.
+pub fn encode_numbers(record: &Record, bits: u32) -> Encoded {
     let mut class_area_px = [0; PIXEL_CLASSES.len()];
     for &class in &record.labels.class {
         class_area_px[usize::from(class)] += 1;
     }
-    let most = Readout { bits: output.bits, ..Readout::PLAIN }.most();
+    let most = Readout { bits, ..Readout::PLAIN }.most();
     let shares = SampleShares::of(&record.maps, &record.labels, most, record.object_in_view);
     Encoded {
         index: record.index,
-        id: record.id,
+        id: record.id.clone(),
         split: record.split,
-        class: record.class,
+        class: record.class.clone(),
         cols: record.cols,
         rows: record.rows,
         row_mm: record.row_mm,
         col_mm: record.col_mm,
         range_offset: record.range_offset,
         range_scale: record.range_scale,
-        calibration: record.calibration,
-        draws: record.draws,
-        physics: record.physics,
-        defects: record.defects,
-        objects: record.objects,
+        calibration: record.calibration.clone(),
+        draws: record.draws.clone(),
+        physics: record.physics.clone(),
+        defects: record.defects.clone(),
+        objects: record.objects.clone(),
         class_area_px,
         shares,
-        png,
-        exr,
-        stack: record.stack,
+        png: Vec::new(),
+        exr: None,
+        stack: Vec::new(),
     }
 }
 

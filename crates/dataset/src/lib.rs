@@ -45,7 +45,7 @@ pub use atomic_file::{free_bytes, hex};
 pub(crate) use card::ClassCounts;
 pub use differences::differences;
 pub(crate) use encoding::channel_name;
-pub use encoding::{Encoded, encode};
+pub use encoding::{Encoded, encode, encode_numbers};
 pub(crate) use encoding::{image_of, maps_sha256};
 pub use exr::{ExrChannel, Samples, read_exr, write_exr, write_exr_as};
 pub(crate) use exr::{ExrDescription, ExrSize, channel_types, expected_header, exr_header, read_exr_of};
@@ -56,7 +56,7 @@ pub use png::{Grey, range_numbers, read_png, read_png_of, rounded8, rounded16, w
 pub(crate) use png::{PngSize, foreign_part, png_size};
 pub(crate) use reader::to_document;
 pub use reader::{Dataset, DatasetSums, ExrMaps, FinishedTables};
-pub(crate) use sample_rows::row_batch;
+pub use sample_rows::row_batch;
 pub(crate) use sample_rows::{frame_numbers, image_path};
 pub use shard_size::{DOCUMENTS_BYTES, ROW_BYTES, TABLES_BYTES, estimated_bytes_per_sample, samples_per_shard};
 pub use shard_writer::{Claim, ShardWriter};

@@ -21,7 +21,7 @@ use crate::record::Object;
 ///
 /// # Errors
 /// What differs, where the sample does not fit the head: another class, other drawn or derived numbers, other images.
-pub(crate) fn row_batch(schema: &SchemaRef, head: &DatasetHead, sample: &Encoded) -> Result<RecordBatch, String> {
+pub fn row_batch(schema: &SchemaRef, head: &DatasetHead, sample: &Encoded) -> Result<RecordBatch, String> {
     check_numbers("draws", head.parameters.iter().map(|n| n.path()), sample.draws.iter().map(|d| d.0.as_str()))?;
     check_numbers("physics", head.physics.iter().map(|n| n.path()), sample.physics.iter().map(|p| p.0))?;
     let declared = CALIBRATION.iter().map(|column| column.name.to_owned());

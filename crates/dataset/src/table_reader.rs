@@ -207,6 +207,16 @@ pub struct StoredImage {
 }
 
 impl RowBatch {
+    /// These rows, which lie in no file.
+    pub fn of(batch: RecordBatch) -> Self {
+        Self { path: Path::new("").into(), batch }
+    }
+
+    /// The rows as Arrow has them.
+    pub fn batch(&self) -> &RecordBatch {
+        &self.batch
+    }
+
     /// How many rows.
     pub fn len(&self) -> usize {
         self.batch.num_rows()
