@@ -1,0 +1,46 @@
+"""Processes of this machine, side by side: each thread here starts a `gen` and waits for it."""
+
+import concurrent.futures
+import os
+from collections.abc import Iterator
+from typing import Any
+
+from ..dataset import make_shard
+from ..errors import Interruption, Refusal
+from . import Outcome, Tasks
+
+
+def run(tasks: Tasks) -> Iterator[Outcome]:
+    """Makes shards. Option "workers": tasks side by side, else as many as the cores allow."""
+    options = dict(tasks.options)
+    workers = options.pop("workers", None) or max(1, _cores() // tasks.threads)
+    if options:
+        raise Refusal(f"engine_options: the local engine knows \"workers\" and not {', '.join(map(repr, options))}")
+    stopped = False
+
+    def task(shard: int) -> dict[str, Any] | None:
+        for left in reversed(range(tasks.retries + 1)):
+            if stopped:
+                return None
+            try:
+                return make_shard(tasks.url, shard, threads=tasks.threads, scratch=tasks.scratch)
+            except Interruption:
+                if not left:
+                    raise
+
+    with concurrent.futures.ThreadPoolExecutor(workers) as pool:
+        shards = {pool.submit(task, shard): shard for shard in tasks.shards}
+        try:
+            for done in concurrent.futures.as_completed(shards):
+                try:
+                    yield Outcome(shards[done], done.result())
+                except Interruption as fault:
+                    yield Outcome(shards[done], None, str(fault))
+        finally:
+            stopped = True
+            pool.shutdown(wait=False, cancel_futures=True)
+
+
+def _cores() -> int:
+    """Cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
