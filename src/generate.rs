@@ -71,6 +71,8 @@ pub enum GenerateEvent {
     Shard(u64),
     /// A shard is left for later, because another process works on it.
     Busy(u64),
+    /// The file system keeps no two processes apart that make the same shard.
+    NoLocks,
     /// Nothing goes on until another process lets go of the folder's documents.
     WaitsForFolder,
     /// Nothing goes on until another process lets go of this shard.
@@ -248,6 +250,9 @@ pub fn generate(
     for (file, asset) in recipe.files().zip(&folder.head().assets) {
         folder.keep(&asset.path, file.1.bytes(), &waits)?;
     }
+    if !folder.has_locks() {
+        progress(GenerateEvent::NoLocks);
+    }
     let head = folder.head();
     let (part, parts) = request.part;
     let mine: Vec<u64> = (part..head.shards).step_by(parts as usize).collect();
@@ -320,7 +325,7 @@ fn in_flight(recipe: &Recipe) -> u64 {
     in_flight_of(recipe, rayon::current_num_threads())
 }
 
-fn in_flight_of(recipe: &Recipe, threads: usize) -> u64 {
+pub(crate) fn in_flight_of(recipe: &Recipe, threads: usize) -> u64 {
     let size = recipe.size();
     let frames = FRAME_BYTES * recipe.output().frames(&size) * size.columns * size.rows;
     let parts = recipe.mesh().map_or(0, |mesh| TRIANGLE_BYTES * mesh.triangles.len());

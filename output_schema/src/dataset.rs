@@ -5,6 +5,7 @@ use serde_json::Value;
 
 use crate::channel::{Channel, channels, range_form};
 use crate::column::{Column, ColumnKind, NumberColumn};
+use crate::file::SHARDS_PER_FOLDER;
 use crate::row::SHARES;
 
 /// Value of `format`.
@@ -12,7 +13,7 @@ pub const FORMAT: &str = "sheetlight-dataset";
 
 /// Version of everything in this crate: a new major number where old readers would misread, a new minor number where
 /// something was added.
-pub const SCHEMA_VERSION: [u32; 2] = [1, 5];
+pub const SCHEMA_VERSION: [u32; 2] = [1, 6];
 
 /// Most samples of a dataset.
 pub const MAX_SAMPLES: u64 = 100_000_000;
@@ -250,6 +251,14 @@ impl DatasetHead {
         let longest = names.map(String::len).max().unwrap_or(0);
         if longest > MAX_NAME_BYTES {
             return Some(format!("it has a name of {longest} bytes, at most {MAX_NAME_BYTES}"));
+        }
+        if self.schema_version < [1, 6] && self.shards > SHARDS_PER_FOLDER {
+            let [major, minor] = self.schema_version;
+            return Some(format!(
+                "its {} shards were written with schema {major}.{minor}, which has them all in one folder; from 1.6 on those after \
+                 the first {SHARDS_PER_FOLDER} lie in folders of their own: read it with an older program, or make it again",
+                self.shards
+            ));
         }
         Self::refuse_size(self.samples, self.samples_per_shard, self.shards)
     }

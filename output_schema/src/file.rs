@@ -43,22 +43,22 @@ pub const FILES: [FileKind; 9] = [
         doc: "A copy of each file that the recipe names, by its content; `assets` of `dataset.json` lists them.",
     },
     FileKind {
-        path: "data/<split>-<shard>.parquet",
+        path: "data/[<thousand>/]<split>-<shard>.parquet",
         when: "the shard has samples of the split",
         doc: "One row for each sample: numbers, objects and images.",
     },
     FileKind {
-        path: "exr/<shard>/<id>.exr",
+        path: "exr/[<thousand>/]<shard>/<id>.exr",
         when: "the recipe asks for EXR channels",
         doc: "The same images in physical units.",
     },
     FileKind {
-        path: "stacks/<shard>.parquet",
+        path: "stacks/[<thousand>/]<shard>.parquet",
         when: "the recipe keeps sensor frames",
         doc: "One row for each kept sensor frame.",
     },
     FileKind {
-        path: "shards/<shard>.json",
+        path: "shards/[<thousand>/]<shard>.json",
         when: "the shard is finished",
         doc: "Manifest: every file with its size and SHA-256, every sample with its own. Written last.",
     },
@@ -74,29 +74,60 @@ pub fn asset_path(sha256: &str, name: &str) -> String {
     format!("assets/{sha256}-{name}")
 }
 
+/// Shards whose files share a folder. Hubs and some file systems take no more than ten thousand names in one.
+pub const SHARDS_PER_FOLDER: u64 = 1000;
+
+/// The folder in `folder` that a shard's files lie in: itself for the first thousand, one of their own for each thousand more.
+///
+/// ```
+/// assert_eq!(output_schema::file::shard_folder("data", 999), "data");
+/// assert_eq!(output_schema::file::shard_folder("data", 12_345), "data/012");
+/// ```
+pub fn shard_folder(folder: &str, shard: u64) -> String {
+    match shard / SHARDS_PER_FOLDER {
+        0 => folder.into(),
+        thousand => format!("{folder}/{thousand:03}"),
+    }
+}
+
 /// Path of a shard's rows of one split, relative to the folder.
 pub fn data_path(split: &str, shard: u64) -> String {
-    format!("data/{split}-{shard:05}.parquet")
+    format!("{}/{split}-{shard:05}.parquet", shard_folder("data", shard))
+}
+
+/// Where files of a kind lie in a dataset of so many shards, as patterns: `name` below `folder`.
+///
+/// ```
+/// assert_eq!(output_schema::file::patterns("data", "train-*.parquet", 1000), ["data/train-*.parquet"]);
+/// let spread = output_schema::file::patterns("data", "train-*.parquet", 1001);
+/// assert_eq!(spread, ["data/train-*.parquet", "data/*/train-*.parquet"]);
+/// ```
+pub fn patterns(folder: &str, name: &str, shards: u64) -> Vec<String> {
+    let mut patterns = vec![format!("{folder}/{name}")];
+    if shards > SHARDS_PER_FOLDER {
+        patterns.push(format!("{folder}/*/{name}"));
+    }
+    patterns
 }
 
 /// Path of a shard's EXR folder, relative to the folder.
 pub fn exr_folder(shard: u64) -> String {
-    format!("exr/{shard:05}")
+    format!("{}/{shard:05}", shard_folder("exr", shard))
 }
 
 /// Path of a sample's EXR file, relative to the folder.
 pub fn exr_path(shard: u64, id: &str) -> String {
-    format!("exr/{shard:05}/{id}.exr")
+    format!("{}/{id}.exr", exr_folder(shard))
 }
 
 /// Path of a shard's sensor frames, relative to the folder.
 pub fn stack_path(shard: u64) -> String {
-    format!("stacks/{shard:05}.parquet")
+    format!("{}/{shard:05}.parquet", shard_folder("stacks", shard))
 }
 
 /// Path of a shard's manifest, relative to the folder.
 pub fn manifest_path(shard: u64) -> String {
-    format!("shards/{shard:05}.json")
+    format!("{}/{shard:05}.json", shard_folder("shards", shard))
 }
 
 /// The temporary path beside a final one: `.tmp-` before the last name.

@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use clap::Args;
 use indicatif::{ProgressBar, ProgressDrawTarget};
+use serde_json::{Value, json};
 
 /// Exit status after Ctrl-C, as shells give it: 128 and the number of SIGINT.
 const EXIT_INTERRUPTED: i32 = 130;
@@ -30,6 +31,8 @@ pub(super) struct ConsoleArgs {
 pub(super) struct Console {
     quiet: bool,
     verbose: bool,
+    /// Whether all is said as events for programs.
+    events: bool,
     interval: Duration,
     shown: Arc<Mutex<Shown>>,
 }
@@ -42,15 +45,15 @@ struct Shown {
 }
 
 impl Console {
-    /// As the arguments ask.
-    pub(super) fn new(arguments: &ConsoleArgs) -> Self {
+    /// As the arguments ask; `events` for a program in place of a person.
+    pub(super) fn new(arguments: &ConsoleArgs, events: bool) -> Self {
         let ConsoleArgs { quiet, verbose, progress } = *arguments;
-        Self { quiet, verbose, interval: Duration::from_secs(progress), shown: Arc::default() }
+        Self { quiet, verbose, events, interval: Duration::from_secs(progress), shown: Arc::default() }
     }
 
     /// From now on Ctrl-C removes the bar, says what is kept and how to go on, and ends the program.
     pub(super) fn listen(&self) {
-        let shown = Arc::clone(&self.shown);
+        let (shown, events) = (Arc::clone(&self.shown), self.events);
         // Where there is no such signal, the program ends as any other does.
         let _ = ctrlc::set_handler(move || {
             let shown = locked(&shown);
@@ -59,7 +62,11 @@ impl Console {
                 bar.set_draw_target(ProgressDrawTarget::hidden());
             }
             let words = shown.last_words.as_ref().map_or_else(|| "nothing is written".into(), |words| words());
-            say(&format!("gen: stopped: {words}"));
+            if events {
+                say_event(&json!({ "event": "stopped", "text": words, "status": EXIT_INTERRUPTED }));
+            } else {
+                say(&format!("gen: stopped: {words}"));
+            }
             std::process::exit(EXIT_INTERRUPTED);
         });
     }
@@ -73,6 +80,9 @@ impl Console {
     pub(super) fn note(&self, text: &str) {
         if self.quiet {
             return;
+        }
+        if self.events {
+            return say_event(&json!({ "event": "note", "text": text }));
         }
         let bar = locked(&self.shown).bar.clone();
         match bar {
@@ -88,9 +98,30 @@ impl Console {
         }
     }
 
-    /// Whether nothing but faults is said.
+    /// The last words where something can't be done.
+    pub(super) fn fault(&self, text: &str, status: u8) {
+        if self.events {
+            say_event(&json!({ "event": "fault", "text": text, "status": status }));
+        } else {
+            say(&format!("gen: {text}"));
+        }
+    }
+
+    /// Whether a program is told what goes on.
+    pub(super) fn has_events(&self) -> bool {
+        self.events
+    }
+
+    /// Tells a program what goes on; nothing where a person reads.
+    pub(super) fn event(&self, event: impl FnOnce() -> Value) {
+        if self.events {
+            say_event(&event());
+        }
+    }
+
+    /// Whether nothing but faults is said to a person.
     pub(super) fn is_quiet(&self) -> bool {
-        self.quiet
+        self.quiet || self.events
     }
 
     /// Least time between two lines of progress.
@@ -111,6 +142,11 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 /// A line for the user. Whoever closes the other end of standard error does not stop the work.
 pub(super) fn say(text: &str) {
     let _ = writeln!(std::io::stderr(), "{}", shown(text));
+}
+
+/// One event, on a line of its own.
+fn say_event(event: &Value) {
+    let _ = writeln!(std::io::stderr(), "{event}");
 }
 
 /// A text of several lines without what a terminal would obey: names of files may hold escape characters.

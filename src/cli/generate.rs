@@ -310,10 +310,14 @@ fn estimate_json(
     let split = |place: usize| -> Map<String, Value> {
         estimate.classes.iter().map(|(class, splits)| (class.clone(), splits[place].into())).collect()
     };
+    let head = dataset_head(recipe, request, Vec::new());
     json!({
         "out": request.out.display().to_string(),
         "samples": request.samples,
         "to_make": estimate.samples,
+        "shards": head.shards,
+        "samples_per_shard": head.samples_per_shard,
+        "shards_to_make": estimate.shards,
         "seconds": estimate.time().as_secs_f64(),
         "seconds_per_sample": estimate.sample_time.as_secs_f64(),
         "bytes": estimate.bytes(),

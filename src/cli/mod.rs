@@ -1,5 +1,5 @@
 //! The command line: `gen --recipe R --n N`, `gen preview`, `gen rig`, `gen list`, `gen validate`, `gen recipe`, `gen schema`,
-//! `gen transport`, `gen study`, `gen compare`, `gen icon`, `gen fibres`, `gen check`, `gen export`, `gen report`, `gen completions`, `gen man`.
+//! `gen transport`, `gen study`, `gen compare`, `gen finish`, `gen icon`, `gen fibres`, `gen check`, `gen export`, `gen report`, `gen completions`, `gen man`.
 //!
 //! Exit status: 0 done, 1 faults or refusal, 2 unusable arguments, 3 an accuracy below what was asked for, 130 stopped by Ctrl-C.
 
@@ -9,6 +9,7 @@ mod completions;
 mod console;
 mod export;
 mod fibres;
+mod finish;
 mod generate;
 mod icon;
 mod list;
@@ -56,6 +57,7 @@ use progress::Progress;
   gen check planks --model knots.onnx                          what a trained model makes of it
   gen export coco planks --out planks-coco                     in other people's formats, without rendering again
   gen report planks                                            one page for people, planks/reports/report.html
+  gen finish planks                                            card and metadata, where data files lie in a bucket
   gen icon plank.xml                                           what a file of the real camera holds
   gen fibres board.png --pixel-mm 0.1 --encoding srgb          fibre directions from a photograph
   gen schema recipe > recipe.schema.json                       for an editor's completion
@@ -107,6 +109,8 @@ enum Command {
     },
     /// Show a dataset as one HTML page: samples, classes, histograms, frames, sizes, and results that are kept
     Report(report::ReportArgs),
+    /// Write card and metadata of a dataset from its dataset.json and manifests alone: its other files may lie elsewhere
+    Finish(finish::FinishArgs),
     /// Say what files of the real camera (iCon .dat and .xml) hold
     Icon(icon::IconArgs),
     /// Find fibre directions, knots and absorption of a board in a picture of it
@@ -160,6 +164,10 @@ pub(crate) struct GenerateArgs {
     /// Print the estimate, or what was made, as JSON
     #[arg(long)]
     json: bool,
+    /// For programs: all that is said on standard error is a JSON object a line, with `event` begin (samples, finished),
+    /// profiles (done, of; at most one a second), sample (bytes), shard, busy and waits (shard), note, fault and stopped (text)
+    #[arg(long, conflicts_with = "quiet")]
+    events: bool,
 }
 
 /// Changes to a recipe.
@@ -221,7 +229,15 @@ const UNUSABLE: u8 = 2;
 pub fn run_from(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     let outcome = command().try_get_matches_from(arguments).and_then(|found| Cli::from_arg_matches(&found));
     let outcome = match outcome {
-        Ok(cli) => obey(cli),
+        Ok(cli) => {
+            let console = Console::new(&cli.console, cli.generate.events);
+            let outcome = obey(cli, &console);
+            return outcome.unwrap_or_else(|error| {
+                let status = if error.is::<UsageError>() { UNUSABLE } else { FAULTS };
+                console.fault(error.to_string().trim_end(), status);
+                status
+            });
+        }
         Err(error) if error.use_stderr() => {
             // Whoever closes the other end of standard error does not change what the arguments are.
             let _ = error.print();
@@ -232,25 +248,25 @@ pub fn run_from(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     };
     outcome.unwrap_or_else(|error| {
         say(&format!("gen: {}", error.to_string().trim_end()));
-        if error.is::<UsageError>() { UNUSABLE } else { FAULTS }
+        FAULTS
     })
 }
 
-fn obey(cli: Cli) -> CommandResult {
-    let console = Console::new(&cli.console);
+fn obey(cli: Cli, console: &Console) -> CommandResult {
     console.listen();
     match cli.command {
-        Some(Command::Preview(arguments)) => preview_command(&arguments, &console),
-        Some(Command::Rig(arguments)) => rig::run(&arguments, &console),
-        Some(Command::List(arguments)) => list::run(&arguments, &console),
-        Some(Command::Validate(arguments)) => validate::run(&arguments, &console),
-        Some(Command::Recipe { what }) => recipe::run(&what, &console),
-        Some(Command::Transport(arguments)) => transport::run(&arguments, &console),
-        Some(Command::Study { what }) => study::run(&what, &console),
-        Some(Command::Compare(arguments)) => compare::run(&arguments, &console),
-        Some(Command::Check(arguments)) => check::run(&arguments, &console),
-        Some(Command::Export { format }) => export::run(&format, &console),
-        Some(Command::Report(arguments)) => report::run(&arguments, &console),
+        Some(Command::Preview(arguments)) => preview_command(&arguments, console),
+        Some(Command::Rig(arguments)) => rig::run(&arguments, console),
+        Some(Command::List(arguments)) => list::run(&arguments, console),
+        Some(Command::Validate(arguments)) => validate::run(&arguments, console),
+        Some(Command::Recipe { what }) => recipe::run(&what, console),
+        Some(Command::Transport(arguments)) => transport::run(&arguments, console),
+        Some(Command::Study { what }) => study::run(&what, console),
+        Some(Command::Compare(arguments)) => compare::run(&arguments, console),
+        Some(Command::Check(arguments)) => check::run(&arguments, console),
+        Some(Command::Export { format }) => export::run(&format, console),
+        Some(Command::Report(arguments)) => report::run(&arguments, console),
+        Some(Command::Finish(arguments)) => finish::run(&arguments, console),
         Some(Command::Icon(arguments)) => icon::run(&arguments),
         Some(Command::Fibres(arguments)) => fibres::run(&arguments),
         Some(Command::Schema { what }) => schema_command(what),
@@ -260,7 +276,7 @@ fn obey(cli: Cli) -> CommandResult {
             // Nobody asked for anything: the help, and the status of a usage error.
             print(&command().render_help().to_string()).map(|()| UNUSABLE)
         }
-        None => generate::run(&cli.generate, &console),
+        None => generate::run(&cli.generate, console),
     }
 }
 

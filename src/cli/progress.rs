@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 use output_schema::file::LOCK;
+use serde_json::json;
 
 use super::console::{Console, say};
 use super::remaining_time::RemainingTime;
@@ -168,6 +169,13 @@ impl Drop for Progress<'_> {
     }
 }
 
+/// What is told where the file system has no locks.
+const NO_LOCKS: &str =
+    "the file system has no locks between processes (flock): let no two make the same shards, give each its --part";
+
+/// Least time between two events of profiles.
+const EVENT_INTERVAL: Duration = Duration::from_secs(1);
+
 /// Shows the events of a run that makes a dataset.
 pub(super) struct GenerateProgress<'c> {
     progress: Progress<'c>,
@@ -178,6 +186,8 @@ pub(super) struct GenerateProgress<'c> {
     bytes: AtomicU64,
     hint: String,
     folder_lock: String,
+    /// When profiles were told to a program, last.
+    told: Mutex<Instant>,
 }
 
 impl<'c> GenerateProgress<'c> {
@@ -192,18 +202,26 @@ impl<'c> GenerateProgress<'c> {
             bytes: AtomicU64::new(0),
             hint: format!("gen preview --recipe {name} --seed {}", request.seed),
             folder_lock: request.out.join(format!("{LOCK}dataset")).display().to_string(),
+            told: Mutex::new(Instant::now()),
         }
     }
 
     /// Takes one event.
     pub(super) fn show(&self, event: GenerateEvent) {
+        self.tell(event);
+        // A program has been told all of it.
+        let note = |text: &str| {
+            if !self.console.has_events() {
+                self.console.note(text);
+            }
+        };
         match event {
             GenerateEvent::Begin { samples, finished } => {
                 self.total.store(samples, Ordering::Relaxed);
                 if finished > 0 {
-                    self.console.note(&format!("{finished} samples are there already; {samples} to make"));
+                    note(&format!("{finished} samples are there already; {samples} to make"));
                 } else if self.progress.is_drawn() && samples > 20 {
-                    self.console.note(&format!("{samples} samples to make; to look at one first: {}", self.hint));
+                    note(&format!("{samples} samples to make; to look at one first: {}", self.hint));
                 }
                 self.progress.set_total(samples * self.profiles_per_sample);
                 self.say(0, 0);
@@ -215,16 +233,45 @@ impl<'c> GenerateProgress<'c> {
             }
             GenerateEvent::Shard(shard) => self.console.detail(&format!("shard {shard} is finished")),
             GenerateEvent::Busy(shard) => {
-                self.console
-                    .note(&format!("shard {shard} is being made by another process; it is looked at again at the end"));
+                note(&format!("shard {shard} is being made by another process; it is looked at again at the end"));
+            }
+            GenerateEvent::NoLocks => {
+                note(&format!("warning: {NO_LOCKS}"));
             }
             GenerateEvent::WaitsForFolder => {
-                self.console.note(&format!("waiting for another process, which holds {}", self.folder_lock));
+                note(&format!("waiting for another process, which holds {}", self.folder_lock));
             }
             GenerateEvent::WaitsForShard(shard) => {
-                self.console.note(&format!("waiting for shard {shard}, which another process is making"));
+                note(&format!("waiting for shard {shard}, which another process is making"));
             }
         }
+    }
+
+    /// The same for a program.
+    fn tell(&self, event: GenerateEvent) {
+        let document = || match event {
+            GenerateEvent::Begin { samples, finished } => {
+                json!({ "event": "begin", "samples": samples, "finished": finished })
+            }
+            GenerateEvent::Profiles(_) => {
+                let of = self.total.load(Ordering::Relaxed) * self.profiles_per_sample;
+                json!({ "event": "profiles", "done": self.progress.done(), "of": of })
+            }
+            GenerateEvent::Sample(bytes) => json!({ "event": "sample", "bytes": bytes }),
+            GenerateEvent::Shard(shard) => json!({ "event": "shard", "shard": shard }),
+            GenerateEvent::Busy(shard) => json!({ "event": "busy", "shard": shard }),
+            GenerateEvent::NoLocks => json!({ "event": "no-locks", "text": NO_LOCKS }),
+            GenerateEvent::WaitsForFolder => json!({ "event": "waits" }),
+            GenerateEvent::WaitsForShard(shard) => json!({ "event": "waits", "shard": shard }),
+        };
+        if matches!(event, GenerateEvent::Profiles(_)) {
+            let mut told = self.told.lock().unwrap_or_else(PoisonError::into_inner);
+            if told.elapsed() < EVENT_INTERVAL {
+                return;
+            }
+            *told = Instant::now();
+        }
+        self.console.event(document);
     }
 
     fn say(&self, samples: u64, bytes: u64) {

@@ -4,6 +4,7 @@ mod bits;
 mod channels;
 mod commands;
 mod determinism;
+mod engines;
 mod faults;
 mod files;
 mod options;

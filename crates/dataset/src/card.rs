@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
+use output_schema::file::{SHARDS_PER_FOLDER, patterns};
 use output_schema::row::{CALIBRATION, OBJECT, ROW};
 use output_schema::{ColumnKind, DatasetHead, Generator};
 use serde_json::Value;
@@ -56,11 +57,18 @@ fn loading(page: &mut String, head: &DatasetHead, present: &[Split]) {
     add(page, &format!("from datasets import load_dataset\nscans = load_dataset(\"PATH\", split=\"{split}\")\n"));
     add(page, "import polars as pl  # numbers alone: columns of images are not read unless asked for");
     add(page, "wanted = [\"id\", \"index\", \"class\", \"objects\", \"physics\"]");
-    add(page, "rows = pl.scan_parquet(\"PATH/data/*.parquet\").select(wanted).collect()");
+    let is_spread = head.shards > SHARDS_PER_FOLDER;
+    let tables = if is_spread { "**/*.parquet" } else { "*.parquet" };
+    add(page, &format!("rows = pl.scan_parquet(\"PATH/data/{tables}\").select(wanted).collect()"));
     if !head.images.exr.is_empty() {
         add(page, "\nimport OpenEXR  # maps of one row in physical units, NaN where nothing was measured");
         add(page, "row = rows.row(0, named=True)");
-        let name = format!("PATH/exr/{{row['index'] // {}:05}}/{{row['id']}}.exr", head.samples_per_shard);
+        let shard = format!("row['index'] // {}", head.samples_per_shard);
+        // The first thousand shards lie in no folder of their thousand.
+        let thousand =
+            format!("{{f'{{{shard} // {SHARDS_PER_FOLDER}:03}}/' if {shard} >= {SHARDS_PER_FOLDER} else ''}}");
+        let thousand = if is_spread { thousand.as_str() } else { "" };
+        let name = format!("PATH/exr/{thousand}{{{shard}:05}}/{{row['id']}}.exr");
         add(page, &format!("maps = OpenEXR.File(f\"{name}\", separate_channels=True).channels()"));
     }
     add(page, "```");
@@ -309,7 +317,14 @@ fn front_matter(page: &mut String, head: &DatasetHead, present: &[Split]) {
     let shares = head.splits.named();
     for split in present.iter().filter(|split| shares.iter().any(|(name, share)| *name == split.name() && *share > 0.0))
     {
-        add(page, &format!("  - split: {0}\n    path: data/{0}-*.parquet", split.name()));
+        add(page, &format!("  - split: {}", split.name()));
+        match &patterns("data", &format!("{}-*.parquet", split.name()), head.shards)[..] {
+            [all] => add(page, &format!("    path: {all}")),
+            several => {
+                add(page, "    path:");
+                several.iter().for_each(|pattern| add(page, &format!("    - {pattern}")));
+            }
+        }
     }
     add(page, "---");
 }

@@ -11,6 +11,7 @@
 
 use std::collections::BTreeMap;
 
+use output_schema::file::patterns;
 use output_schema::row::ROW;
 use output_schema::stack::STACK;
 use output_schema::{AssetHead, Column, ColumnKind, DatasetHead, NumberColumn};
@@ -128,15 +129,16 @@ fn distribution(head: &DatasetHead, present: &[Split], document: &[u8]) -> Vec<V
         "contentUrl": "dataset.json", "contentSize": format!("{} B", document.len()), "encodingFormat": "application/json",
         "sha256": sha256(document),
     })];
-    let tables = present.iter().map(|split| format!("data/{}-*.parquet", split.name())).collect();
+    let rows = |split: &Split| patterns("data", &format!("{}-*.parquet", split.name()), head.shards);
+    let tables = present.iter().flat_map(rows).collect();
     files.push(set("tables", "application/x-parquet", tables, "One row for each sample: numbers, objects and images."));
     if !head.images.exr.is_empty() {
         let doc = "The same images in physical units, one file for each sample.";
-        files.push(set("exr", "image/x-exr", vec!["exr/*/*.exr".into()], doc));
+        files.push(set("exr", "image/x-exr", patterns("exr", "*/*.exr", head.shards), doc));
     }
     if head.images.stack_every.is_some() {
         let doc = "One row for each kept sensor frame.";
-        files.push(set("stacks", "application/x-parquet", vec!["stacks/*.parquet".into()], doc));
+        files.push(set("stacks", "application/x-parquet", patterns("stacks", "*.parquet", head.shards), doc));
     }
     // Two keys may name one file.
     let assets: BTreeMap<&str, &AssetHead> = head.assets.iter().map(|asset| (asset.path.as_str(), asset)).collect();
@@ -252,7 +254,7 @@ fn frames(head: &DatasetHead) -> Value {
 fn split(id: &str, column: &Column) -> Value {
     let source = json!({
         "fileSet": { "@id": "tables" }, "extract": { "fileProperty": "fullpath" },
-        "transform": { "regex": "^(?:data/)?(train|validation|test)(?:-.+)?$" },
+        "transform": { "regex": "^(?:data/)?(?:[0-9]+/)?(train|validation|test)(?:-.+)?$" },
     });
     let mut field = leaf(id, &words(column.doc, column.unit, column.range, column.missing), json!("sc:Text"), source);
     field["references"] = json!({ "field": { "@id": "splits/name" } });

@@ -6,7 +6,8 @@ use std::path::Path;
 
 use output_schema::DatasetHead;
 use output_schema::file::{
-    CARD, CROISSANT, DATASET, LOCK, TEMPORARY, data_path, exr_folder, manifest_path, stack_path, temporary,
+    CARD, CROISSANT, DATASET, LOCK, SHARDS_PER_FOLDER, TEMPORARY, data_path, exr_folder, manifest_path, shard_folder,
+    stack_path, temporary,
 };
 
 use super::atomic_file::FileError;
@@ -18,7 +19,7 @@ use super::{Dataset, Fault, card, croissant, differences, enclosed, largest};
 use bench::split::Split;
 
 /// Directories of a dataset folder.
-const DIRECTORIES: [&str; 4] = ["data", "exr", "stacks", "shards"];
+pub(super) const DIRECTORIES: [&str; 4] = ["data", "exr", "stacks", "shards"];
 
 impl Dataset {
     /// Opens the dataset at `path`, or begins it. A larger number of samples extends it, a smaller one changes nothing.
@@ -35,7 +36,7 @@ impl Dataset {
     /// # Errors
     /// As [`Dataset::open_or_create`].
     pub fn open_or_create_telling(path: &Path, head: DatasetHead, waits: &dyn Fn()) -> Result<Self, Fault> {
-        let foreign = |name: &String| ![folder_lock(), temporary(DATASET)].contains(name);
+        let foreign = |name: &String| *name != folder_lock() && !is_begun(name);
         if !is_there(path, DATASET)? && names(path, "")?.iter().any(foreign) && !is_there(path, DATASET)? {
             return Err(unusable(path, format!("it is not empty and holds no {DATASET}"), "choose an empty folder"));
         }
@@ -65,17 +66,20 @@ impl Dataset {
                 let what = format!("{DATASET} would have {} bytes", document.len());
                 return Err(unusable(path, what, "give a shorter recipe: nobody reads such a document"));
             }
-            enclosed::write(path, DATASET, &document)?;
+            lock.write(DATASET, &document)?;
         }
         for directory in DIRECTORIES.iter().filter(|&&name| needed(name, &new)) {
             enclosed::make_folder(path, directory)?;
         }
         let extended = old.as_ref().is_none_or(|old| old.samples != new.samples);
         if extended || !is_there(path, CARD)? || !is_there(path, CROISSANT)? {
-            describe(path, &new, &Split::ALL, &ClassCounts::new())?;
+            describe(&lock, &new, &Split::ALL, &ClassCounts::new())?;
         }
-        let folder = Self::of(path, new);
-        folder.sweep()?;
+        let mut folder = Self::of(path, new);
+        folder.has_locks = lock.is_held();
+        if folder.has_locks {
+            folder.sweep()?;
+        }
         lock.release()?;
         Ok(folder)
     }
@@ -89,8 +93,59 @@ impl Dataset {
         let lock = Lock::take(self.root(), &folder_lock(), waits)?;
         if !enclosed::holds(self.root(), path, content).map_err(FileError::of("read", &self.root().join(path)))? {
             enclosed::make_folder(self.root(), "assets")?;
-            enclosed::write(self.root(), path, content)?;
+            lock.write(path, content)?;
         }
+        Ok(lock.release()?)
+    }
+
+    /// A directory and those in it, one for each thousand shards that has files.
+    fn parts_of(&self, directory: &str) -> Vec<String> {
+        let firsts = (0..self.head().shards).step_by(SHARDS_PER_FOLDER as usize);
+        firsts.map(|first| shard_folder(directory, first)).collect()
+    }
+
+    /// How many shards have a manifest, told from the names alone.
+    fn manifests_named(&self) -> Result<u64, Fault> {
+        let mut count = 0;
+        for folder in self.parts_of("shards") {
+            let own = |name: &&String| {
+                let shard = name.strip_suffix(".json").and_then(|digits| digits.parse().ok());
+                shard.is_some_and(|shard| {
+                    shard < self.head().shards && manifest_path(shard) == format!("{folder}/{name}")
+                })
+            };
+            count += names(self.root(), &folder)?.iter().filter(own).count() as u64;
+        }
+        Ok(count)
+    }
+
+    /// Writes card and metadata of a dataset from its `dataset.json` and manifests alone: other files may lie elsewhere.
+    /// Nobody looks whether they are there, or whole.
+    ///
+    /// # Errors
+    /// Where a manifest is missing, damaged or of another dataset; where the folder cannot be written.
+    pub fn finish(&self, waits: &dyn Fn()) -> Result<(), Fault> {
+        let mut missing = Vec::new();
+        for shard in 0..self.head().shards {
+            if !self.manifest(shard)?.is_some_and(|manifest| self.is_own(shard, &manifest)) {
+                missing.push(shard);
+            }
+        }
+        if !missing.is_empty() {
+            let what = format!(
+                "{} of {} shards have no manifest of this dataset: {}",
+                missing.len(),
+                self.head().shards,
+                ranges(&missing)
+            );
+            return Err(unusable(
+                self.root(),
+                what,
+                "make them (gen with the same recipe, seed and folder), or copy their manifests here",
+            ));
+        }
+        let lock = Lock::take(self.root(), &folder_lock(), waits)?;
+        self.describe_samples(&lock)?;
         Ok(lock.release()?)
     }
 
@@ -110,14 +165,15 @@ impl Dataset {
     pub fn complete_telling(&self, waits: &dyn Fn()) -> Result<bool, Fault> {
         loop {
             let now = self.renewed()?;
-            if !now.remaining(0..now.head().shards)?.is_empty() {
+            // One of many parts does not open what the others made: names tell that something remains.
+            if now.manifests_named()? < now.head().shards || !now.remaining(0..now.head().shards)?.is_empty() {
                 return Ok(false);
             }
             let lock = Lock::take(now.root(), &folder_lock(), waits)?;
             // Whoever extended it meanwhile has written card and metadata; it is looked at again.
             let is_same = self.renewed()?.head().samples == now.head().samples;
             if is_same {
-                now.describe_samples()?;
+                now.describe_samples(&lock)?;
             }
             lock.release()?;
             if is_same {
@@ -126,18 +182,17 @@ impl Dataset {
         }
     }
 
-    /// Card and metadata of a dataset whose shards are all there. Asks for the dataset's lock.
-    fn describe_samples(&self) -> Result<(), Fault> {
-        let files = names(self.root(), "data")?;
-        let present: Vec<Split> =
-            Split::ALL.into_iter().filter(|split| files.iter().any(|f| f.starts_with(split.name()))).collect();
+    /// Card and metadata of a dataset whose shards are all there.
+    fn describe_samples(&self, lock: &Lock) -> Result<(), Fault> {
         let mut counts = ClassCounts::new();
         for shard in 0..self.head().shards {
             for sample in self.manifest(shard)?.into_iter().flat_map(|manifest| manifest.samples) {
                 *counts.entry((sample.class, sample.split)).or_default() += 1;
             }
         }
-        describe(self.root(), self.head(), &present, &counts)
+        let has = |split: &Split| counts.keys().any(|(_, of)| of == split.name());
+        let present: Vec<Split> = Split::ALL.into_iter().filter(has).collect();
+        describe(lock, self.head(), &present, &counts)
     }
 
     /// Removes every file of a shard, finished or not; the manifest goes first. Asks for the shard's lock.
@@ -161,13 +216,13 @@ impl Dataset {
     /// process of this program can have left stays. Asks for the dataset's lock.
     fn sweep(&self) -> Result<(), Fault> {
         // The dataset's lock is held: nobody is at work on these.
-        for path in [DATASET, CARD, CROISSANT] {
-            enclosed::remove(self.root(), &temporary(path))?;
+        for name in names(self.root(), "")?.iter().filter(|name| is_begun(name)) {
+            enclosed::remove(self.root(), name)?;
         }
         let mut shards = Vec::new();
-        for directory in DIRECTORIES {
-            let found = names(self.root(), directory)?;
-            shards.extend(found.iter().filter_map(|name| left_behind(directory, name)));
+        for directory in DIRECTORIES.iter().flat_map(|name| self.parts_of(name)) {
+            let found = names(self.root(), &directory)?;
+            shards.extend(found.iter().filter_map(|name| left_behind(&directory, name)));
         }
         shards.sort_unstable();
         shards.dedup();
@@ -181,6 +236,17 @@ impl Dataset {
         }
         Ok(())
     }
+}
+
+/// Whether it is the temporary name of a document of the folder, with locks or without.
+fn is_begun(name: &str) -> bool {
+    let Some(rest) = name.strip_prefix(TEMPORARY) else { return false };
+    let own = |rest: &str| [DATASET, CARD, CROISSANT].contains(&rest);
+    let without_locks = || {
+        let (key, rest) = rest.split_once('-')?;
+        Some(key.len() == 16 && key.bytes().all(|digit| digit.is_ascii_hexdigit()) && own(rest))
+    };
+    own(rest) || without_locks().unwrap_or(false)
 }
 
 /// Path of the lock of the folder's documents.
@@ -206,13 +272,14 @@ fn names(root: &Path, folder: &str) -> Result<Vec<String>, FileError> {
     enclosed::names(root, folder).map_err(FileError::of("list", &root.join(folder)))
 }
 
-/// Writes card and metadata where they are not as they should be. Asks for the dataset's lock.
-fn describe(root: &Path, head: &DatasetHead, present: &[Split], counts: &ClassCounts) -> Result<(), Fault> {
+/// Writes card and metadata where they are not as they should be.
+fn describe(lock: &Lock, head: &DatasetHead, present: &[Split], counts: &ClassCounts) -> Result<(), Fault> {
+    let root = lock.root();
     let at = |name: &str, e: Error| FileError::of("read", &root.join(name))(e);
     let document = enclosed::read(root, DATASET, largest::DOCUMENT_BYTES).map_err(|e| at(DATASET, e))?;
     for (name, text) in descriptions(head, present, counts, &document) {
         if !enclosed::holds(root, name, &text).map_err(|e| at(name, e))? {
-            enclosed::write(root, name, &text)?;
+            lock.write(name, &text)?;
         }
     }
     Ok(())
@@ -242,12 +309,29 @@ fn left_behind(folder: &str, name: &str) -> Option<u64> {
     own.contains(&format!("{folder}/{name}")).then_some(shard)
 }
 
-fn needed(directory: &str, head: &DatasetHead) -> bool {
+/// Whether datasets of such a head have files in this directory.
+pub(super) fn needed(directory: &str, head: &DatasetHead) -> bool {
     match directory {
         "exr" => !head.images.exr.is_empty(),
         "stacks" => head.images.stack_every.is_some(),
         _ => true,
     }
+}
+
+/// Numbers in ascending order as a reader takes them in: `0, 3 to 9`; no more than a few.
+fn ranges(numbers: &[u64]) -> String {
+    const MOST: usize = 8;
+    let mut runs: Vec<[u64; 2]> = Vec::new();
+    for &number in numbers {
+        match runs.last_mut() {
+            Some([_, last]) if *last + 1 == number => *last = number,
+            _ => runs.push([number, number]),
+        }
+    }
+    let told = |[first, last]: &[u64; 2]| if first == last { first.to_string() } else { format!("{first} to {last}") };
+    let told: Vec<String> = runs.iter().take(MOST).map(told).collect();
+    let more = if runs.len() > MOST { ", and others" } else { "" };
+    format!("{}{more}", told.join(", "))
 }
 
 /// Reasons in one line: what the objects are first, and no more than a reader takes in.

@@ -1,7 +1,16 @@
 //! Locks between processes: the kernel lets go of them when a process ends, in whatever way.
+//!
+//! Some file systems have none (Lustre mounted without `flock`, buckets through FUSE). There everybody goes on without: what two
+//! processes write under one name has the same bytes, documents of the folder get their names from files that one process alone
+//! knows, and nobody removes what others left behind. Two processes at one shard are the one thing to avoid: each removes
+//! what the other has begun.
 
 use std::fs::{File, TryLockError};
+use std::hash::{BuildHasher, Hasher, RandomState};
+use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
+
+use output_schema::file::temporary;
 
 use super::atomic_file::FileError;
 use super::enclosed;
@@ -11,8 +20,16 @@ use super::enclosed;
 pub(super) struct Lock {
     root: PathBuf,
     relative: String,
-    /// Holds the lock until it is closed; `None` when it was let go.
+    /// Holds the lock until it is closed; `None` when it was let go, and where the file system has no locks.
     held: Option<File>,
+}
+
+/// Whether the file system has no locks, or the machine that keeps it hands out none.
+fn has_no_locks(error: &io::Error) -> bool {
+    const NO_LOCKS: [rustix::io::Errno; 3] =
+        [rustix::io::Errno::NOSYS, rustix::io::Errno::OPNOTSUPP, rustix::io::Errno::NOLCK];
+    error.kind() == ErrorKind::Unsupported
+        || rustix::io::Errno::from_io_error(error).is_some_and(|errno| NO_LOCKS.contains(&errno))
 }
 
 impl Lock {
@@ -23,6 +40,10 @@ impl Lock {
             let file = enclosed::open_lock(root, relative).map_err(at("create"))?;
             match file.try_lock() {
                 Err(TryLockError::WouldBlock) => return Ok(None),
+                Err(TryLockError::Error(e)) if has_no_locks(&e) => {
+                    enclosed::remove(root, relative)?;
+                    return Ok(Some(Self { root: root.into(), relative: relative.into(), held: None }));
+                }
                 Err(TryLockError::Error(e)) => return Err(at("lock")(e)),
                 Ok(()) if enclosed::is_named(root, relative, &file).map_err(at("read"))? => {
                     return Ok(Some(Self { root: root.into(), relative: relative.into(), held: Some(file) }));
@@ -46,6 +67,30 @@ impl Lock {
                 return Ok(Self { root: root.into(), relative: relative.into(), held: Some(file) });
             }
         }
+    }
+
+    /// The folder that it lies in.
+    pub(super) fn root(&self) -> &Path {
+        &self.root
+    }
+
+    /// Whether others are kept out: not where the file system has no locks.
+    pub(super) fn is_held(&self) -> bool {
+        self.held.is_some()
+    }
+
+    /// Writes a document of the folder that this locks, as a whole or not at all. Where nobody is kept out, by way of a name
+    /// that no other process has.
+    pub(super) fn write(&self, path: &str, content: &[u8]) -> Result<(), FileError> {
+        if self.is_held() {
+            return enclosed::write(&self.root, path, content);
+        }
+        let own = RandomState::new().build_hasher().finish();
+        let partial = temporary(&match path.rsplit_once('/') {
+            Some((folder, name)) => format!("{folder}/{own:016x}-{name}"),
+            None => format!("{own:016x}-{path}"),
+        });
+        enclosed::write_by(&self.root, &partial, path, content)
     }
 
     /// Lets go, and says where the lock file stays.

@@ -69,6 +69,7 @@ const VALIDATE: &str = "run gen validate: it says what is wrong with the dataset
 pub struct Dataset {
     root: PathBuf,
     head: Arc<DatasetHead>,
+    pub(super) has_locks: bool,
 }
 
 /// What is finished of a dataset or of one split of it.
@@ -101,7 +102,7 @@ impl Dataset {
 
     /// The dataset in the folder `root`, whose `dataset.json` is `head`.
     pub(super) fn of(root: &Path, head: DatasetHead) -> Self {
-        Self { root: root.into(), head: Arc::new(head) }
+        Self { root: root.into(), head: Arc::new(head), has_locks: true }
     }
 
     /// The same dataset with the head that it has now: another process may have extended it.
@@ -116,6 +117,11 @@ impl Dataset {
         }
         let what = format!("its {DATASET} was changed meanwhile: {}", reasons.join("; "));
         Err(unusable(&self.root, what, "let nobody change it while it is written, then run the same command again"))
+    }
+
+    /// Whether the file system keeps processes apart that write the same shard; known once the dataset was begun or continued.
+    pub fn has_locks(&self) -> bool {
+        self.has_locks
     }
 
     /// The folder.
@@ -148,12 +154,7 @@ impl Dataset {
     /// Where that cannot be told: what this process may not read was made by somebody, and is not made again.
     pub fn is_done(&self, shard: u64) -> Result<bool, Fault> {
         let Some(manifest) = self.manifest(shard)? else { return Ok(false) };
-        let (first, count) = self.head.span(shard);
-        let is_own = manifest.recipe_hash == self.head.recipe.hash
-            && manifest.generator == self.head.generator
-            && manifest.seed == self.head.seed
-            && (manifest.first, manifest.count) == (first, count);
-        if !is_own {
+        if !self.is_own(shard, &manifest) {
             return Ok(false);
         }
         let paths = manifest.files.iter().map(|file| file.path.as_str());
@@ -166,6 +167,14 @@ impl Dataset {
             }
         }
         Ok(true)
+    }
+
+    /// Whether a manifest is that of this shard of this dataset, with as many samples as it has now.
+    pub(super) fn is_own(&self, shard: u64, manifest: &Manifest) -> bool {
+        manifest.recipe_hash == self.head.recipe.hash
+            && manifest.generator == self.head.generator
+            && manifest.seed == self.head.seed
+            && (manifest.first, manifest.count) == self.head.span(shard)
     }
 
     /// The shards among `shards` that are not done.

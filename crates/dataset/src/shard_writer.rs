@@ -7,12 +7,12 @@ use std::sync::Arc;
 use arrow_array::RecordBatch;
 use arrow_schema::SchemaRef;
 use output_schema::arrow::{row_schema, stack_schema};
-use output_schema::file::{data_path, exr_folder, exr_path, manifest_path, stack_path, temporary};
-use output_schema::{Manifest, ManifestFile, ManifestSample, SCHEMA_VERSION};
+use output_schema::file::{data_path, exr_folder, exr_path, manifest_path, shard_folder, stack_path, temporary};
+use output_schema::{DatasetHead, Manifest, ManifestFile, ManifestSample, SCHEMA_VERSION};
 
 use super::atomic_file::{FileError, sha256};
 use super::enclosed;
-use super::folder::shard_lock;
+use super::folder::{DIRECTORIES, needed, shard_lock};
 use super::lock::Lock;
 use super::reader::to_document;
 use super::sample_rows::{row_batch, stack_batch};
@@ -107,6 +107,9 @@ impl ShardWriter {
             dataset,
         };
         let images = &writer.dataset.head().images;
+        for folder in shard_folders(writer.dataset.head(), shard) {
+            enclosed::make_folder(writer.root(), &folder)?;
+        }
         if !images.exr.is_empty() {
             enclosed::make_folder(writer.root(), &temporary(&exr_folder(shard)))?;
         }
@@ -202,13 +205,14 @@ impl ShardWriter {
             files.push(table.finish()?);
         }
         files.append(&mut self.exr);
-        let images = &self.dataset.head().images;
-        enclosed::sync_folder(&root, "data")?;
-        if images.stack_every.is_some() {
-            enclosed::sync_folder(&root, "stacks")?;
-        }
-        if !images.exr.is_empty() {
+        if !self.dataset.head().images.exr.is_empty() {
             self.name_exr()?;
+        }
+        for folder in shard_folders(self.dataset.head(), self.shard) {
+            enclosed::sync_folder(&root, &folder)?;
+            if let Some((above, _)) = folder.rsplit_once('/') {
+                enclosed::sync_folder(&root, above)?;
+            }
         }
         files.sort_by(|a, b| a.path.cmp(&b.path));
         let head = self.dataset.head();
@@ -241,13 +245,17 @@ impl ShardWriter {
             synced.map_err(FileError::of("sync", &root.join(&file)))?;
         }
         enclosed::sync_folder(root, &partial)?;
-        enclosed::rename(root, &partial, &whole)?;
-        enclosed::sync_folder(root, "exr")
+        enclosed::rename(root, &partial, &whole)
     }
 
     fn root(&self) -> &Path {
         self.dataset.root()
     }
+}
+
+/// The folders in which a shard has files.
+fn shard_folders(head: &DatasetHead, shard: u64) -> impl Iterator<Item = String> {
+    DIRECTORIES.into_iter().filter(|name| needed(name, head)).map(move |name| shard_folder(name, shard))
 }
 
 impl Drop for ShardWriter {
