@@ -15,9 +15,11 @@
 //! - [`generate`]: a recipe and a number of samples -> a dataset folder
 //! - [`preview`]: one sample -> a picture for a person
 //! - [`cli`]: the command line
+//! - [`api`]: what is promised to other programs
 //!
 //! Units: mm, mm^-1, rad, s, electrons, DN. Axes: x along the laser line, y along the scan, z up.
 
+pub mod api;
 pub mod cli;
 pub mod generate;
 pub mod preview;

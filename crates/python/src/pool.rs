@@ -1,0 +1,86 @@
+//! Threads for rendering, and waiting for them.
+//!
+//! Threads do not survive `fork`, which PyTorch's `DataLoader` begins its workers with: a pool belongs to the process that made
+//! it, and a process that finds another's makes one of its own.
+
+use std::any::Any;
+use std::collections::HashMap;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use rayon::{ThreadPool, ThreadPoolBuilder};
+
+use crate::errors::of_program;
+
+/// Time between two looks for Ctrl-C.
+const LOOK: Duration = Duration::from_millis(50);
+
+/// Most threads for each core, and on a machine of few cores, as `gen --threads` has them.
+const MAX_THREADS: (usize, usize) = (4, 16);
+
+/// By process and number of threads. Only taken with Python's lock, so that nobody holds it during a `fork`.
+static POOLS: Mutex<Option<HashMap<(u32, usize), Arc<ThreadPool>>>> = Mutex::new(None);
+
+/// A number of threads as it was asked for, `None` for one a core.
+pub(crate) fn thread_count(asked: Option<usize>) -> PyResult<usize> {
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let most = (MAX_THREADS.0 * cores).max(MAX_THREADS.1);
+    match asked {
+        None => Ok(cores),
+        Some(threads) if (1..=most).contains(&threads) => Ok(threads),
+        Some(threads) => Err(PyValueError::new_err(format!(
+            "threads={threads}: give 1 to {most} on this machine, or None for one a core"
+        ))),
+    }
+}
+
+/// The pool of this process with so many threads.
+pub(crate) fn pool(_: Python<'_>, threads: usize) -> PyResult<Arc<ThreadPool>> {
+    let mut pools = POOLS.lock().unwrap_or_else(PoisonError::into_inner);
+    let pools = pools.get_or_insert_default();
+    let key = (std::process::id(), threads);
+    if let Some(pool) = pools.get(&key) {
+        return Ok(pool.clone());
+    }
+    let pool = ThreadPoolBuilder::new().num_threads(threads).build();
+    let pool = Arc::new(pool.map_err(|error| of_program(&format!("no threads can be started: {error}")))?);
+    pools.insert(key, pool.clone());
+    Ok(pool)
+}
+
+/// What a piece of work ended with: its result, or what it panicked with.
+pub(crate) type Outcome<T> = Result<T, String>;
+
+/// Does `work` in a thread of `pool` and sends what comes of it, a panic too. A receiver that is gone does not want it.
+pub(crate) fn spawn<T: Send + 'static>(
+    pool: &ThreadPool,
+    sender: Sender<Outcome<T>>,
+    work: impl FnOnce() -> T + Send + 'static,
+) {
+    pool.spawn(move || {
+        let outcome = catch_unwind(AssertUnwindSafe(work)).map_err(|panic| words(panic.as_ref()));
+        let _ = sender.send(outcome);
+    });
+}
+
+fn words(panic: &(dyn Any + Send)) -> String {
+    let text = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
+    text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_else(|| "a thread panicked".into())
+}
+
+/// Waits without Python's lock; where Python has a signal to handle, does that, and gives up if it raises.
+pub(crate) fn wait<T: Send>(py: Python<'_>, receiver: &Mutex<Receiver<Outcome<T>>>) -> PyResult<T> {
+    loop {
+        let received = py.detach(|| receiver.lock().unwrap_or_else(PoisonError::into_inner).recv_timeout(LOOK));
+        match received {
+            Ok(Ok(result)) => return Ok(result),
+            Ok(Err(what)) => return Err(of_program(&what)),
+            Err(RecvTimeoutError::Timeout) => py.check_signals()?,
+            Err(RecvTimeoutError::Disconnected) => return Err(of_program("a thread ended without a result")),
+        }
+    }
+}
