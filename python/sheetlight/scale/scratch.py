@@ -3,6 +3,7 @@
 import contextlib
 import os
 import shutil
+import socket
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -26,7 +27,7 @@ def scratch_folder(base: str | os.PathLike[str] | None) -> Iterator[Path]:
         base: where it lies; None for what SHEETLIGHT_SCRATCH names, or else the system's temporary folder
 
     Raises:
-        Interruption: nothing can be written there.
+        Interruption: it cannot be made, or what is done within fails to read or write it.
     """
     base = Path(base or os.environ.get(VARIABLE) or tempfile.gettempdir(), f"sheetlight-{_user()}")
     lock = None
@@ -42,11 +43,11 @@ def scratch_folder(base: str | os.PathLike[str] | None) -> Iterator[Path]:
     except OSError as fault:
         if lock is not None:
             lock.close()
-        raise Interruption(
-            f"{base}: cannot make a scratch folder: {fault.strerror}; make room there, or let {VARIABLE} name another folder"
-        ) from None
+        raise _told(base, fault) from None
     try:
         yield place
+    except OSError as fault:
+        raise _told(base, fault) from None
     finally:
         shutil.rmtree(folder, ignore_errors=True)
         lock.close()
@@ -63,6 +64,11 @@ def _sweep(base: Path) -> None:
                 shutil.rmtree(folder, ignore_errors=True)
         except OSError:
             continue  # held by a task, or without its lock yet, or gone
+
+
+def _told(base: Path, fault: OSError) -> Interruption:
+    what = f"{base} on {socket.gethostname()}: cannot use it for scratch folders: {fault.strerror}"
+    return Interruption(f"{what}; make room there, or name another folder (scratch, {VARIABLE})")
 
 
 def _user() -> str:

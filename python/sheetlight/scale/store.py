@@ -223,7 +223,7 @@ def _place(url: str) -> tuple[str, _Place]:
     try:
         import fsspec
 
-        files, root = fsspec.core.url_to_fs(url, use_listings_cache=False, skip_instance_cache=True)
+        files, root = fsspec.core.url_to_fs(url, use_listings_cache=False)
     except ImportError as fault:
         extra = EXTRAS[protocol]
         raise Refusal(f"{url}: {_words(fault)}; pip install 'sheetlight[{extra}]'") from None
