@@ -5,7 +5,6 @@ use std::fs::{self, File};
 use std::io::{self, Error, ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
 
-use rustix::fs::{Mode, OFlags};
 use sha2::{Digest, Sha256};
 
 /// What the system refused; who calls knows the remedy.
@@ -55,8 +54,7 @@ fn create(partial: &Path) -> Result<File, FileError> {
 /// The bytes of a plain file that the user names, which has at most `most`; a pipe or a device, of which reading may
 /// never end, is refused.
 pub fn read(path: &Path, most: u64) -> Result<Vec<u8>, Error> {
-    let flags = OFlags::RDONLY | OFlags::NONBLOCK | OFlags::NOCTTY | OFlags::CLOEXEC;
-    let file: File = rustix::fs::open(path, flags, Mode::empty())?.into();
+    let file = open_at_once(path)?;
     let found = file.metadata()?;
     if !found.is_file() {
         return Err(Error::other("it is no plain file"));
@@ -74,13 +72,30 @@ pub fn read(path: &Path, most: u64) -> Result<Vec<u8>, Error> {
     if content.len() as u64 > most { Err(too_large(content.len() as u64)) } else { Ok(content) }
 }
 
+/// Opens for reading whatever has the name, and waits for nobody at the other end of a pipe.
+#[cfg(unix)]
+fn open_at_once(path: &Path) -> io::Result<File> {
+    use rustix::fs::{Mode, OFlags};
+    let flags = OFlags::RDONLY | OFlags::NONBLOCK | OFlags::NOCTTY | OFlags::CLOEXEC;
+    Ok(rustix::fs::open(path, flags, Mode::empty())?.into())
+}
+
+/// Opens for reading whatever has the name; pipes have no names among files here.
+#[cfg(not(unix))]
+fn open_at_once(path: &Path) -> io::Result<File> {
+    File::open(path)
+}
+
 /// Gives a file that is synced its name.
 pub fn rename(from: &Path, to: &Path) -> Result<(), FileError> {
     fs::rename(from, to).map_err(FileError::of("rename to", to))
 }
 
-/// Makes names in a folder last.
+/// Makes names in a folder last. Windows has no call for that: its file system keeps a journal of names.
 fn sync_directory(path: &Path) -> Result<(), FileError> {
+    if cfg!(windows) {
+        return Ok(());
+    }
     let path = if path.as_os_str().is_empty() { Path::new(".") } else { path };
     File::open(path).and_then(|directory| directory.sync_all()).map_err(FileError::of("sync", path))
 }
@@ -139,11 +154,18 @@ pub(super) struct DiskSpace {
 }
 
 /// What the disk at `path` has left; `None` where the system does not tell.
+#[cfg(unix)]
 pub(super) fn disk_space(path: &Path) -> Option<DiskSpace> {
     let absolute = std::path::absolute(path).ok()?;
     let state = absolute.ancestors().find_map(|place| rustix::fs::statvfs(place).ok())?;
     let files = (state.f_files > 0).then_some(state.f_favail);
     Some(DiskSpace { bytes: state.f_bavail.saturating_mul(state.f_frsize), files })
+}
+
+/// What the disk at `path` has left: only Unix is asked.
+#[cfg(not(unix))]
+pub(super) fn disk_space(_path: &Path) -> Option<DiskSpace> {
+    None
 }
 
 /// Space that this user may still fill at `path` [bytes]; `None` where the system does not tell.

@@ -16,8 +16,8 @@ use ort::environment::Environment;
 /// The environment variable.
 pub(crate) const LIBRARY_VARIABLE: &str = "ORT_DYLIB_PATH";
 /// What to do without the library.
-const INSTALL_REMEDY: &str =
-    "install it with `make venv` or `pip install onnxruntime`, or set ORT_DYLIB_PATH to libonnxruntime.so";
+const INSTALL_REMEDY: &str = "install it with `make venv` or `pip install onnxruntime`, or set ORT_DYLIB_PATH to its library (libonnxruntime.so, \
+     libonnxruntime.dylib, onnxruntime.dll)";
 
 /// onnxruntime allows one environment in a process and ort keeps the library for as long: so do we.
 static LOADED: Mutex<Option<Environment>> = Mutex::new(None);
@@ -109,7 +109,9 @@ fn in_environment(place: &Path) -> Vec<PathBuf> {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         name.starts_with(&start) && name.contains(&format!(".{DLL_EXTENSION}"))
     };
-    let packages = list(place.join("lib")).into_iter().map(|python| python.join("site-packages/onnxruntime/capi"));
+    // `lib/python3.11/site-packages`; on Windows `Lib/site-packages`.
+    let pythons = list(place.join("lib")).into_iter().chain([place.join("Lib")]);
+    let packages = pythons.map(|python| python.join("site-packages").join("onnxruntime").join("capi"));
     packages.flat_map(list).filter(is_library).collect()
 }
 
@@ -132,6 +134,13 @@ mod tests {
         if cfg!(target_os = "linux") {
             assert_eq!(found, [capi.join("libonnxruntime.so.1.31.1")]);
         }
+        // As on Windows, with the name that it has on this system.
+        let place = tempfile::tempdir().expect("a folder");
+        let library = place.path().join("Lib/site-packages/onnxruntime/capi");
+        fs::create_dir_all(&library).expect("a folder");
+        let library = library.join(format!("{DLL_PREFIX}onnxruntime.{DLL_EXTENSION}"));
+        fs::write(&library, "").expect("a file");
+        assert_eq!(in_environment(place.path()), [library]);
     }
 
     /// Who has installed the package elsewhere reads where it was looked for, and that no environment is active.
