@@ -261,7 +261,13 @@ fn a_manifest_that_cannot_be_read_is_a_fault() {
     };
     assert_eq!(own(tree(&scene.set(""))), own(before));
     let folder = Dataset::open(&scene.set("")).expect("it opens");
-    assert!(folder.is_done(0).is_err() && folder.remaining(0..1).is_err() && folder.complete().is_err());
+    assert!(folder.is_done(0).is_err() && folder.remaining(0..1).is_err());
+    // Other shards are missing, as names tell: nothing is opened. Once all are named, all are looked at.
+    assert_eq!(folder.complete().map_err(|fault| fault.to_string()), Ok(false));
+    for shard in 1..folder.head().shards {
+        fs::copy(scene.set("dataset.json"), scene.set(&format!("shards/{shard:05}.json"))).expect("copied");
+    }
+    assert!(folder.complete().expect_err("a folder is no manifest").to_string().contains("is a folder"));
 
     let scene = Scene::new();
     fs::write(scene.set(MANIFEST), "{").expect("written");

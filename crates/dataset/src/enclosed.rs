@@ -4,25 +4,37 @@
 //! only plain files are opened, of which reading ends; no more is read than a file of its kind can hold; and what is
 //! written is always a new file, never one that was there. The folder itself is named by the user: links that lead to it
 //! are followed.
+//!
+//! The system's part is [`Folder`]: on Unix an open folder, in which names cannot be exchanged between looking and opening; on
+//! Windows a path that was looked at, which leaves that gap to somebody who may write in the folder at the same time.
 
 use std::fmt;
 use std::fs::File;
 use std::io::{self, ErrorKind, Read, Write};
-use std::os::fd::OwnedFd;
 use std::path::Path;
 
 use output_schema::file::temporary;
-use rustix::fs::{AtFlags, Dir, FileType, Mode, OFlags, Stat};
-use rustix::io::Errno;
 
 use super::atomic_file::FileError;
 
-/// How a folder is opened that is only gone through.
-#[cfg(target_os = "linux")]
-const PASSAGE: OFlags = OFlags::PATH;
-/// How a folder is opened that is only gone through.
-#[cfg(not(target_os = "linux"))]
-const PASSAGE: OFlags = OFlags::RDONLY;
+#[cfg(unix)]
+mod unix;
+#[cfg(windows)]
+mod windows;
+
+#[cfg(unix)]
+use self::unix::Folder;
+#[cfg(windows)]
+use self::windows::Folder;
+
+/// What a folder is entered for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Entry {
+    /// To open what lies in it.
+    Passage,
+    /// To list it, or to sync its names.
+    Names,
+}
 
 /// Something else lies there than a dataset has there, or more of it.
 #[derive(Debug)]
@@ -56,25 +68,6 @@ enum Found {
 }
 
 impl Found {
-    fn of(stat: &Stat) -> Self {
-        match FileType::from_raw_mode(stat.st_mode) {
-            FileType::RegularFile => Self::File(u64::try_from(stat.st_size).unwrap_or(0)),
-            FileType::Directory => Self::Folder,
-            FileType::Symlink => Self::Other("a link"),
-            FileType::Fifo => Self::Other("a pipe"),
-            FileType::Socket => Self::Other("a socket"),
-            _ => Self::Other("a device"),
-        }
-    }
-
-    fn at(folder: &OwnedFd, name: &str) -> io::Result<Self> {
-        match rustix::fs::statat(folder, name, AtFlags::SYMLINK_NOFOLLOW) {
-            Ok(stat) => Ok(Self::of(&stat)),
-            Err(Errno::NOENT) => Ok(Self::Nothing),
-            Err(e) => Err(e.into()),
-        }
-    }
-
     /// Why it is not what is `wanted`.
     fn refused(self, name: &str, wanted: &str) -> io::Error {
         let found = match self {
@@ -88,45 +81,38 @@ impl Found {
 }
 
 /// The reason of a refusal by the system: what has the name, where that is not what is `wanted`.
-fn reason(folder: &OwnedFd, name: &str, wanted: &str, error: Errno) -> io::Error {
-    match (Found::at(folder, name), wanted) {
-        (Ok(Found::File(_)), "plain file") | (Ok(Found::Folder), "folder") | (Ok(Found::Nothing) | Err(_), _) => {
-            error.into()
-        }
+fn reason(folder: &Folder, name: &str, wanted: &str, error: io::Error) -> io::Error {
+    match (folder.found(name), wanted) {
+        (Ok(Found::File(_)), "plain file") | (Ok(Found::Folder), "folder") | (Ok(Found::Nothing) | Err(_), _) => error,
         (Ok(found), _) => found.refused(name, wanted),
     }
 }
 
 /// A path in folders and its last name; the folders are empty for a name in the root.
 fn parted(relative: &str) -> io::Result<(&str, &str)> {
-    if relative.split('/').any(|part| matches!(part, "" | "." | "..") || part.contains('\0')) {
+    // A backslash or a colon would lead elsewhere on Windows; no file of a dataset has one.
+    if relative.split('/').any(|part| matches!(part, "" | "." | "..") || part.contains(['\0', '\\', ':'])) {
         return Err(strange(format!("`{}` is no path below the folder", relative.escape_debug())));
     }
     Ok(relative.rsplit_once('/').unwrap_or(("", relative)))
 }
 
-/// Enters a folder of a folder.
-fn enter(folder: &OwnedFd, name: &str, how: OFlags) -> io::Result<OwnedFd> {
-    let flags = how | OFlags::DIRECTORY | OFlags::NOFOLLOW | OFlags::CLOEXEC;
-    rustix::fs::openat(folder, name, flags, Mode::empty()).map_err(|e| reason(folder, name, "folder", e))
-}
-
-/// The folder at `folders` below the root, the root itself where that is empty; the last one is opened as `how` says.
-fn folder_at(root: &Path, folders: &str, how: OFlags) -> io::Result<OwnedFd> {
+/// The folder at `folders` below the root, the root itself where that is empty; the last one is entered as `how` says.
+fn folder_at(root: &Path, folders: &str, how: Entry) -> io::Result<Folder> {
     let root = if root.as_os_str().is_empty() { Path::new(".") } else { root };
-    let own = if folders.is_empty() { how } else { PASSAGE };
-    let mut folder = rustix::fs::open(root, own | OFlags::DIRECTORY | OFlags::CLOEXEC, Mode::empty())?;
+    let mut folder = Folder::open(root, if folders.is_empty() { how } else { Entry::Passage })?;
     let mut parts = folders.split('/').filter(|part| !part.is_empty()).peekable();
     while let Some(part) = parts.next() {
-        folder = enter(&folder, part, if parts.peek().is_none() { how } else { PASSAGE })?;
+        let how = if parts.peek().is_none() { how } else { Entry::Passage };
+        folder = folder.enter(part, how).map_err(|e| reason(&folder, part, "folder", e))?;
     }
     Ok(folder)
 }
 
 /// The folder that holds a path, and the path's last name.
-fn place<'a>(root: &Path, relative: &'a str) -> io::Result<(OwnedFd, &'a str)> {
+fn place<'a>(root: &Path, relative: &'a str) -> io::Result<(Folder, &'a str)> {
     let (folders, name) = parted(relative)?;
-    Ok((folder_at(root, folders, PASSAGE)?, name))
+    Ok((folder_at(root, folders, Entry::Passage)?, name))
 }
 
 /// Opens the plain file `relative` below `root`, which has at most `most` bytes.
@@ -135,12 +121,9 @@ fn place<'a>(root: &Path, relative: &'a str) -> io::Result<(OwnedFd, &'a str)> {
 /// The system's; `FileTooLarge` for a larger file.
 pub fn open(root: &Path, relative: &str, most: u64) -> io::Result<File> {
     let (folder, name) = place(root, relative)?;
-    // A pipe is opened without waiting for its other end, and refused.
-    let flags = OFlags::RDONLY | OFlags::NOFOLLOW | OFlags::NONBLOCK | OFlags::NOCTTY | OFlags::CLOEXEC;
-    let file = rustix::fs::openat(&folder, name, flags, Mode::empty());
-    let file = file.map_err(|e| reason(&folder, name, "plain file", e))?;
-    match Found::of(&rustix::fs::fstat(&file)?) {
-        Found::File(bytes) if bytes <= most => Ok(file.into()),
+    let file = folder.open_file(name).map_err(|e| reason(&folder, name, "plain file", e))?;
+    match Folder::kind(&file)? {
+        Found::File(bytes) if bytes <= most => Ok(file),
         Found::File(bytes) => Err(too_large(bytes, most)),
         other => Err(other.refused(name, "plain file")),
     }
@@ -188,14 +171,14 @@ pub(super) fn lengths<'a>(
     root: &'a Path,
     files: impl Iterator<Item = &'a str> + 'a,
 ) -> impl Iterator<Item = io::Result<u64>> + 'a {
-    let mut open: Option<(&str, OwnedFd)> = None;
+    let mut open: Option<(&str, Folder)> = None;
     files.map(move |relative| {
         let (folders, name) = parted(relative)?;
         let folder = match open.take() {
             Some((known, folder)) if known == folders => folder,
-            _ => folder_at(root, folders, PASSAGE)?,
+            _ => folder_at(root, folders, Entry::Passage)?,
         };
-        let found = Found::at(&folder, name);
+        let found = folder.found(name);
         open = Some((folders, folder));
         match found? {
             Found::File(bytes) => Ok(bytes),
@@ -214,19 +197,7 @@ pub fn names(root: &Path, relative: &str) -> io::Result<Vec<String>> {
 
 /// Names in the folder `relative` below the root, sorted, and whether each is a folder.
 pub(super) fn entries(root: &Path, relative: &str) -> io::Result<Vec<(String, bool)>> {
-    let folder = folder_at(root, relative, OFlags::RDONLY)?;
-    let mut names = Vec::new();
-    for entry in Dir::read_from(&folder)? {
-        let entry = entry?;
-        let name = entry.file_name().to_string_lossy().into_owned();
-        let is_folder = match entry.file_type() {
-            FileType::Unknown => Found::at(&folder, &name)? == Found::Folder,
-            known => known == FileType::Directory,
-        };
-        if name != "." && name != ".." {
-            names.push((name, is_folder));
-        }
-    }
+    let mut names = folder_at(root, relative, Entry::Names)?.entries()?;
     names.sort_unstable();
     Ok(names)
 }
@@ -234,11 +205,8 @@ pub(super) fn entries(root: &Path, relative: &str) -> io::Result<Vec<(String, bo
 /// A new file of that name: what a killed process left under it is removed before.
 pub(super) fn create(root: &Path, relative: &str) -> Result<File, FileError> {
     remove(root, relative)?;
-    let made = place(root, relative).and_then(|(folder, name)| {
-        let flags = OFlags::WRONLY | OFlags::CREATE | OFlags::EXCL | OFlags::NOFOLLOW | OFlags::CLOEXEC;
-        Ok(rustix::fs::openat(&folder, name, flags, Mode::from_raw_mode(0o666))?)
-    });
-    made.map(File::from).map_err(FileError::of("create", &root.join(relative)))
+    let made = place(root, relative).and_then(|(folder, name)| folder.create_file(name));
+    made.map_err(FileError::of("create", &root.join(relative)))
 }
 
 /// Writes `relative` as a whole or not at all: under a temporary name, synced, renamed, its folder synced.
@@ -268,7 +236,7 @@ fn parent(relative: &str) -> &str {
 pub(super) fn rename(root: &Path, from: &str, to: &str) -> Result<(), FileError> {
     let renamed = (|| {
         let ((folder, name), (other, new)) = (place(root, from)?, place(root, to)?);
-        Ok(rustix::fs::renameat(&folder, name, &other, new)?)
+        folder.rename(name, &other, new)
     })();
     renamed.map_err(FileError::of("rename to", &root.join(to)))
 }
@@ -277,11 +245,11 @@ pub(super) fn rename(root: &Path, from: &str, to: &str) -> Result<(), FileError>
 pub fn make_folder(root: &Path, relative: &str) -> Result<(), FileError> {
     let made = (|| {
         parted(relative)?;
-        let mut folder = folder_at(root, "", PASSAGE)?;
+        let mut folder = folder_at(root, "", Entry::Passage)?;
         for part in relative.split('/') {
-            match rustix::fs::mkdirat(&folder, part, Mode::from_raw_mode(0o777)) {
-                Ok(()) | Err(Errno::EXIST) => folder = enter(&folder, part, PASSAGE)?,
-                Err(e) => return Err(e.into()),
+            match folder.make(part) {
+                Err(e) if e.kind() != ErrorKind::AlreadyExists => return Err(e),
+                _ => folder = folder.enter(part, Entry::Passage).map_err(|e| reason(&folder, part, "folder", e))?,
             }
         }
         Ok(())
@@ -291,7 +259,13 @@ pub fn make_folder(root: &Path, relative: &str) -> Result<(), FileError> {
 
 /// Makes the names in the folder `relative` last.
 pub(super) fn sync_folder(root: &Path, relative: &str) -> Result<(), FileError> {
-    let synced = folder_at(root, relative, OFlags::RDONLY).and_then(|folder| File::from(folder).sync_all());
+    let synced = folder_at(root, relative, Entry::Names).and_then(Folder::sync);
+    synced.map_err(FileError::of("sync", &root.join(relative)))
+}
+
+/// Makes the bytes of a plain file last.
+pub(super) fn sync(root: &Path, relative: &str) -> Result<(), FileError> {
+    let synced = place(root, relative).and_then(|(folder, name)| folder.open_to_sync(name)?.sync_all());
     synced.map_err(FileError::of("sync", &root.join(relative)))
 }
 
@@ -306,8 +280,7 @@ pub(super) fn check_removable(root: &Path, relative: &str) -> Result<(), FileErr
 /// Removes a plain file; nothing to remove is well.
 pub fn remove(root: &Path, relative: &str) -> Result<(), FileError> {
     check_removable(root, relative)?;
-    let removed =
-        place(root, relative).and_then(|(folder, name)| Ok(rustix::fs::unlinkat(&folder, name, AtFlags::empty())?));
+    let removed = place(root, relative).and_then(|(folder, name)| folder.remove_file(name));
     match removed {
         Err(e) if e.kind() != ErrorKind::NotFound => Err(FileError::of("remove", &root.join(relative))(e)),
         _ => Ok(()),
@@ -335,8 +308,7 @@ pub(super) fn own_files(root: &Path, relative: &str, is_own: fn(&str) -> bool) -
 
 /// Removes an empty folder; nothing to remove is well.
 pub(super) fn remove_empty_folder(root: &Path, relative: &str) -> Result<(), FileError> {
-    let removed =
-        place(root, relative).and_then(|(folder, name)| Ok(rustix::fs::unlinkat(&folder, name, AtFlags::REMOVEDIR)?));
+    let removed = place(root, relative).and_then(|(folder, name)| folder.remove_folder(name));
     match removed {
         Err(e) if e.kind() != ErrorKind::NotFound => Err(FileError::of("remove", &root.join(relative))(e)),
         _ => Ok(()),
@@ -346,11 +318,9 @@ pub(super) fn remove_empty_folder(root: &Path, relative: &str) -> Result<(), Fil
 /// Opens a lock file, and makes it where it is missing; its content is never looked at.
 pub(super) fn open_lock(root: &Path, relative: &str) -> io::Result<File> {
     let (folder, name) = place(root, relative)?;
-    let flags = OFlags::RDWR | OFlags::CREATE | OFlags::NOFOLLOW | OFlags::NONBLOCK | OFlags::CLOEXEC;
-    let file = rustix::fs::openat(&folder, name, flags, Mode::from_raw_mode(0o666));
-    let file = file.map_err(|e| reason(&folder, name, "plain file", e))?;
-    match Found::of(&rustix::fs::fstat(&file)?) {
-        Found::File(_) => Ok(file.into()),
+    let file = folder.open_lock(name).map_err(|e| reason(&folder, name, "plain file", e))?;
+    match Folder::kind(&file)? {
+        Found::File(_) => Ok(file),
         other => Err(other.refused(name, "plain file")),
     }
 }
@@ -361,15 +331,10 @@ pub(super) fn is_named(root: &Path, relative: &str, file: &File) -> io::Result<b
         Err(e) if e.kind() == ErrorKind::NotFound => return Ok(false),
         place => place?,
     };
-    let held = rustix::fs::fstat(file)?;
-    match rustix::fs::statat(&folder, name, AtFlags::SYMLINK_NOFOLLOW) {
-        Ok(named) => Ok((named.st_dev, named.st_ino) == (held.st_dev, held.st_ino)),
-        Err(Errno::NOENT) => Ok(false),
-        Err(e) => Err(e.into()),
-    }
+    folder.is_named(name, file)
 }
 
-#[cfg(test)]
+#[cfg(all(test, unix))]
 mod tests {
     use std::fs;
     use std::os::unix::fs::symlink;
@@ -388,7 +353,18 @@ mod tests {
         symlink("../../out/a", root.join("data/b")).expect("linked");
         assert_eq!(read(&root, "data/a", 3).expect("it is there"), b"own");
         assert_eq!(read(&root, "data/a", 2).expect_err("it is larger").kind(), ErrorKind::FileTooLarge);
-        for path in ["../out/a", "data/../../out/a", "/etc/passwd", "data//a", "./data/a", "", "link/a", "data/b"] {
+        for path in [
+            "../out/a",
+            "data/../../out/a",
+            "/etc/passwd",
+            "data//a",
+            "./data/a",
+            "",
+            "link/a",
+            "data/b",
+            "data\\a",
+            "c:a",
+        ] {
             let error = read(&root, path, 99).expect_err(path);
             assert!(is_strange(&error), "{path}: {error}");
             assert!(length(&root, path).is_err() && create(&root, path).is_err() && remove(&root, path).is_err());

@@ -26,10 +26,11 @@ pub(super) struct Lock {
 
 /// Whether the file system has no locks, or the machine that keeps it hands out none.
 fn has_no_locks(error: &io::Error) -> bool {
-    const NO_LOCKS: [rustix::io::Errno; 3] =
-        [rustix::io::Errno::NOSYS, rustix::io::Errno::OPNOTSUPP, rustix::io::Errno::NOLCK];
-    error.kind() == ErrorKind::Unsupported
-        || rustix::io::Errno::from_io_error(error).is_some_and(|errno| NO_LOCKS.contains(&errno))
+    #[cfg(unix)]
+    let is_none_left = error.raw_os_error() == Some(rustix::io::Errno::NOLCK.raw_os_error());
+    #[cfg(not(unix))]
+    let is_none_left = false;
+    error.kind() == ErrorKind::Unsupported || is_none_left
 }
 
 impl Lock {

@@ -241,8 +241,7 @@ impl ShardWriter {
         let partial = temporary(&whole);
         for sample in &self.samples {
             let file = format!("{partial}/{}.exr", sample.id);
-            let synced = enclosed::open(root, &file, u64::MAX).and_then(|file| file.sync_all());
-            synced.map_err(FileError::of("sync", &root.join(&file)))?;
+            enclosed::sync(root, &file)?;
         }
         enclosed::sync_folder(root, &partial)?;
         enclosed::rename(root, &partial, &whole)
