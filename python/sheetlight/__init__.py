@@ -1,0 +1,37 @@
+"""Sheetlight: laser triangulation scans with subsurface scattering, simulated.
+
+    import sheetlight
+
+    sample = sheetlight.Recipe.load("wood-small").sample(0)     # rendered in this process
+    sample.range_mm, sample.scatter, sample.label               # NumPy arrays [rows, cols]
+    sheetlight.generate("wood-small", 100, "out/boards")        # a dataset in a folder
+    sheetlight.open("out/boards")[0].scatter                    # the same attributes, read
+
+`sheetlight.torch` has datasets for PyTorch's DataLoader, `sheetlight.scale` makes datasets with many machines and in buckets.
+Lengths are in mm, angles in degrees, digital numbers (DN) as the camera gives them.
+"""
+
+from sheetlight._dataset import Dataset, open
+from sheetlight._errors import DatasetError, RecipeError, RecipeFault, RecipeNotFoundError
+from sheetlight._gen import GenError
+from sheetlight._program import generate, report, validate
+from sheetlight._recipe import Recipe, recipes
+from sheetlight._sample import Sample
+from sheetlight._sheetlight import version as __version__
+
+__all__ = [
+    "Dataset",
+    "DatasetError",
+    "GenError",
+    "Recipe",
+    "RecipeError",
+    "RecipeFault",
+    "RecipeNotFoundError",
+    "Sample",
+    "__version__",
+    "generate",
+    "open",
+    "recipes",
+    "report",
+    "validate",
+]

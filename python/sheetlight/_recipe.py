@@ -1,0 +1,217 @@
+"""Recipes, and the samples that they make in this process."""
+
+from __future__ import annotations
+
+import functools
+import json
+import os
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from sheetlight import _sheetlight
+from sheetlight._gen import override_text
+from sheetlight._sample import Facts, Sample
+
+MOST_SAMPLES = 100_000_000
+"""Samples of the largest dataset, and of the largest range."""
+
+
+class Recipe:
+    """What samples are drawn from; get one by `Recipe.load`.
+
+    A sample follows from recipe, seed, its number and the version of the package alone: threads, processes and the order in which
+    samples are asked for make no difference.
+    """
+
+    def __init__(self) -> None:
+        raise TypeError("recipes are made by Recipe.load(name)")
+
+    @classmethod
+    def load(
+        cls, name: str | os.PathLike[str], overrides: Mapping[str, Any] | None = None, /, **sections: Any
+    ) -> Recipe:
+        """The recipe in a YAML file, a built-in one (`recipes()` lists them), or that of a dataset in a folder.
+
+        >>> import sheetlight
+        >>> sheetlight.Recipe.load("wood-small", {"camera.tilt_deg": 30}).name
+        'wood-small'
+        >>> recipe = sheetlight.Recipe.load("wood-small", scan={"columns": 128, "profiles": 64})
+        >>> recipe.shape
+        (64, 128)
+
+        Args:
+            name: path of a file, name of a built-in recipe, or path of a dataset's folder
+            overrides: values that replace those of the recipe, by the path of the key: {"camera.tilt_deg": 30}. A value is a number,
+                a text, a list, or a distribution such as {"uniform": [20, 30]}.
+            **sections: the same by section: camera={"tilt_deg": 30}
+
+        Raises:
+            RecipeError: the recipe has faults; `faults` lists them with line, key and remedy.
+            RecipeNotFoundError: nothing has that name.
+            DatasetError: the folder holds no dataset that can be read.
+        """
+        changes = dict(overrides or {})
+        for section, values in sections.items():
+            if isinstance(values, Mapping):
+                changes.update({f"{section}.{key}": value for key, value in values.items()})
+            else:
+                changes[section] = values
+        name = os.fspath(name)
+        # Where the working directory changes, or a worker has another one, it is the same file.
+        path = Path(name)
+        if path.exists():
+            name = str(path.absolute())
+        texts = [(key, override_text(key, value)) for key, value in changes.items()]
+        return cls._load(name, texts)
+
+    @classmethod
+    def _load(cls, name: str, overrides: list[tuple[str, str]], content: str | None = None) -> Recipe:
+        self = object.__new__(cls)
+        self._name, self._overrides = name, overrides
+        self._recipe = _sheetlight.Recipe.load(name, overrides)
+        if content not in (None, self.hash):
+            raise ValueError(f"the recipe {name} has changed since it was loaded: load it again where it is handed on")
+        return self
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Recipe._load, (self._name, self._overrides, self.hash)
+
+    def __repr__(self) -> str:
+        rows, cols = self.shape
+        return f"<Recipe {self.name}: {self.subject}, {rows} x {cols} px, {self.hash[:12]}>"
+
+    @property
+    def name(self) -> str:
+        """Name of its datasets."""
+        return self._recipe.name
+
+    @functools.cached_property
+    def hash(self) -> str:
+        """SHA-256 of what it means, in hexadecimal: comments, order and spelling leave it as it is."""
+        return self._recipe.hash
+
+    @property
+    def subject(self) -> str:
+        """What the objects are: "wood", "blister", "sawtooth" or "mesh"."""
+        return self._recipe.subject
+
+    @property
+    def text(self) -> str:
+        """Its text in YAML; overrides are in its section `set`."""
+        return self._recipe.text
+
+    @functools.cached_property
+    def canonical(self) -> dict[str, Any]:
+        """Everything that it means, defaults included."""
+        return json.loads(self._recipe.canonical())
+
+    @property
+    def notes(self) -> list[str]:
+        """Keys that have no effect, each with its reason and what to do."""
+        return self._recipe.notes
+
+    @property
+    def classes(self) -> list[str]:
+        """Names of the classes that samples are drawn from."""
+        return self._facts.head["classes"]
+
+    @property
+    def pixel_classes(self) -> list[str]:
+        """Names of the classes of pixels; the position is the value in `Sample.label`."""
+        return self._facts.head["pixel_classes"]
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows (along the scan) and columns (along the laser line) of the maps [px]."""
+        images = self._facts.head["images"]
+        return images["rows"], images["cols"]
+
+    @property
+    def size(self) -> dict[str, int]:
+        """What is exposed: `profiles`, sensor `columns` and sensor `rows` [px]; the maps are smaller where the recipe bins them."""
+        images = self._facts.head["images"]
+        profiles = self.canonical["scan"]["profiles"]
+        return {"profiles": profiles, "columns": images["sensor_cols"], "rows": images["sensor_rows"]}
+
+    @functools.cached_property
+    def _facts(self) -> Facts:
+        return Facts(json.loads(self._recipe.head(0)))
+
+    def sample(self, index: int, seed: int = 0, *, threads: int | None = None, dark: bool = True) -> Sample:
+        """Renders a sample.
+
+        >>> import sheetlight
+        >>> recipe = sheetlight.Recipe.load("wood-small", scan={"columns": 128, "profiles": 64})
+        >>> sample = recipe.sample(3)
+        >>> sample.scatter.shape, sample.scatter.dtype.name, sample.class_name in recipe.classes
+        ((64, 128), 'float32', True)
+
+        Args:
+            index: number of the sample, from 0
+            seed: seed of all draws
+            threads: threads that render it; None for one a core
+            dark: whether Reflectance and Scatter keep the sensor's dark level, as the camera and datasets have it
+
+        Ctrl-C stops it; other Python threads go on meanwhile.
+        """
+        index, seed = _number("index", index), _seed(seed)
+        return Sample(self._recipe.sample(index, seed, threads), self._facts, dark=dark)
+
+    def samples(
+        self, numbers: int | range, seed: int = 0, *, threads: int | None = None, dark: bool = True
+    ) -> Iterator[Sample]:
+        """Renders samples one after the other, several side by side; a few for each thread are made ahead.
+
+        >>> import sheetlight
+        >>> recipe = sheetlight.Recipe.load("wood-small", scan={"columns": 128, "profiles": 64})
+        >>> [sample.index for sample in recipe.samples(range(2, 8, 2))]
+        [2, 4, 6]
+
+        Args:
+            numbers: their numbers as a range, or how many from 0 on
+            seed, threads, dark: as for `sample`
+        """
+        numbers = range(numbers) if isinstance(numbers, int) else numbers
+        if not isinstance(numbers, range):
+            raise TypeError(f"numbers: give a range or how many, not {type(numbers).__name__}")
+        if numbers:
+            _number("numbers", min(numbers[0], numbers[-1]))
+            _number("numbers", max(numbers[0], numbers[-1]))
+        first = numbers.start if numbers else 0
+        rendered = self._recipe.samples((first, numbers.step, len(numbers)), _seed(seed), threads)
+        return (Sample(sample, self._facts, dark=dark) for sample in rendered)
+
+
+def recipes() -> dict[str, str]:
+    """The built-in recipes: what each is, in a few words, by name.
+
+    >>> import sheetlight
+    >>> sheetlight.recipes()["wood-small"]
+    'a small one to try things with'
+    """
+    return dict(_sheetlight.built_in_recipes())
+
+
+def _number(name: str, index: int) -> int:
+    index = index.__index__()
+    if not 0 <= index < MOST_SAMPLES:
+        raise IndexError(f"{name}: {index} is no number of a sample, these are 0 to {MOST_SAMPLES - 1}")
+    return index
+
+
+def _seed(seed: int) -> int:
+    seed = seed.__index__()
+    if not 0 <= seed < 2**64:
+        raise ValueError(f"seed: {seed} is none, these are 0 to 2^64 - 1")
+    return seed
+
+
+def reload_arguments(recipe: Recipe | str | os.PathLike[str], overrides: Mapping[str, Any] | None) -> Iterable[str]:
+    """What tells `gen` of a recipe: --recipe and --set."""
+    if isinstance(recipe, Recipe):
+        name, texts = recipe._name, list(recipe._overrides)
+    else:
+        name, texts = os.fspath(recipe), []
+    texts += [(key, override_text(key, value)) for key, value in (overrides or {}).items()]
+    return ["--recipe", name, *(word for key, text in texts for word in ("--set", f"{key}={text}"))]

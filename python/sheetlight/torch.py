@@ -1,0 +1,263 @@
+"""Scans for PyTorch's DataLoader: rendered on the fly, or read from a dataset.
+
+    import sheetlight, sheetlight.torch
+    from torch.utils.data import DataLoader
+
+    recipe = sheetlight.Recipe.load("wood-train")
+    scans = sheetlight.torch.Scans(recipe, 10_000, crop=128)
+    for batch in DataLoader(scans, batch_size=16, shuffle=True, num_workers=2):
+        batch["maps"], batch["label"]       # float32 [16, 3, 128, 128], int64 [16, 128, 128]
+
+An item follows from the recipe (or dataset), the seed, its number and the options alone: it is the same for any number of workers
+and ranks, and in any order.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Any
+
+from sheetlight._dataset import Dataset
+from sheetlight._need import needed
+from sheetlight._recipe import Recipe
+from sheetlight._sample import TRUTH, Sample
+
+with needed("torch", "torch"):
+    import torch
+    import torch.distributed
+    import torch.utils.data
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+MEASURED = ("range", "reflectance", "scatter")
+"""Channels that are measured: "range" is in mm, or in px of uncalibrated scans."""
+
+
+class Scans(torch.utils.data.Dataset[dict[str, Any]]):
+    """Scans by number. An item is a dict:
+
+    - `maps`: float32 `[channels, rows, cols]`; Range and truth in mm (or px, deg), Reflectance and Scatter in DN; `missing` where a
+      pixel is not measured (or off the object, in maps of truth)
+    - `valid`: bool `[rows, cols]`, whether a pixel is measured
+    - `label`: int64 `[rows, cols]`, class of what each pixel really shows, a position in `pixel_classes`
+    - `instance`: int64 `[rows, cols]`, which object each pixel really shows, 0 for none
+    - `class`: position of the sample's class among `classes`
+    - `index`: number of the sample
+    - `corner`: int64 `[2]`, first row and first column of the crop
+    - `pixel_mm`: float64 `[2]`, distance between two rows and between two columns [mm]
+    """
+
+    def __init__(
+        self,
+        scans: Recipe | Dataset,
+        n: int | None = None,
+        *,
+        crop: int | tuple[int, int] | None = None,
+        channels: Sequence[str] = MEASURED,
+        square_pixels: bool | float = False,
+        seed: int = 0,
+        first: int = 0,
+        dark: bool = True,
+        missing: float = 0.0,
+    ):
+        """
+        Args:
+            scans: a recipe, whose samples are rendered as they are asked for; or a dataset, whose samples are read
+            n: how many; None for all of a dataset
+            crop: rows and columns of a window at a place that follows from seed and number [px]; None for whole scans
+            channels: "range", "reflectance", "scatter", and maps of `Sample.truth`
+            square_pixels: True for pixels as long as wide, of the longer of the two sides; a number for pixels of that side [mm].
+                Maps are averaged over the area of a pixel, labels are taken at its middle.
+            seed: of the places of crops; of a recipe's draws too
+            first: number of the first sample of a recipe; another epoch of fresh samples begins at n, 2 n, ...
+            dark: whether Reflectance and Scatter keep the sensor's dark level
+            missing: what maps hold where nothing is measured; `math.nan` is possible
+        """
+        if isinstance(scans, Dataset):
+            if first:
+                raise ValueError("first: the samples of a dataset are those that it has; open one split of it, or take a Subset")
+            n = len(scans) if n is None else n
+            if n > len(scans):
+                raise ValueError(f"n: {n} samples are asked for and {scans!r} has {len(scans)}")
+        elif isinstance(scans, Recipe):
+            if n is None:
+                raise ValueError("n: a recipe has any number of samples; say how many")
+        else:
+            raise TypeError(f"scans: give a Recipe or a Dataset, not {type(scans).__name__}")
+        unknown = [name for name in channels if name not in MEASURED and name not in TRUTH]
+        if unknown or not channels:
+            raise ValueError(f"channels: {', '.join(unknown) or 'none'}; there are {', '.join((*MEASURED, *TRUTH))}")
+        self.scans, self.n, self.seed, self.first = scans, int(n), seed, first
+        self.channels, self.dark, self.missing = tuple(channels), dark, missing
+        self.crop = (crop, crop) if isinstance(crop, int) else crop
+        if self.crop is not None and min(self.crop) < 1:
+            raise ValueError(f"crop: {crop}: give rows and columns of 1 or more")
+        self.square_pixels = square_pixels
+        if square_pixels is not True and square_pixels < 0:
+            raise ValueError(f"square_pixels: {square_pixels}: give True, or the side of a pixel in mm")
+
+    @property
+    def classes(self) -> list[str]:
+        """Names of the classes that samples are drawn from."""
+        return self.scans.classes
+
+    @property
+    def pixel_classes(self) -> list[str]:
+        """Names of the classes of pixels."""
+        return self.scans.pixel_classes
+
+    def __len__(self) -> int:
+        return self.n
+
+    def __getitem__(self, number: int) -> dict[str, Any]:
+        if not 0 <= number < self.n:
+            raise IndexError(f"{number}: there are scans 0 to {self.n - 1}")
+        return self.item(self.sample(number))
+
+    def sample(self, number: int) -> Sample:
+        """The whole sample of that number."""
+        if isinstance(self.scans, Dataset):
+            return self.scans.sample(self.scans.indices[number], dark=self.dark)
+        # Workers are the parallelism; threads of each would only compete.
+        threads = 1 if torch.utils.data.get_worker_info() else None
+        return self.scans.sample(self.first + number, self.seed, threads=threads, dark=self.dark)
+
+    def item(self, sample: Sample) -> dict[str, Any]:
+        """What an item holds of a sample."""
+        grid = _Grid(sample, self.square_pixels)
+        window = self._window(sample.index, grid.shape)
+        valid = sample.valid
+        share = grid.averaged(valid.astype(np.float32), window)
+        maps = [self._channel(sample, name, grid, window) for name in self.channels]
+        return {
+            "maps": torch.from_numpy(np.stack(maps)),
+            "valid": torch.from_numpy(share >= 0.5),
+            "label": torch.from_numpy(grid.nearest(sample.label, window).astype(np.int64)),
+            "instance": torch.from_numpy(grid.nearest(sample.instance, window).astype(np.int64)),
+            "class": sample.class_index,
+            "index": sample.index,
+            "corner": torch.tensor([part.start for part in window]),
+            "pixel_mm": torch.tensor(grid.pixel_mm, dtype=torch.float64),
+        }
+
+    def _channel(self, sample: Sample, name: str, grid: _Grid, window: tuple[range, range]) -> NDArray[np.float32]:
+        key = f"range_{sample.range_unit}" if name == "range" else name
+        try:
+            values = sample.maps[key]
+        except KeyError:
+            raise ValueError(f"channels: sample {sample.index} has no {name}; it has {', '.join(sample.maps)}") from None
+        there = ~np.isnan(values)
+        share = grid.averaged(there.astype(np.float32), window)
+        mean = grid.averaged(np.where(there, values, np.float32(0)), window)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return np.where(share >= 0.5, mean / share, np.float32(self.missing)).astype(np.float32)
+
+    def _window(self, index: int, shape: tuple[int, int]) -> tuple[range, range]:
+        if self.crop is None:
+            return range(shape[0]), range(shape[1])
+        if any(side > whole for side, whole in zip(self.crop, shape)):
+            raise ValueError(f"crop: {self.crop} does not fit scan {index} of {shape[0]} x {shape[1]} px; give a smaller one")
+        place = np.random.default_rng([self.seed, index])
+        starts = [int(place.integers(0, whole - side + 1)) for side, whole in zip(self.crop, shape)]
+        rows, cols = (range(start, start + side) for start, side in zip(starts, self.crop))
+        return rows, cols
+
+
+class ScansStream(torch.utils.data.IterableDataset[dict[str, Any]]):
+    """The same as a stream, in the order of numbers, without end where a recipe is given no `n`.
+
+    Workers of a DataLoader and ranks of torch.distributed share it: worker w of W on rank r of R gives scans r + R w, then each
+    R W-th one. Together they give every scan once.
+    """
+
+    def __init__(self, scans: Recipe | Dataset, n: int | None = None, **options: Any):
+        """
+        Args:
+            scans: as for `Scans`
+            n: how many; None for all of a dataset, and without end for a recipe
+            **options: those of `Scans`
+        """
+        from sheetlight._recipe import MOST_SAMPLES
+
+        self._is_endless = n is None and isinstance(scans, Recipe)
+        most = MOST_SAMPLES - options.get("first", 0) if self._is_endless else n
+        self.scans = Scans(scans, most, **options)
+
+    def __len__(self) -> int:
+        if self._is_endless:
+            raise TypeError("the stream has no end")
+        return len(self.scans)
+
+    def __iter__(self) -> Iterator[dict[str, Any]]:
+        start, step = _share()
+        scans = self.scans
+        if isinstance(scans.scans, Dataset):
+            yield from (scans[number] for number in range(start, len(scans), step))
+            return
+        numbers = range(scans.first + start, scans.first + len(scans), step)
+        threads = 1 if torch.utils.data.get_worker_info() else None
+        for sample in scans.scans.samples(numbers, scans.seed, threads=threads, dark=scans.dark):
+            yield scans.item(sample)
+
+
+def _share() -> tuple[int, int]:
+    """First number of this worker on this rank, and the step to the next."""
+    rank, ranks = 0, 1
+    if torch.distributed.is_available() and torch.distributed.is_initialized():
+        rank, ranks = torch.distributed.get_rank(), torch.distributed.get_world_size()
+    elif "WORLD_SIZE" in os.environ and "RANK" in os.environ:
+        # A worker that was spawned is no member of its parent's group.
+        rank, ranks = int(os.environ["RANK"]), int(os.environ["WORLD_SIZE"])
+    worker = torch.utils.data.get_worker_info()
+    w, workers = (worker.id, worker.num_workers) if worker else (0, 1)
+    return rank + ranks * w, ranks * workers
+
+
+class _Grid:
+    """The pixels of a sample, or square ones over the same field."""
+
+    def __init__(self, sample: Sample, square_pixels: bool | float):
+        rows, cols = sample.shape
+        self.pixel_mm = (sample.row_mm, sample.col_mm)
+        if square_pixels is False or square_pixels == 0:
+            self.shape, self._steps = (rows, cols), None
+            return
+        side = max(self.pixel_mm) if square_pixels is True else float(square_pixels)
+        # Pixels of the sample in a square one, along rows and columns.
+        self._steps = [side / pitch for pitch in self.pixel_mm]
+        self.pixel_mm = (side, side)
+        self.shape = (int(rows / self._steps[0]), int(cols / self._steps[1]))
+        if min(self.shape) < 1:
+            raise ValueError(f"square_pixels: {side} mm is more than sample {sample.index} is long or wide; give a smaller side")
+
+    def averaged(self, values: NDArray[np.float32], window: tuple[range, range]) -> NDArray[np.float32]:
+        """Means over the areas of pixels."""
+        rows, cols = window
+        if self._steps is None:
+            return values[rows.start : rows.stop, cols.start : cols.stop]
+        top, along = _overlaps(rows, self._steps[0], values.shape[0])
+        left, across = _overlaps(cols, self._steps[1], values.shape[1])
+        part = values[top : top + along.shape[1], left : left + across.shape[1]]
+        return along @ part @ across.T
+
+    def nearest(self, values: NDArray[Any], window: tuple[range, range]) -> NDArray[Any]:
+        """Values at the middles of pixels."""
+        rows, cols = window
+        if self._steps is None:
+            return values[rows.start : rows.stop, cols.start : cols.stop]
+        places = [((np.asarray(part) + 0.5) * step).astype(np.int64) for part, step in zip(window, self._steps)]
+        return values[np.ix_(*places)]
+
+
+def _overlaps(part: range, step: float, length: int) -> tuple[int, NDArray[np.float32]]:
+    """First pixel that pixels `part` of `step` pixels each overlap, and the share of each in each of them, `[part, pixels]`."""
+    first, last = int(part.start * step), min(int(np.ceil(part.stop * step)), length)
+    edges = np.asarray(range(part.start, part.stop + 1)) * step
+    pixels = np.arange(first, last)
+    upper = np.minimum(edges[1:, None], pixels + 1)
+    lower = np.maximum(edges[:-1, None], pixels)
+    return first, (np.clip(upper - lower, 0, None) / step).astype(np.float32)
