@@ -132,7 +132,7 @@ def cut_patches(folder, task, channels, split, patches, seed):
     if "range" in channels and head["images"]["range"] == "uncalibrated":
         sys.exit(f"Range of {folder} is in sensor rows: make it anew with `extraction: {{range: calibrated}}`, or leave "
                  "range out of --channels")
-    tables = sorted((folder / "data").glob(f"{split or '*'}-*.parquet"))
+    tables = sorted((folder / "data").rglob(f"{split or '*'}-*.parquet"))
     truth, pixels = truth_of(head, task), task.kind == "classify_pixels"
     wanted = plan_pixels(tables, task, truth, head["pixel_classes"], patches) if pixels else {}
     scale = ["range_offset_mm", "range_scale_mm"] if "range" in channels else []

@@ -75,13 +75,14 @@ def samples(root):
     """Index, calibration and Range (NaN where missing) of each sample, from the EXR files, else from the images."""
     head = open_dataset(root)
     unit = "px" if head["images"]["range"] == "uncalibrated" else "mm"
-    for path in sorted((root / "data").glob("*.parquet")):
+    for path in sorted((root / "data").rglob("*.parquet")):
         for row in pq.read_table(path).to_pylist():
             if "range" in head["images"]["exr"]:
                 import OpenEXR
 
                 shard = row["index"] // head["samples_per_shard"]
-                name = root / "exr" / f"{shard:05}" / f"{row['id']}.exr"
+                thousand = f"{shard // 1000:03}" if shard >= 1000 else ""
+                name = root / "exr" / thousand / f"{shard:05}" / f"{row['id']}.exr"
                 with OpenEXR.File(str(name), separate_channels=True) as file:
                     said = json.loads(file.header()["sheetlight"])
                     assert said["units"]["Range"] == unit, said

@@ -34,7 +34,7 @@ def boards(folder):
     """The samples of a dataset, classes in turn."""
     head = open_dataset(folder)
     columns = ["index", "class", "range", "reflectance", "scatter", "label"]
-    samples = [row for table in sorted((folder / "data").glob("*.parquet"))
+    samples = [row for table in sorted((folder / "data").rglob("*.parquet"))
                for row in pq.read_table(table, columns=columns).to_pylist()]
     kinds = {}
     for row in sorted(samples, key=lambda row: row["index"]):

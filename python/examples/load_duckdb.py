@@ -20,7 +20,7 @@ def main():
     db = duckdb.connect()
 
     # The one line: a view over all shards and splits.
-    db.sql(f"CREATE VIEW samples AS FROM read_parquet('{root}/data/*.parquet')")
+    db.sql(f"CREATE VIEW samples AS FROM read_parquet('{root}/data/**/*.parquet')")
 
     # Names of pixel classes, by their value in labels and objects.
     db.execute("CREATE TABLE names AS SELECT unnest(range(len($1))) AS value, unnest($1) AS name", [head["pixel_classes"]])

@@ -22,7 +22,7 @@ with needed():
 def main():
     root, head = folder(__doc__)
     wanted = ["id", "index", "row_mm", "col_mm"] + [name for name in head["images"]["png"] if name in ("range", "label")]
-    file = sorted((root / "data").glob("*.parquet"))[0]
+    file = sorted((root / "data").rglob("*.parquet"))[0]
     row = pq.read_table(file, columns=wanted).slice(0, 1).to_pylist()[0]
 
     if "reflectance" in head["images"]["exr"]:

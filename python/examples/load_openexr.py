@@ -21,7 +21,7 @@ def main():
     if not head["images"]["exr"]:
         remedy = ", or read the PNG images (load_datasets.py)" if head["images"]["png"] else ""
         raise SystemExit(f"this dataset holds no EXR files; make it anew with output.exr{remedy}")
-    file = sorted((root / "data").glob("*.parquet"))[0]
+    file = sorted((root / "data").rglob("*.parquet"))[0]
     row = pq.read_table(file, columns=["id", "index"]).slice(0, 1).to_pylist()[0]
     path = exr_path(root, head, row)
 

@@ -19,7 +19,7 @@ def main():
     root, head = folder(__doc__)
 
     # The one line; lazy, so that only what is asked for is read.
-    rows = pl.scan_parquet(root / "data" / "*.parquet")
+    rows = pl.scan_parquet(root / "data" / "**" / "*.parquet")
 
     names = dict(enumerate(head["pixel_classes"]))
     objects = (

@@ -49,8 +49,10 @@ def folder(usage):
 
 
 def exr_path(root, head, row):
-    """The EXR file of a row: shards are named by their number."""
-    return Path(root) / "exr" / f"{row['index'] // head['samples_per_shard']:05}" / f"{row['id']}.exr"
+    """The EXR file of a row: shards are named by their number; those after the first thousand lie in a folder for each thousand."""
+    shard = row["index"] // head["samples_per_shard"]
+    thousand = f"{shard // 1000:03}" if shard >= 1000 else ""
+    return Path(root) / "exr" / thousand / f"{shard:05}" / f"{row['id']}.exr"
 
 
 def images(head, *names):

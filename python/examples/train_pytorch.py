@@ -37,7 +37,7 @@ class Scans(Dataset):
     """
 
     def __init__(self, root, head, split, channels=("range", "reflectance", "scatter"), crop=64, crops=4, seed=0):
-        self.files = sorted((Path(root) / "data").glob(f"{split}-*.parquet"))
+        self.files = sorted((Path(root) / "data").rglob(f"{split}-*.parquet"))
         if not self.files:
             raise SystemExit(f"{root} has no samples of the split {split}; make more samples, or give --split")
         # Footers alone: where each row lies, as file, row group and row in it.
