@@ -116,25 +116,33 @@ def reference(tmp_path_factory):
     return written
 
 
-@pytest.fixture
-def logged(tmp_path, monkeypatch):
-    """Lets `gen` write down each part that it is asked for; a function that gives them so far, as (part, "begun" or "done")."""
-    log, program = tmp_path / "gen.log", tmp_path / "gen"
+def log_gen(folder: Path, patch: pytest.MonkeyPatch):
+    """Lets `gen` write down each part that it is asked for; a function that gives them so far.
+
+    Each is (part, "begun" or "done", process that started it, time [s since the epoch]).
+    """
+    log, program = folder / "gen.log", folder / "gen"
     real = " ".join(f"'{word}'" for word in _gen.command())
     # One short line is written at once, whoever writes beside.
     program.write_text(
         '#!/bin/sh\npart=-\nfor word; do [ "$last" = --part ] && part=$word; last=$word; done\n'
-        f'[ $part = - ] || echo "$part begun" >> {log}\n'
-        f'{real} "$@"; status=$?\n[ $part = - ] || echo "$part done" >> {log}\nexit $status\n'
+        f'[ $part = - ] || echo "$part begun $PPID $(date +%s.%N)" >> {log}\n'
+        f'{real} "$@"; status=$?\n[ $part = - ] || echo "$part done $PPID $(date +%s.%N)" >> {log}\nexit $status\n'
     )
     program.chmod(0o755)
-    monkeypatch.setenv(_gen.VARIABLE, str(program))
+    patch.setenv(_gen.VARIABLE, str(program))
 
-    def parts() -> list[tuple[str, str]]:
+    def parts() -> list[tuple[str, ...]]:
         lines = log.read_text().splitlines() if log.exists() else []
         return [tuple(line.split()) for line in lines]
 
     return parts
+
+
+@pytest.fixture
+def logged(tmp_path, monkeypatch):
+    """What `log_gen` gives, for one test."""
+    return log_gen(tmp_path, monkeypatch)
 
 
 class Bucket:
@@ -184,8 +192,11 @@ class Bucket:
         return found
 
     def manifests(self, folder: str) -> set[int]:
-        names = [path for path in self.files(folder) if path.startswith("shards/")]
-        return {int(name.rpartition("/")[2].removesuffix(".json")) for name in names}
+        """Numbers of finished shards."""
+        client, found = self.client(), set()
+        for page in client.get_paginator("list_objects_v2").paginate(Bucket=self.NAME, Prefix=f"{folder}/shards/"):
+            found |= {int(entry["Key"].rpartition("/")[2].removesuffix(".json")) for entry in page.get("Contents", [])}
+        return found
 
 
 @pytest.fixture(scope="session")

@@ -50,12 +50,12 @@ def test_killed_and_continued(bucket, reference, logged):
         time.sleep(chance.uniform(0, 0.4))
         os.killpg(driver.pid, signal.SIGKILL)
         killed += driver.wait() == -signal.SIGKILL
-        asked = {int(part.partition("/")[0]) for part, what in logged()[asked_before:] if what == "begun"}
+        asked = {int(part.partition("/")[0]) for part, what, *_ in logged()[asked_before:] if what == "begun"}
         assert not before & asked
     assert killed >= 1
     before, asked_before = bucket.manifests(PLACE), len(logged())
     run("generate", URL, "--engine", "local", *tiny_arguments(n))
-    asked = {int(part.partition("/")[0]) for part, what in logged()[asked_before:] if what == "begun"}
+    asked = {int(part.partition("/")[0]) for part, what, *_ in logged()[asked_before:] if what == "begun"}
     assert not before & asked
     assert_same(bucket.files(PLACE), reference(n))
 

@@ -4,6 +4,7 @@ Exit status: 0 done; 1 try again; 2 trying again changes nothing; 130 and 143 st
 """
 
 import argparse
+import contextlib
 import json
 import signal
 import sys
@@ -101,7 +102,9 @@ def _status(asked: argparse.Namespace) -> int:
 
 def _generate(asked: argparse.Namespace) -> int:
     options = {"threads": asked.threads, "retries": asked.retries, "scratch": asked.scratch}
-    done = generate(asked.recipe, asked.n, asked.url, asked.engine, **_recipe(asked), **options)
+    # Ray prints on standard output what its nodes say; that is for the result alone.
+    with contextlib.redirect_stdout(sys.stderr):
+        done = generate(asked.recipe, asked.n, asked.url, asked.engine, **_recipe(asked), **options)
     return _tell(asked, done, f"{done['url']}: {done['samples']} samples, {done['made_samples']} of them made now")
 
 

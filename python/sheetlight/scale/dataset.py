@@ -22,6 +22,9 @@ DOCUMENTS = ("README.md", "croissant.json")
 NO_SHARD = "100000/100001"
 """The part of a dataset that holds no shard, as a dataset has at most 100 000: `gen` begins it and renders nothing."""
 
+TOGETHER = 500
+"""Manifests that are held in memory at a time."""
+
 
 def begin(
     recipe: str | os.PathLike[str],
@@ -241,28 +244,29 @@ def finish(url: str | os.PathLike[str], *, scratch: str | os.PathLike[str] | Non
     program.check_version(head, store.url)
     _raise_missing(store, missing_shards(store, head), "have no manifest")
     sizes = store.sizes()
-    manifests = store.read_all(manifest_path(shard) for shard in range(head["shards"]))
-    wrong = []
-    for shard in range(head["shards"]):
-        path = manifest_path(shard)
-        if path not in manifests or not _is_true(manifests[path], head, shard, sizes):
-            store.remove(path)
-            wrong.append(shard)
-    _raise_missing(store, wrong, "were not as their manifests say, which are removed,")
+    total, wrong = len(document), []
     with scratch_folder(scratch) as folder:
         (folder / DATASET).write_bytes(document)
-        for path, content in manifests.items():
-            (folder / path).parent.mkdir(parents=True, exist_ok=True)
-            (folder / path).write_bytes(content)
+        for first in range(0, head["shards"], TOGETHER):
+            shards = {manifest_path(shard): shard for shard in range(first, min(first + TOGETHER, head["shards"]))}
+            manifests = store.read_all(shards)
+            for path, shard in shards.items():
+                of_files = _bytes_of(manifests.get(path, b""), head, shard, sizes)
+                if of_files is None:
+                    store.remove(path)
+                    wrong.append(shard)
+                    continue
+                (folder / path).parent.mkdir(parents=True, exist_ok=True)
+                (folder / path).write_bytes(manifests[path])
+                total += of_files + len(manifests[path])
+        _raise_missing(store, wrong, "were not as their manifests say, which are removed,")
         program.run(["finish", str(folder)], folder, store.url)
         store.upload(folder, DOCUMENTS)
     for path in sizes:
         # What a killed upload to a folder left. Another one that is under way meanwhile is tried again, and finds the shard.
         if TEMPORARY.match(path.rpartition("/")[2]):
             store.remove(path)
-    own = {file["path"]: file["bytes"] for content in manifests.values() for file in json.loads(content)["files"]}
-    size = sum(own.values()) + sum(len(content) for content in manifests.values()) + len(document)
-    return {"url": store.url, "samples": head["samples"], "shards": head["shards"], "bytes": size}
+    return {"url": store.url, "samples": head["samples"], "shards": head["shards"], "bytes": total}
 
 
 def span(head: dict[str, Any], shard: int) -> tuple[int, int]:
@@ -298,19 +302,20 @@ def fetch_assets(store: Store, head: dict[str, Any], folder: Path) -> None:
         (folder / path).write_bytes(content)
 
 
-def _is_true(content: bytes, head: dict[str, Any], shard: int, sizes: dict[str, int]) -> bool:
-    """Whether a manifest is of this dataset as it is now, and its files are there in full."""
+def _bytes_of(content: bytes, head: dict[str, Any], shard: int, sizes: dict[str, int]) -> int | None:
+    """Size of the files of a manifest [bytes]; None unless it is of this dataset as it is now, and they are there in full."""
     try:
         manifest = json.loads(content)
-        of_dataset = (
+        files = {file["path"]: file["bytes"] for file in manifest["files"]}
+        is_own = (
             manifest["recipe_hash"] == head["recipe"]["hash"]
             and manifest["seed"] == head["seed"]
             and manifest["generator"] == head["generator"]
             and (manifest["first"], manifest["count"]) == span(head, shard)
         )
-        return of_dataset and all(sizes.get(file["path"]) == file["bytes"] for file in manifest["files"])
     except (ValueError, KeyError, TypeError):
-        return False
+        return None
+    return sum(files.values()) if is_own and all(sizes.get(path) == size for path, size in files.items()) else None
 
 
 def _raise_missing(store: Store, missing: list[int], what: str) -> None:
