@@ -40,6 +40,13 @@ pub struct LoadedRecipe {
     pub dataset: Option<Dataset>,
 }
 
+impl LoadedRecipe {
+    /// The seed that was asked for, else that of the dataset, else 0.
+    pub fn seed(&self, asked: Option<u64>) -> u64 {
+        asked.or(self.dataset.as_ref().map(|dataset| dataset.head().seed)).unwrap_or(0)
+    }
+}
+
 /// Why there is no recipe.
 #[derive(Debug, thiserror::Error)]
 pub enum LoadError {

@@ -7,7 +7,8 @@ use serde_json::{Map, Value, json};
 
 use super::console::Console;
 use super::progress::{GenerateProgress, Progress, counted, describe_bytes, describe_duration};
-use super::{CommandResult, DONE, FAULTS, GenerateArgs, LoadedRecipe, UsageError, print};
+use super::{CommandResult, DONE, FAULTS, GenerateArgs, UsageError, print};
+use crate::api::{LoadedRecipe, holds_dataset};
 use crate::generate::{
     DatasetRequest, GenerateEstimate, GenerateSummary, MemoryEstimate, dataset_head, dataset_warnings, generate,
 };
@@ -139,7 +140,7 @@ fn dataset_request(
     };
     let place = |path: &Path| path.canonicalize().ok();
     let named = loaded.dataset.as_ref().filter(|dataset| place(&out) == place(dataset.root()));
-    let begun = super::is_dataset(&out).then(|| Dataset::open(&out)).transpose()?;
+    let begun = holds_dataset(&out).then(|| Dataset::open(&out)).transpose()?;
     let request = DatasetRequest {
         samples,
         seed: arguments.seed.or(named.map(|dataset| dataset.head().seed)).unwrap_or(0),

@@ -29,13 +29,12 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
-use output_schema::file::DATASET;
 
+use crate::api::{LoadedRecipe, holds_dataset};
 use crate::preview;
 use ::recipe::asset::AssetSource;
 use ::recipe::{Change, Recipe};
 use console::{Console, ConsoleArgs, say, shown};
-use dataset::Dataset;
 use progress::Progress;
 
 /// Simulated laser-triangulation scans with subsurface scattering, as labelled datasets.
@@ -314,19 +313,6 @@ fn printed(result: std::io::Result<()>) -> Result<(), Box<dyn std::error::Error 
     }
 }
 
-/// A recipe, and the dataset that it was taken from where a folder was named.
-struct LoadedRecipe {
-    recipe: Recipe,
-    dataset: Option<Dataset>,
-}
-
-impl LoadedRecipe {
-    /// The seed that was asked for, else that of the dataset, else 0.
-    fn seed(&self, asked: Option<u64>) -> u64 {
-        asked.or(self.dataset.as_ref().map(|dataset| dataset.head().seed)).unwrap_or(0)
-    }
-}
-
 impl RecipeArgs {
     /// The recipe, changed.
     fn load(&self, console: &Console) -> Result<LoadedRecipe, Box<dyn std::error::Error + Send + Sync>> {
@@ -341,41 +327,24 @@ fn load(
     changes: &[Change],
     console: &Console,
 ) -> Result<LoadedRecipe, Box<dyn std::error::Error + Send + Sync>> {
-    let loaded = if is_dataset(Path::new(name)) {
-        let dataset = Dataset::open(Path::new(name))?;
-        let mut recipe = crate::generate::recipe_of(&dataset)?;
-        if !changes.is_empty() {
-            recipe = Recipe::parse_changed(name, recipe.text(), &crate::generate::kept_files(&dataset)?, changes)?;
-        }
-        LoadedRecipe { recipe, dataset: Some(dataset) }
-    } else if name == "-" {
+    let loaded = if name == "-" && !holds_dataset(Path::new(name)) {
         let origin = "standard input";
         let text = std::io::read_to_string(std::io::stdin())
             .map_err(|error| format!("{origin} cannot be read: {error}; send the text of a recipe, or name a file"))?;
         let files = AssetSource::Beside(PathBuf::new());
         LoadedRecipe { recipe: Recipe::parse_changed(origin, &text, &files, changes)?, dataset: None }
     } else {
-        if Path::new(name).is_dir() {
-            return Err(
-                format!("{name} is a folder that holds no {DATASET}; name a recipe or a dataset's folder").into()
-            );
-        }
-        if let Some(known) = Recipe::built_in(name).filter(|known| known.name != name) {
+        if let Some(known) = Recipe::built_in(name).filter(|known| known.name != name && !Path::new(name).is_dir()) {
             console.note(&format!(
                 "there is no file {name}: the built-in recipe `{0}` is taken; `gen recipe show {0} > {name}` makes the file",
                 known.name
             ));
         }
-        LoadedRecipe { recipe: Recipe::load_changed(name, changes)?, dataset: None }
+        crate::api::load(name, changes)?
     };
     let recipe = &loaded.recipe;
     console.detail(&format!("recipe {} about {}, {}", recipe.name(), recipe.subject().name(), recipe.hash()));
     Ok(loaded)
-}
-
-/// Whether the folder holds something by the name of a dataset's document; whether that can be used is asked elsewhere.
-fn is_dataset(root: &Path) -> bool {
-    root.join(DATASET).symlink_metadata().is_ok()
 }
 
 fn preview_command(arguments: &PreviewArgs, console: &Console) -> CommandResult {
