@@ -85,10 +85,10 @@ def test_script_for_slurm_with_a_node_that_dies(tmp_path, reference, logged):
         wait_until(lambda: (tmp_path / "munge.socket").exists())
         wait_until(lambda: "idle" in _said(slurm, "sinfo", "-h", "-o", "%T %D"), 60, 0.5)
         environment = slurm.environment | {"SHEETLIGHT_PYTHON": sys.executable, "CPUS": "1"}
-        told = submit(tmp_path / "planks", 8, *tiny_arguments(40), env=environment, cwd=tmp_path).stdout
+        told = submit(tmp_path / "planks", 8, *tiny_arguments(160), env=environment, cwd=tmp_path).stdout
         array, finish = re.search(r"array (\d+), then job (\d+)", told).groups()
         manifests = lambda: list((tmp_path / "planks").glob("shards/[0-9]*.json"))  # noqa: E731
-        wait_until(lambda: len(manifests()) >= 5, 120)
+        wait_until(lambda: len(manifests()) >= 20, 120)
         running = _said(slurm, "squeue", "-h", "-r", "-j", array, "-t", "R", "-o", "%K %N").split("\n")
         node = next(line.split()[1] for line in running if line)
         slurm.kill_node(node)
@@ -99,7 +99,7 @@ def test_script_for_slurm_with_a_node_that_dies(tmp_path, reference, logged):
         wait_until(lambda: not _said(slurm, "squeue", "-h", "-j", f"{array},{finish}").strip(), 300, 1.0)
         restarts = _said(slurm, "scontrol", "show", "job", array)
         assert "Restarts=1" in restarts, restarts
-        assert_same(files(tmp_path / "planks"), reference(40))
+        assert_same(files(tmp_path / "planks"), reference(160))
     finally:
         slurm.stop()
 

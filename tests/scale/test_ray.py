@@ -8,9 +8,11 @@ import threading
 import time
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
+import sheetlight
 import sheetlight.scale
-from conftest import FULL, KEYS, assert_same, command, files, log_gen, run, tiny, tiny_arguments, wait_until
+from conftest import FULL, KEYS, TINY, assert_same, command, files, log_gen, run, tiny, tiny_arguments, wait_until
 
 SHARDS = 200 if FULL else 30
 OVERHEAD_S = 0.02 * 30
@@ -130,3 +132,28 @@ def test_what_cannot_be_made_is_told(cluster, tmp_path, monkeypatch):
         sheetlight.scale.generate(**tiny(6), **options)
     with pytest.raises(sheetlight.scale.Refusal, match="engine_options: "):
         sheetlight.scale.generate(**tiny(6), **options, engine_options={"cores": 2})
+
+
+def test_ray_data_streams_samples_that_nobody_writes(cluster):
+    """As docs/scale.md shows it: the arrays are those of the recipe."""
+    import ray
+
+    class Render:
+        def __init__(self):
+            self.recipe = sheetlight.Recipe.load("wood-small", **TINY)
+
+        def __call__(self, row):
+            sample = self.recipe.sample(row["id"], seed=1, threads=1)
+            return {"index": row["id"], "scatter": sample.scatter, "label": sample.label}
+
+    ray.init(log_to_driver=False)
+    try:
+        scans = ray.data.range(12).map(Render, compute=ray.data.ActorPoolStrategy(size=1))
+        batches = list(scans.iter_batches(batch_size=5))
+    finally:
+        ray.shutdown()
+    found = {int(index): scatter for batch in batches for index, scatter in zip(batch["index"], batch["scatter"], strict=True)}
+    wanted = list(sheetlight.Recipe.load("wood-small", **TINY).samples(range(12), seed=1))
+    assert sorted(found) == list(range(12))
+    for sample in wanted:
+        np.testing.assert_array_equal(found[sample.index], sample.scatter)

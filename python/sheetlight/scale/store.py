@@ -158,7 +158,7 @@ class Store:
         remedy = "what the store says is to be put right there"
         if isinstance(fault, FileNotFoundError):
             remedy = "there is no such bucket: create it first, or correct the URL and the endpoint"
-        elif isinstance(fault, PermissionError) or type(fault).__name__ in NO_CREDENTIALS:
+        elif _is_forbidden(fault):
             remedy = self._place.permissions
         elif isinstance(fault, OSError) and fault.errno in FULL:
             remedy = "make room there, then run the same again: what is finished is kept"
@@ -175,8 +175,15 @@ def _is_final(fault: Exception) -> bool:
     """Whether another attempt would end alike."""
     if isinstance(fault, OSError) and fault.errno in FULL | {errno.EROFS, errno.ENAMETOOLONG, errno.ENOTDIR}:
         return True
-    finals = (FileNotFoundError, PermissionError, NotADirectoryError, ImportError, TypeError, ValueError)
-    return isinstance(fault, finals) or type(fault).__name__ in NO_CREDENTIALS
+    finals = (FileNotFoundError, FileExistsError, ImportError, TypeError, ValueError)
+    return isinstance(fault, finals) or _is_forbidden(fault)
+
+
+def _is_forbidden(fault: Exception) -> bool:
+    """Whether credentials are at fault, or missing."""
+    # gcsfs has no better name for it than an OSError that says so.
+    said_so = isinstance(fault, OSError) and str(fault).startswith("Forbidden")
+    return isinstance(fault, PermissionError) or type(fault).__name__ in NO_CREDENTIALS or said_so
 
 
 def _words(fault: BaseException) -> str:
@@ -309,7 +316,7 @@ class _Bucket:
         try:
             self.files.pipe_file(self._key(path), content, mode="create")
         except Exception as fault:
-            if "PreconditionFailed" in _codes(fault) or getattr(fault, "code", None) == 412:
+            if "PreconditionFailed" in _codes(fault):  # of S3; those of other stores raise FileExistsError
                 raise FileExistsError(path) from None
             if "NotImplemented" not in _codes(fault):
                 raise
