@@ -21,7 +21,7 @@ class GenError(RuntimeError):
 
     Attributes:
         status: exit status; 1 faults or a refusal, 2 unusable arguments, 130 stopped, below zero the signal that ended it
-        words: what it said on standard error, without the events
+        words: what it said on standard error; of events, the text of faults alone
         output: what it wrote on standard output
         arguments: what it was called with
     """
@@ -94,7 +94,10 @@ def run(
             event = _event(text)
             if event is None:
                 words.append(text)
-            elif on_event is not None and not raised:
+                continue
+            if event["event"] in ("fault", "stopped"):
+                words.append(f"{event.get('text', '')}\n")
+            if on_event is not None and not raised:
                 try:
                     on_event(event)
                 except BaseException as fault:  # raised again by the caller's thread

@@ -253,9 +253,10 @@ class Sample:
 
     @property
     def dark_dn(self) -> dict[str, float]:
-        """What the sensor's dark level adds to `reflectance` and to `scatter` [DN]; `dark=False` takes it off."""
+        """What the sensor's dark level, dark current included, adds to `reflectance` and to `scatter` [DN]; `dark=False` takes it off."""
         most = 2 ** self._facts.head["images"]["bits"] - 1
-        level = self._number("exposure", "dark_level_dn") * most / 255
+        gathered = self._number("exposure", "dark_current_e_per_s") * self._number("exposure", "time_us") * 1e-6
+        level = self._number("exposure", "dark_level_dn") * most / 255 + gathered * _known(self._row["physics"]["gain_dn_per_e"])
         return {"reflectance": level, "scatter": _known(self._row["physics"]["scatter_dark_dn"])}
 
     # All of it.

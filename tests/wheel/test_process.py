@@ -1,0 +1,230 @@
+"""What the package does to the process around it: imports, threads, signals, forks; and the program `gen`."""
+
+import json
+import multiprocessing
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+import sheetlight
+from conftest import GEN, SMALL, alone, gen
+
+BANDS = {"scan.columns": 64, "scan.profiles": 1200}
+"""A scan of many bands, which threads share."""
+
+
+def test_import_is_quick_and_brings_nothing_heavy():
+    code = "import time; t = time.perf_counter(); import sheetlight, sys; print(time.perf_counter() - t, *sys.modules)"
+    outputs = [alone(code).split() for _ in range(5)]
+    assert min(float(seconds) for seconds, *_ in outputs) < 0.2
+    heavy = {"torch", "ray", "pyarrow", "fsspec", "pandas", "numpy", "sheetlight.scale", "sheetlight.torch"}
+    assert not heavy & set(outputs[0])
+
+
+def test_the_line_of_the_readme_works_with_the_wheel_alone():
+    code = "import numpy, sheetlight; print(numpy.nanmean(sheetlight.Recipe.load('wood-small').sample(0).scatter))"
+    begun = time.perf_counter()
+    mean = float(alone(code))
+    assert time.perf_counter() - begun < 20
+    assert mean == pytest.approx(float(np.nanmean(sheetlight.Recipe.load("wood-small").sample(0).scatter)))
+
+
+def test_the_wheel_is_small():
+    wheels = sorted((Path(__file__).parents[2] / "target" / "wheels").glob("*.whl"), key=lambda path: path.stat().st_mtime)
+    assert 0 < wheels[-1].stat().st_size < 25_000_000
+
+
+def test_packages_that_are_missing_are_told():
+    recipe = "import sheetlight; s = sheetlight.Recipe.load('wood-small', scan={'columns': 64, 'profiles': 32})"
+    tries = {
+        f"{recipe}.sample(0).to_arrow()": "pyarrow is missing: pip install \"sheetlight[arrow]\"",
+        "import sheetlight.torch": "torch is missing: pip install \"sheetlight[torch]\"",
+        "import sheetlight; sheetlight.open('s3://bucket/planks')": "fsspec is missing: pip install \"sheetlight[remote]\"",
+    }
+    for code, words in tries.items():
+        assert words in alone(f"try:\n    {code.replace('; ', chr(10) + '    ')}\nexcept ModuleNotFoundError as e:\n    print(e)")
+
+
+def test_other_threads_go_on_while_a_sample_is_rendered():
+    recipe = sheetlight.Recipe.load("wood-small", BANDS)
+    counted, done = [0], threading.Event()
+
+    def count():
+        while not done.is_set():
+            counted[0] += 1
+            time.sleep(0.001)
+
+    counter = threading.Thread(target=count)
+    counter.start()
+    begun = time.perf_counter()
+    recipe.sample(0)
+    seconds, turns = time.perf_counter() - begun, counted[0]
+    done.set()
+    counter.join()
+    assert turns > 20 * seconds, (turns, seconds)
+
+
+STOPPED = """
+import signal, sys, time, sheetlight
+recipe = sheetlight.Recipe.load("wood", {"scan.profiles": 16000})
+small = sheetlight.Recipe.load("wood-small", scan={"columns": 64, "profiles": 32})
+small.sample(0)
+print("ready", flush=True)
+try:
+    %s
+    print("not stopped")
+except KeyboardInterrupt:
+    print("stopped", time.time(), flush=True)
+print(small.sample(0).index, next(small.samples(3)).index)
+"""
+
+
+@pytest.mark.parametrize("work", ["recipe.sample(0)", "list(recipe.samples(40))"])
+def test_ctrl_c_stops_at_once_and_leaves_a_process_that_works(work):
+    child = subprocess.Popen([sys.executable, "-c", STOPPED % work], stdout=subprocess.PIPE, text=True)
+    assert child.stdout.readline() == "ready\n"
+    time.sleep(1.0)
+    sent = time.time()
+    child.send_signal(signal.SIGINT)
+    word, at = child.stdout.readline().split()
+    assert word == "stopped" and float(at) - sent < 1.0, float(at) - sent
+    assert child.stdout.read().split() == ["0", "0"]
+    assert child.wait(20) == 0
+
+
+def _render(recipe, index, results):
+    results.put((os.getpid(), recipe.sample(index).scatter))
+
+
+def test_a_forked_process_renders_what_its_parent_renders():
+    recipe = sheetlight.Recipe.load("wood-small", BANDS)
+    mine = recipe.sample(1, threads=2).scatter
+    fork = multiprocessing.get_context("fork")
+    results = fork.Queue()
+    children = [fork.Process(target=_render, args=(recipe, 1, results), daemon=True) for _ in range(2)]
+    for child in children:
+        child.start()
+    found = dict(results.get(timeout=60) for _ in children)
+    assert len(found) == 2 and all(np.array_equal(scatter, mine, equal_nan=True) for scatter in found.values())
+    for child in children:
+        child.join(20)
+        assert child.exitcode == 0
+
+
+def _go_on(samples, results):
+    try:
+        next(samples)
+    except RuntimeError as fault:
+        results.put(str(fault))
+
+
+def test_a_fork_while_others_render_is_no_trap():
+    recipe = sheetlight.Recipe.load("wood-small", BANDS)
+    samples = recipe.samples(50, threads=2)
+    mine = next(samples)
+    fork = multiprocessing.get_context("fork")
+    results = fork.Queue()
+    # Threads of this process are rendering ahead.
+    child = fork.Process(target=_render, args=(recipe, 0, results), daemon=True)
+    child.start()
+    _, scatter = results.get(timeout=60)
+    child.join(20)
+    assert child.exitcode == 0 and np.array_equal(scatter, mine.scatter, equal_nan=True)
+    other = fork.Process(target=_go_on, args=(samples, results), daemon=True)
+    other.start()
+    assert "another process" in results.get(timeout=60)
+    other.join(20)
+    assert next(samples).index == 1
+
+
+def test_gen_is_the_same_program():
+    assert gen("--version") == f"gen {sheetlight.__version__}\n"
+    module = subprocess.run([sys.executable, "-m", "sheetlight", "--help"], capture_output=True, text=True)
+    assert (module.returncode, module.stdout) == (0, gen("--help"))
+    assert "Usage: gen" in module.stdout
+    for arguments, status in [(["validate", "/nonexistent"], 1), (["--nonsense"], 2), ([], 2)]:
+        done = subprocess.run([GEN, *arguments], capture_output=True, text=True)
+        assert done.returncode == status
+        assert "Traceback" not in done.stderr
+    # A reader that goes away is no fault.
+    shell = subprocess.run(f"{GEN} schema recipe | head -n 1", shell=True, capture_output=True, text=True)
+    assert (shell.stdout, shell.stderr) == ("{\n", "")
+
+
+def test_datasets_are_made_checked_and_shown(tmp_path):
+    seen = []
+    recipe = sheetlight.Recipe.load("wood-small", SMALL)
+    out = tmp_path / "boards"
+    made = sheetlight.generate(
+        recipe, 5, out, seed=4, threads=2, samples_per_shard=2, progress=lambda *counts: seen.append(counts)
+    )
+    assert (made["made_samples"], made["samples"], made["recipe_hash"], made["seed"]) == (5, 5, recipe.hash, 4)
+    assert seen == [(done, 5) for done in range(6)]
+    assert sheetlight.generate("wood-small", 6, out, overrides=SMALL, seed=4)["made_samples"] >= 1
+    assert np.array_equal(sheetlight.open(out).sample(5).label, recipe.sample(5, seed=4).label)
+    assert sheetlight.validate(out)["faults"] == []
+    page = sheetlight.report(out, samples=3)
+    assert page == out / "reports" / "report.html" and page.stat().st_size > 10_000
+    assert sheetlight.report(out, out=tmp_path / "page.html") == tmp_path / "page.html"
+
+    [table] = (out / "data").glob("*-00001.parquet")
+    table.write_bytes(table.read_bytes()[:-7])
+    codes = [fault["code"] for fault in sheetlight.validate(out)["faults"]]
+    assert codes and all(isinstance(code, str) for code in codes)
+
+
+def test_faults_of_the_program_are_its_words(tmp_path):
+    with pytest.raises(sheetlight.GenError) as caught:
+        sheetlight.generate("wood-small", 2, tmp_path / "a", overrides={"camera.tilt_deg": 130})
+    assert caught.value.status == 1 and "camera.tilt_deg" in str(caught.value) and not str(caught.value).startswith("gen:")
+    with pytest.raises(sheetlight.GenError, match="--n 0: a dataset has 1 sample or more") as caught:
+        sheetlight.generate("wood-small", 0, tmp_path / "b")
+    assert caught.value.status == 2
+    with pytest.raises(sheetlight.GenError, match="no such folder"):
+        sheetlight.report(tmp_path / "none")
+
+    def fail(done, _):
+        if done:
+            raise LookupError("mine")
+
+    with pytest.raises(LookupError, match="mine"):
+        sheetlight.generate("wood-small", 500, tmp_path / "c", overrides=SMALL, progress=fail)
+
+
+def test_another_program_can_be_named(tmp_path, monkeypatch):
+    fake = tmp_path / "other gen"
+    fake.write_text(f"#!/bin/sh\necho '{json.dumps({'faults': []})}'\n")
+    fake.chmod(0o755)
+    monkeypatch.setenv("SHEETLIGHT_GEN", str(fake))
+    assert sheetlight.validate(tmp_path) == {"faults": []}
+    monkeypatch.setenv("SHEETLIGHT_GEN", str(tmp_path / "none"))
+    with pytest.raises(FileNotFoundError, match="SHEETLIGHT_GEN"):
+        sheetlight.validate(tmp_path)
+
+
+GENERATED = """
+import sys, sheetlight
+try:
+    sheetlight.generate("wood-small", 2000, sys.argv[1], samples_per_shard=1, progress=lambda done, _: print(done, flush=True))
+except KeyboardInterrupt:
+    print("stopped", flush=True)
+"""
+
+
+def test_ctrl_c_stops_the_program_and_keeps_what_is_finished(tmp_path):
+    child = subprocess.Popen([sys.executable, "-c", GENERATED, tmp_path / "out"], stdout=subprocess.PIPE, text=True)
+    while child.stdout.readline() != "3\n":
+        assert child.poll() is None
+    # To Python alone, as Jupyter sends it.
+    child.send_signal(signal.SIGINT)
+    assert child.stdout.read().split()[-1] == "stopped" and child.wait(30) == 0
+    time.sleep(0.2)
+    running = subprocess.run(["pgrep", "-f", str(tmp_path / "out")], capture_output=True, text=True).stdout
+    assert not running, "the program goes on"
+    assert len(sheetlight.open(tmp_path / "out")) >= 2

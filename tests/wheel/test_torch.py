@@ -1,0 +1,165 @@
+"""Scans for DataLoader."""
+
+import math
+
+import numpy as np
+import pytest
+import sheetlight
+import torch
+from conftest import SMALL
+from sheetlight.torch import Scans, ScansStream
+from torch.utils.data import DataLoader
+
+BANDS = {"scan.columns": 64, "scan.profiles": 1200}
+
+
+@pytest.fixture(scope="module")
+def recipe():
+    return sheetlight.Recipe.load("wood-small", SMALL)
+
+
+def same(a, b):
+    """Whether two items or batches are the same, bit for bit."""
+    return a.keys() == b.keys() and all(
+        torch.equal(torch.nan_to_num(torch.as_tensor(a[key]), 7e30), torch.nan_to_num(torch.as_tensor(b[key]), 7e30)) for key in a
+    )
+
+
+def test_an_item_is_the_sample(recipe):
+    sample = recipe.sample(2, seed=5)
+    item = Scans(recipe, 3, seed=5, missing=math.nan)[2]
+    for channel, name in enumerate(("range_mm", "reflectance", "scatter")):
+        assert np.array_equal(item["maps"][channel].numpy(), sample.maps[name], equal_nan=True)
+    assert item["maps"].dtype == torch.float32 and item["label"].dtype == item["instance"].dtype == torch.int64
+    assert np.array_equal(item["label"].numpy(), sample.label) and np.array_equal(item["instance"].numpy(), sample.instance)
+    assert np.array_equal(item["valid"].numpy(), sample.valid) and item["class"] == recipe.classes.index(sample.class_name)
+    assert item["index"] == 2 and item["pixel_mm"].tolist() == [sample.row_mm, sample.col_mm]
+    filled = Scans(recipe, 3, seed=5, missing=-1.0, channels=["height_mm", "scatter"])[2]
+    assert np.array_equal(filled["maps"][1].numpy(), np.where(sample.valid, sample.scatter, -1))
+    height = sample.truth["height_mm"]
+    assert np.array_equal(filled["maps"][0].numpy(), np.where(np.isnan(height), -1, height))
+    bare = Scans(recipe, 3, seed=5, dark=False)[2]["maps"][2]
+    assert np.allclose(bare.numpy()[sample.valid], sample.scatter[sample.valid] - sample.dark_dn["scatter"])
+    assert Scans(recipe, 3, first=2, seed=5)[0]["index"] == 2
+
+
+def test_crops_are_windows_at_drawn_places(recipe):
+    whole, crops = Scans(recipe, 40, seed=5), Scans(recipe, 40, crop=(16, 32), seed=5)
+    corners = []
+    for number in range(0, 40, 8):
+        item, full = crops[number], whole[number]
+        row, col = item["corner"].tolist()
+        corners.append((row, col))
+        assert torch.equal(item["maps"], full["maps"][:, row : row + 16, col : col + 32])
+        assert torch.equal(item["label"], full["label"][row : row + 16, col : col + 32])
+    assert len(set(corners)) > 2 and all(0 <= row <= 24 and 0 <= col <= 64 for row, col in corners)
+    assert same(crops[8], Scans(recipe, 40, crop=(16, 32), seed=5)[8])
+
+
+@pytest.mark.parametrize("context", ["fork", "spawn"])
+def test_any_number_of_workers_gives_the_same(context):
+    recipe = sheetlight.Recipe.load("wood-small", BANDS)
+    # The parent has threads by then, which a fork loses.
+    recipe.sample(0, threads=2)
+    scans = Scans(recipe, 6, crop=48, seed=3)
+    mine = [scans[number] for number in range(6)]
+    # A worker that is spawned takes seconds to import PyTorch; one is enough.
+    for workers in (0, 1, 2) if context == "fork" else (1,):
+        loader = DataLoader(
+            scans, batch_size=2, num_workers=workers, multiprocessing_context=context if workers else None, timeout=120 if workers else 0
+        )
+        found = [{key: value[at] for key, value in batch.items()} for batch in loader for at in range(2)]
+        assert len(found) == 6 and all(same(a, b) for a, b in zip(found, mine))
+
+
+def test_streams_share_all_scans_among_workers_and_ranks(recipe, monkeypatch):
+    scans = Scans(recipe, 7, crop=16, seed=3)
+    mine = [scans[number] for number in range(7)]
+    for ranks in (1, 2):
+        for workers in (0, 2):
+            found = []
+            for rank in range(ranks):
+                monkeypatch.setenv("RANK", str(rank))
+                monkeypatch.setenv("WORLD_SIZE", str(ranks))
+                stream = ScansStream(recipe, 7, crop=16, seed=3)
+                found += list(DataLoader(stream, batch_size=None, num_workers=workers))
+            assert sorted(int(item["index"]) for item in found) == list(range(7)), (ranks, workers)
+            assert all(same(item, mine[int(item["index"])]) for item in found)
+    monkeypatch.undo()
+    stream = iter(ScansStream(recipe, seed=3))
+    assert [next(stream)["index"] for _ in range(9)] == list(range(9))
+    with pytest.raises(TypeError, match="no end"):
+        len(ScansStream(recipe))
+
+
+def test_datasets_give_what_they_hold(recipe, boards):
+    dataset = sheetlight.open(boards, split="train")
+    scans = Scans(dataset, crop=16, seed=2)
+    assert len(scans) == len(dataset) and scans.classes == dataset.classes
+    batches = list(DataLoader(scans, batch_size=4, num_workers=2))
+    assert torch.cat([batch["index"] for batch in batches]).tolist() == dataset.indices
+    assert same(scans[1], {key: value[1] for key, value in batches[0].items()})
+    stream = DataLoader(ScansStream(dataset, crop=16, seed=2), batch_size=None)
+    assert [int(item["index"]) for item in stream] == dataset.indices
+    rendered = Scans(sheetlight.Recipe.load(boards), 20, seed=7)[dataset.indices[0]]
+    read = Scans(dataset)[0]
+    # EXR files hold heights in steps of 2^-13 mm; all else is the same.
+    assert torch.equal(read["maps"][1:], rendered["maps"][1:]) and torch.equal(read["label"], rendered["label"])
+    assert (read["maps"][0] - rendered["maps"][0]).abs().max() <= 2**-14 + 1e-6
+
+
+@pytest.mark.parametrize("name, side", [("wood-small", True), ("wood-small", 0.31), ("wood-small", 0.02), ("blister-small", True)])
+def test_square_pixels_keep_sums_and_places(name, side):
+    recipe = sheetlight.Recipe.load(name, SMALL)
+    sample = recipe.sample(0)
+    item = Scans(recipe, 1, square_pixels=side, channels=["scatter", "height_mm"], missing=math.nan)[0]
+    pixel = max(sample.row_mm, sample.col_mm) if side is True else side
+    rows, cols = item["label"].shape
+    assert item["pixel_mm"].tolist() == [pixel, pixel]
+    assert (rows, cols) == (int(sample.shape[0] * sample.row_mm / pixel), int(sample.shape[1] * sample.col_mm / pixel))
+    # Each pixel, worked out one by one: the mean of what is measured, by area.
+    rng = np.random.default_rng(4)
+    for row, col in zip(rng.integers(0, rows, 60), rng.integers(0, cols, 60)):
+        edges = [np.array([at, at + 1]) * pixel / pitch for at, pitch in ((row, sample.row_mm), (col, sample.col_mm))]
+        weights = [
+            np.array([max(0.0, min(high, k + 1) - max(low, k)) for k in range(length)])
+            for (low, high), length in zip(edges, sample.shape)
+        ]
+        area = np.outer(*weights) * sample.valid
+        share = area.sum() / np.outer(*weights).sum()
+        if abs(share - 0.5) < 1e-3:
+            continue
+        assert bool(item["valid"][row, col]) == (share > 0.5)
+        if share > 0.5:
+            mean = (area * np.nan_to_num(sample.scatter)).sum() / area.sum()
+            assert float(item["maps"][0, row, col]) == pytest.approx(mean, rel=1e-4)
+        middle = [int((at + 0.5) * pixel / pitch) for at, pitch in ((row, sample.row_mm), (col, sample.col_mm))]
+        assert int(item["label"][row, col]) == sample.label[tuple(middle)]
+    crop = Scans(recipe, 1, crop=7, square_pixels=side, channels=["scatter", "height_mm"], missing=math.nan)[0]
+    row, col = crop["corner"].tolist()
+    window = {**item, "maps": item["maps"][:, row : row + 7, col : col + 7]}["maps"]
+    assert torch.allclose(crop["maps"], window, rtol=1e-5, equal_nan=True)
+    assert torch.equal(crop["label"], item["label"][row : row + 7, col : col + 7])
+
+
+def test_options_that_cannot_be_used_are_told(recipe, boards):
+    dataset = sheetlight.open(boards)
+    wrong = [
+        (lambda: Scans(recipe), "n: a recipe has any number"),
+        (lambda: Scans(dataset, 21), "n: 21 samples are asked for"),
+        (lambda: Scans(dataset, 2, first=1), "first"),
+        (lambda: Scans(recipe, 1, channels=["scater"]), "channels: scater; there are range, reflectance"),
+        (lambda: Scans(recipe, 1, channels=[]), "channels: none"),
+        (lambda: Scans(recipe, 1, crop=0), "crop: 0"),
+        (lambda: Scans(recipe, 1, crop=(8, 97))[0], "does not fit scan 0 of 40 x 96 px"),
+        (lambda: Scans(recipe, 1, square_pixels=-0.1), "square_pixels"),
+        (lambda: Scans(recipe, 1, square_pixels=1e3)[0], "square_pixels: 1000.0 mm is more"),
+        (lambda: Scans(recipe, 1, channels=["film_gap_mm"])[0], "has no film_gap_mm; it has range_mm"),
+    ]
+    for call, words in wrong:
+        with pytest.raises(ValueError, match=words.replace("(", r"\(")):
+            call()
+    with pytest.raises(TypeError, match="Recipe or a Dataset"):
+        Scans("wood-small", 1)
+    with pytest.raises(IndexError):
+        Scans(recipe, 1)[1]
