@@ -11,10 +11,11 @@ INDEX ?= 0
 N ?= 2
 FUZZ_SECONDS ?= 600
 ALL = --release --locked --workspace
+WHEEL := .venv-wheel
 # Tests that take seconds and need neither .venv nor Chromium; those of the reference models take a minute.
 QUICK = architecture dataset dictionary matter numerics recipe recipe_schema transport
 
-.PHONY: help defect-maps build dist test quick prepare built check bench same-bytes wood wood-small blister blister-small sawtooth sawtooth-small mesh-small preview validate report bench-check check-onnx baselines gallery schema kernel-table film-table bless judge fuzz doc clean venv
+.PHONY: help defect-maps build dist wheel test-wheel test quick prepare built check bench same-bytes wood wood-small blister blister-small sawtooth sawtooth-small mesh-small preview validate report bench-check check-onnx baselines gallery schema kernel-table film-table bless judge fuzz doc clean venv
 
 help: ## print this help
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1\t/' | expand -t 14
@@ -34,9 +35,24 @@ $(VENV)/.ready: python/requirements.txt
 	$(VENV)/bin/python -m pip install --quiet --disable-pip-version-check --no-compile -r python/requirements.txt
 	touch $@
 
+$(WHEEL)/.ready: python/requirements-wheel.txt
+	python3 -m venv $(WHEEL)
+	$(WHEEL)/bin/python -m pip install --quiet --disable-pip-version-check --no-compile -r python/requirements-wheel.txt
+	touch $@
+
+wheel: $(WHEEL)/.ready ## build the Python package (target/wheels), which `pip install` takes
+	rm -f target/wheels/sheetlight-*.whl
+	$(WHEEL)/bin/maturin build --quiet --release --out target/wheels
+
+test-wheel: wheel venv ## tests of the installed wheel: SHEETLIGHT_WHEEL_FULL=1 compares 50 samples of each recipe
+	$(WHEEL)/bin/python -m pip install --quiet --disable-pip-version-check --force-reinstall --no-deps target/wheels/sheetlight-*.whl
+	$(WHEEL)/bin/mypy -m sheetlight -m sheetlight.torch
+	PYTHONPATH=$$($(VENV)/bin/python -c 'import sysconfig; print(sysconfig.get_path("purelib"))') $(WHEEL)/bin/python -m pytest -q -p no:cacheprovider tests/wheel
+
 test: venv ## run every test, readers in Python included
 	cargo test $(ALL) --tests
 	cargo test $(ALL) --doc
+	$(MAKE) --no-print-directory test-wheel
 
 quick: ## format, lints, unit tests and the tests that take seconds, without Python
 	cargo fmt --all --check
@@ -159,4 +175,4 @@ doc: ## Rust documentation in target/doc
 
 clean: ## remove build products and out/
 	cargo clean
-	rm -rf out $(VENV)
+	rm -rf out $(VENV) $(WHEEL)

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::PathBuf;
 
 /// Crate, and the crates of this workspace that it may use. What is not here may use all.
-const CRATES: [(&str, &[&str]); 15] = [
+const CRATES: [(&str, &[&str]); 16] = [
     ("procedural", &[]),
     ("output_schema", &[]),
     ("crates/numerics", &[]),
@@ -19,6 +19,7 @@ const CRATES: [(&str, &[&str]); 15] = [
     ("crates/dataset", &["bench", "numerics", "output_schema", "procedural"]),
     ("crates/tools", &["bench", "dataset", "drawing", "output_schema", "procedural", "recipe", "yaml"]),
     ("crates/pipeline", &["bench", "dataset", "procedural", "recipe", "reference", "scanner", "transport"]),
+    ("crates/python", &["sheetlight"]),
     (
         "crates/study",
         &[
@@ -56,6 +57,9 @@ const FORBIDDEN: [(&str, &[&str]); 9] = [
     ("crates/tools/src/report", &["crate::compare", "crate::export", "crate::check", "dataset::validate"]),
     ("crates/tools/src/export", &["crate::check", "crate::report", "dataset::validate", "recipe"]),
 ];
+
+/// All that the Python package may know of this workspace: what is promised to other programs.
+const PYTHON_MAY: [&str; 2] = ["sheetlight::api", "sheetlight::cli::run_from"];
 
 /// All that extraction may know: frames and how they shall be read. It would read real frames unchanged.
 const EXTRACT_MAY: [&str; 4] = ["crate::frame", "crate::extract", "bench::settings", "bench::lens"];
@@ -187,6 +191,15 @@ fn extraction_sees_frames_alone() {
         let parts = ["crate", "procedural", "transport", "bench", "numerics"];
         let known = paths(&text).into_iter().filter(|path| parts.iter().any(|part| within(path, part)));
         let beyond: Vec<_> = known.filter(|path| !EXTRACT_MAY.iter().any(|name| within(path, name))).collect();
+        assert!(beyond.is_empty(), "{file} names {beyond:?}");
+    }
+}
+
+#[test]
+fn python_uses_what_is_promised() {
+    for (file, text) in sources("crates/python/src") {
+        let named = paths(&text).into_iter().filter(|path| within(path, "sheetlight"));
+        let beyond: Vec<_> = named.filter(|path| !PYTHON_MAY.iter().any(|name| within(path, name))).collect();
         assert!(beyond.is_empty(), "{file} names {beyond:?}");
     }
 }

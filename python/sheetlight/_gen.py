@@ -73,11 +73,11 @@ def run(
         GenError: it ended with another status.
         FileNotFoundError: SHEETLIGHT_GEN names no file.
     """
-    arguments = [os.fspath(argument) for argument in arguments]
+    words_of_call = [os.fspath(argument) for argument in arguments]
     program = command()
     try:
         child = subprocess.Popen(
-            [*program, *arguments], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE
+            [*program, *words_of_call], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE
         )
     except OSError as fault:
         if not os.environ.get(VARIABLE):
@@ -85,8 +85,11 @@ def run(
         raise type(fault)(
             fault.errno, f"{VARIABLE} names no program that can be started ({fault.strerror})", program[0]
         ) from None
-    assert child.stdout is not None and child.stderr is not None
-    written, words, raised = [], [], []
+    out, err = child.stdout, child.stderr
+    assert out is not None and err is not None
+    written: list[bytes] = []
+    words: list[str] = []
+    raised: list[BaseException] = []
 
     def listen(stream: Iterable[bytes]) -> None:
         for line in stream:
@@ -105,8 +108,8 @@ def run(
                     _interrupt(child)
 
     readers = [
-        threading.Thread(target=lambda: written.append(child.stdout.read()), daemon=True),
-        threading.Thread(target=listen, args=(child.stderr,), daemon=True),
+        threading.Thread(target=lambda: written.append(out.read()), daemon=True),
+        threading.Thread(target=listen, args=(err,), daemon=True),
     ]
     for reader in readers:
         reader.start()
@@ -124,13 +127,13 @@ def run(
     finally:
         for reader in readers:
             reader.join()
-        child.stdout.close()
-        child.stderr.close()
+        out.close()
+        err.close()
     if raised:
         raise raised[0]
     output = b"".join(written).decode()
     if status not in accept:
-        raise GenError(status, "".join(words), output, arguments)
+        raise GenError(status, "".join(words), output, words_of_call)
     return output
 
 

@@ -24,6 +24,10 @@ class Recipe:
     samples are asked for make no difference.
     """
 
+    _name: str
+    _overrides: list[tuple[str, str]]
+    _recipe: _sheetlight.Recipe
+
     def __init__(self) -> None:
         raise TypeError("recipes are made by Recipe.load(name)")
 

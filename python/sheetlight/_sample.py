@@ -27,21 +27,22 @@ TRUTH = {
 class Facts:
     """What all samples of a recipe or dataset have in common: the head of the dataset."""
 
-    __slots__ = ("head", "range_unit")
+    __slots__ = ("head",)
 
     def __init__(self, head: dict[str, Any]) -> None:
         self.head = head
-        self.range_unit = "px" if head["images"]["range"] == "uncalibrated" else "mm"
 
-    def __getstate__(self) -> dict[str, Any]:
+    @property
+    def range_unit(self) -> str:
+        """Unit of Range."""
+        return "px" if self.head["images"]["range"] == "uncalibrated" else "mm"
+
+    def __reduce__(self) -> tuple[Any, ...]:
         # The texts of a recipe and the descriptions of hundreds of numbers are not needed for a sample.
         needed = ("classes", "pixel_classes", "images", "subject")
         head = {key: self.head[key] for key in needed}
         head["parameters"] = [{"group": number["group"], "key": number["key"]} for number in self.head["parameters"]]
-        return head
-
-    def __setstate__(self, head: dict[str, Any]) -> None:
-        self.__init__(head)
+        return Facts, (head,)
 
 
 class Sample:

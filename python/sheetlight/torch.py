@@ -37,7 +37,7 @@ MEASURED = ("range", "reflectance", "scatter")
 """Channels that are measured: "range" is in mm, or in px of uncalibrated scans."""
 
 
-class Scans(torch.utils.data.Dataset[dict[str, Any]]):
+class Scans(torch.utils.data.Dataset[dict[str, Any]]):  # type: ignore[misc, unused-ignore]
     """Scans by number. An item is a dict:
 
     - `maps`: float32 `[channels, rows, cols]`; Range and truth in mm (or px, deg), Reflectance and Scatter in DN; `missing` where a
@@ -167,7 +167,7 @@ class Scans(torch.utils.data.Dataset[dict[str, Any]]):
         return rows, cols
 
 
-class ScansStream(torch.utils.data.IterableDataset[dict[str, Any]]):
+class ScansStream(torch.utils.data.IterableDataset[dict[str, Any]]):  # type: ignore[misc, unused-ignore]
     """The same as a stream, in the order of numbers, without end where a recipe is given no `n`.
 
     Workers of a DataLoader and ranks of torch.distributed share it: worker w of W on rank r of R gives scans r + R w, then each
@@ -242,7 +242,7 @@ class _Grid:
         top, along = _overlaps(rows, self._steps[0], values.shape[0])
         left, across = _overlaps(cols, self._steps[1], values.shape[1])
         part = values[top : top + along.shape[1], left : left + across.shape[1]]
-        return along @ part @ across.T
+        return (along @ part @ across.T).astype(np.float32, copy=False)
 
     def nearest(self, values: NDArray[Any], window: tuple[range, range]) -> NDArray[Any]:
         """Values at the middles of pixels."""
