@@ -1,0 +1,70 @@
+# syntax=docker/dockerfile:1
+#
+# Two images from the sources in this folder:
+#
+#     docker build -t sheetlight .                              # `gen` alone, without a shell
+#     docker build -t sheetlight-scale --target scale .         # Python with the package: the tasks of python/examples/cluster
+#
+#     docker run --rm --user "$(id -u):$(id -g)" -v "$PWD:/data" sheetlight --recipe wood-small --n 16 --out planks
+#
+# Neither runs as root; both take a read-only root file system and write only to the folders that are mounted. Exit statuses are
+# those of the program. `gen check` needs the library onnxruntime, which the second image alone can hold:
+# `--build-arg PACKAGES=onnxruntime`.
+
+ARG RUST=1.95
+ARG PYTHON=3.13
+ARG DEBIAN=bookworm
+
+FROM rust:${RUST}-slim-${DEBIAN} AS build
+WORKDIR /src
+COPY . .
+RUN --mount=type=cache,target=/usr/local/cargo/registry \
+    --mount=type=cache,target=/src/target,sharing=locked \
+    cargo build --profile dist --locked --bin gen && cp target/dist/gen /usr/local/bin/gen
+# An empty folder that belongs to the user of the images.
+RUN mkdir /data && chown 65532:65532 /data
+
+FROM python:${PYTHON}-slim-${DEBIAN} AS wheel
+COPY --from=build /usr/local/cargo /usr/local/cargo
+COPY --from=build /usr/local/rustup /usr/local/rustup
+ENV PATH=/usr/local/cargo/bin:$PATH RUSTUP_HOME=/usr/local/rustup CARGO_HOME=/usr/local/cargo
+# Debian keeps one version of these at a time, and nothing of them is in the image.
+# hadolint ignore=DL3008
+RUN apt-get update \
+    && apt-get install --yes --no-install-recommends gcc libc6-dev \
+    && rm -rf /var/lib/apt/lists/*
+WORKDIR /src
+COPY . .
+RUN --mount=type=cache,target=/usr/local/cargo/registry \
+    --mount=type=cache,target=/src/target,sharing=locked \
+    --mount=type=cache,target=/root/.cache/pip \
+    pip wheel --no-deps --wheel-dir /wheels .
+
+FROM python:${PYTHON}-slim-${DEBIAN} AS scale
+# Extras of the package, and packages beside it.
+ARG EXTRAS=s3
+ARG PACKAGES=""
+COPY --from=wheel /wheels /wheels
+# The wheel is the one file there; what it needs has the bounds that it names.
+# hadolint ignore=DL3013
+RUN --mount=type=cache,target=/root/.cache/pip \
+    wheel=$(echo /wheels/sheetlight-*.whl) \
+    && pip install "${wheel}[${EXTRAS}]" ${PACKAGES} \
+    && rm -r /wheels
+# Where `gen check` looks for onnxruntime.
+ENV VIRTUAL_ENV=/usr/local
+COPY --from=build --chown=65532:65532 /data /data
+USER 65532:65532
+WORKDIR /data
+CMD ["python", "-m", "sheetlight.scale", "--help"]
+
+FROM gcr.io/distroless/cc-debian12:nonroot AS gen
+LABEL org.opencontainers.image.title="Sheetlight" \
+      org.opencontainers.image.description="Simulator of laser triangulation with subsurface scattering, and a dataset factory around it" \
+      org.opencontainers.image.licenses="MIT OR Apache-2.0"
+COPY --from=build /usr/local/bin/gen /usr/local/bin/gen
+COPY --from=build --chown=65532:65532 /data /data
+USER 65532:65532
+WORKDIR /data
+ENTRYPOINT ["/usr/local/bin/gen"]
+CMD ["--help"]
