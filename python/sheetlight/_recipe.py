@@ -142,7 +142,12 @@ class Recipe:
     def _facts(self) -> Facts:
         return Facts(json.loads(self._recipe.head(0)))
 
-    def sample(self, index: int, seed: int = 0, *, threads: int | None = None, dark: bool = True) -> Sample:
+    @property
+    def seed(self) -> int:
+        """Seed of the dataset that it was loaded from, else 0: samples are drawn with it unless another one is given."""
+        return self._recipe.dataset_seed or 0
+
+    def sample(self, index: int, seed: int | None = None, *, threads: int | None = None, dark: bool = True) -> Sample:
         """Renders a sample.
 
         >>> import sheetlight
@@ -153,17 +158,17 @@ class Recipe:
 
         Args:
             index: number of the sample, from 0
-            seed: seed of all draws
+            seed: seed of all draws; None for `self.seed`
             threads: threads that render it; None for one a core
             dark: whether Reflectance and Scatter keep the sensor's dark level, as the camera and datasets have it
 
         Ctrl-C stops it; other Python threads go on meanwhile.
         """
-        index, seed = _number("index", index), _seed(seed)
-        return Sample(self._recipe.sample(index, seed, threads), self._facts, dark=dark)
+        index = _number("index", index)
+        return Sample(self._recipe.sample(index, self._seed(seed), threads), self._facts, dark=dark)
 
     def samples(
-        self, numbers: int | range, seed: int = 0, *, threads: int | None = None, dark: bool = True
+        self, numbers: int | range, seed: int | None = None, *, threads: int | None = None, dark: bool = True
     ) -> Iterator[Sample]:
         """Renders samples one after the other, several side by side; a few for each thread are made ahead.
 
@@ -183,8 +188,16 @@ class Recipe:
             _number("numbers", min(numbers[0], numbers[-1]))
             _number("numbers", max(numbers[0], numbers[-1]))
         first = numbers.start if numbers else 0
-        rendered = self._recipe.samples((first, numbers.step, len(numbers)), _seed(seed), threads)
+        rendered = self._recipe.samples((first, numbers.step, len(numbers)), self._seed(seed), threads)
         return (Sample(sample, self._facts, dark=dark) for sample in rendered)
+
+    def _seed(self, seed: int | None) -> int:
+        if seed is None:
+            return self.seed
+        seed = seed.__index__()
+        if not 0 <= seed < 2**64:
+            raise ValueError(f"seed: {seed} is none, these are 0 to 2^64 - 1")
+        return seed
 
 
 def recipes() -> dict[str, str]:
@@ -202,13 +215,6 @@ def _number(name: str, index: int) -> int:
     if not 0 <= index < MOST_SAMPLES:
         raise IndexError(f"{name}: {index} is no number of a sample, these are 0 to {MOST_SAMPLES - 1}")
     return index
-
-
-def _seed(seed: int) -> int:
-    seed = seed.__index__()
-    if not 0 <= seed < 2**64:
-        raise ValueError(f"seed: {seed} is none, these are 0 to 2^64 - 1")
-    return seed
 
 
 def reload_arguments(recipe: Recipe | str | os.PathLike[str], overrides: Mapping[str, Any] | None) -> Iterable[str]:

@@ -59,7 +59,7 @@ class Scans(torch.utils.data.Dataset[dict[str, Any]]):  # type: ignore[misc, unu
         crop: int | tuple[int, int] | None = None,
         channels: Sequence[str] = MEASURED,
         square_pixels: bool | float = False,
-        seed: int = 0,
+        seed: int | None = None,
         first: int = 0,
         dark: bool = True,
         missing: float = 0.0,
@@ -72,7 +72,7 @@ class Scans(torch.utils.data.Dataset[dict[str, Any]]):  # type: ignore[misc, unu
             channels: "range", "reflectance", "scatter", and maps of `Sample.truth`
             square_pixels: True for pixels as long as wide, of the longer of the two sides; a number for pixels of that side [mm].
                 Maps are averaged over the area of a pixel, labels are taken at its middle.
-            seed: of the places of crops; of a recipe's draws too
+            seed: of the places of crops, and of a recipe's draws; None for that of the recipe or dataset
             first: number of the first sample of a recipe; another epoch of fresh samples begins at n, 2 n, ...
             dark: whether Reflectance and Scatter keep the sensor's dark level
             missing: what maps hold where nothing is measured; `math.nan` is possible
@@ -91,7 +91,8 @@ class Scans(torch.utils.data.Dataset[dict[str, Any]]):  # type: ignore[misc, unu
         unknown = [name for name in channels if name not in MEASURED and name not in TRUTH]
         if unknown or not channels:
             raise ValueError(f"channels: {', '.join(unknown) or 'none'}; there are {', '.join((*MEASURED, *TRUTH))}")
-        self.scans, self.n, self.seed, self.first = scans, int(n), seed, first
+        self.scans, self.n, self.first = scans, int(n), first
+        self.seed = scans.seed if seed is None else seed
         self.channels, self.dark, self.missing = tuple(channels), dark, missing
         self.crop = (crop, crop) if isinstance(crop, int) else crop
         if self.crop is not None and min(self.crop) < 1:

@@ -130,6 +130,12 @@ def test_threads_order_and_seed_change_what_they_should(boards):
     assert recipe.sample(5, seed=7).index == 5
 
 
+def test_a_recipe_of_a_dataset_draws_its_samples(boards):
+    recipe = sheetlight.Recipe.load(boards)
+    assert recipe.seed == 7 and sheetlight.Recipe.load("wood-small").seed == 0
+    assert recipe.sample(4).id == recipe.sample(4, seed=7).id == next(recipe.samples(range(4, 5))).id == sheetlight.open(boards).sample(4).id
+
+
 def test_arrays_are_handed_over():
     sample = sheetlight.Recipe.load("wood-small", SMALL).sample(0)
     for values in sample.maps.values():
