@@ -29,7 +29,11 @@ SERVER = Path(os.environ.get("SHEETLIGHT_MOTO", ROOT / ".venv-moto")) / "bin" / 
 TINY = {"scan.columns": 64, "scan.profiles": 48, "speckle.strength": 0}
 """Changes to wood-small that make a sample cost 0.03 s."""
 
-KEYS = {"AWS_ACCESS_KEY_ID": "testing", "AWS_SECRET_ACCESS_KEY": "a-secret-that-nobody-may-print", "AWS_DEFAULT_REGION": "us-east-1"}
+KEYS = {
+    "AWS_ACCESS_KEY_ID": "testing",
+    "AWS_SECRET_ACCESS_KEY": "a-secret-that-nobody-may-print",
+    "AWS_DEFAULT_REGION": "us-east-1",
+}
 """Credentials of the store, as its tools find them."""
 
 
@@ -203,7 +207,7 @@ class Bucket:
 def store(tmp_path_factory):
     """A server that speaks S3."""
     if not SERVER.exists():
-        pytest.fail(f"{SERVER} is missing: make an environment with python/requirements-moto.txt, or let SHEETLIGHT_MOTO name one")
+        pytest.fail(f"{SERVER} is missing: make its environment (python/requirements-moto.txt), or name it in SHEETLIGHT_MOTO")
     port = free_port()
     log = (tmp_path_factory.mktemp("store") / "log").open("wb")
     server = subprocess.Popen([SERVER, "-H", "127.0.0.1", "-p", str(port)], stdout=log, stderr=log)

@@ -1,8 +1,8 @@
 """A proxy before a store, which lets requests fail or wait: `python faulty_proxy.py PORT TARGET_PORT SHARE SEED`.
 
-SHARE of the requests meet one of five faults in turn: refused before the store sees them, an answer that says 500 although the store
-did it, a connection that is cut before, one that is cut after (a lost answer), and an answer that comes late. At the end it
-prints how many requests met which, as JSON.
+SHARE of the requests meet one of five faults in turn: refused before the store sees them, an answer that says 500 although
+the store did it, a connection that is cut before, one that is cut after (a lost answer), and an answer that comes late. At
+the end it prints how many requests met which, as JSON.
 """
 
 import http.client

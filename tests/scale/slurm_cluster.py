@@ -59,8 +59,9 @@ class Slurm:
         self.environment = os.environ | {"SLURM_CONF": str(self.conf), "PATH": path}
         (folder / "munge.key").write_bytes(os.urandom(128))
         (folder / "munge.key").chmod(0o400)
-        names = {"key-file": "munge.key", "socket": "munge.socket", "pid-file": "munge.pid", "log-file": "munge.log", "seed-file": "munge.seed"}
-        munge = ["munged", "--foreground", "--force", *(f"--{option}={folder / name}" for option, name in names.items())]
+        names = {"key-file": "key", "socket": "socket", "pid-file": "pid", "log-file": "log", "seed-file": "seed"}
+        options = [f"--{option}={folder / f'munge.{name}'}" for option, name in names.items()]
+        munge = ["munged", "--foreground", "--force", *options]
         self.services = [self._start(munge), self._start(["slurmctld", "-D", "-f", str(self.conf)])]
         for name in ("n1", "n2"):
             self.start_node(name)

@@ -11,6 +11,7 @@ import pytest
 import sheetlight.scale
 from conftest import FULL, KEYS, FaultyProxy, assert_same, command, files, run, tiny, tiny_arguments, wait_until
 from sheetlight import _gen
+from sheetlight.scale.store import Store
 
 URL = "s3://planks/some/where"
 PLACE = "some/where"
@@ -95,6 +96,20 @@ def test_requests_that_fail_or_are_late(bucket, reference, monkeypatch):
     faults = {name: count for name, count in met.items() if name != "none"}
     assert len(faults) == 5, met
     assert 0.05 < sum(faults.values()) / sum(met.values()) < 0.2, met
+
+
+@pytest.mark.skipif(not FULL, reason="SCALE_FULL=1 uploads 120 MB through the faulty proxy")
+def test_a_file_in_parts_through_requests_that_fail(bucket, tmp_path, monkeypatch):
+    content = random.Random(1).randbytes(120_000_000)
+    (tmp_path / "large").write_bytes(content)
+    proxy = FaultyProxy(bucket.port, 0.1, seed=5)
+    monkeypatch.setenv("AWS_ENDPOINT_URL", proxy.endpoint)
+    for number in range(3):
+        Store(f"s3://planks/{number}").upload(tmp_path, ["large"])
+    met = proxy.stop()
+    assert sum(count for name, count in met.items() if name != "none") > 0, met
+    for number in range(3):
+        assert bucket.files(str(number))["large"] == content
 
 
 def test_a_store_that_is_gone_is_told_and_may_be_tried_again(bucket, monkeypatch):

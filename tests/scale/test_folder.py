@@ -1,12 +1,15 @@
 """Datasets in a folder, by processes of one machine: what does not depend on the store, and faults before any work."""
 
 import json
+import os
 import shutil
 import signal
 import subprocess
 import sys
+import time
 
 import pytest
+import sheetlight
 import sheetlight.scale
 from conftest import TINY, assert_same, command, files, run, tiny, tiny_arguments, wait_until
 from sheetlight import _gen
@@ -80,7 +83,7 @@ def test_another_version_is_refused(tmp_path, monkeypatch):
     document = (url / "dataset.json").read_text()
     (url / "dataset.json").write_text(document.replace(f'"version": "{_version()}"', '"version": "0.0.1"'))
     said = run("generate", url, "--engine", "local", *tiny_arguments(2), status=2).stderr
-    assert f"generator.version: 0.0.1 -> {_version()}" in said or '"0.0.1"' in said
+    assert f'{url}: generator.version: "0.0.1" -> "{_version()}"' in said
     for asked in ("task", "finish"):
         assert "gen 0.0.1 began this dataset, and " in run(asked, url, status=2).stderr
 
@@ -123,12 +126,28 @@ def test_urls(tmp_path, monkeypatch):
         "az://bucket/planks?sig=hidden": "credentials",
         "ftp://host/planks": "cannot write to ftp://",
         "s3://": "names no bucket",
+        "gs://bucket/planks": "pip install 'sheetlight\\[gs\\]'",
         "hf://datasets/me/planks": "hf upload-large-folder",
     }
     for url, words in refused.items():
         with pytest.raises(sheetlight.scale.Refusal, match=words) as fault:
             Store(url)
         assert "hidden" not in str(fault.value)
+
+
+def test_impossible_places_are_told_at_once(tmp_path):
+    """No attempts that cannot succeed, and remedies that fit the place."""
+    (tmp_path / "file").write_text("")
+    places = {
+        "s3://no bucket!/planks": ["Invalid bucket name", "correct the URL"],
+        str(tmp_path / "file"): ["Not a directory", "correct the URL"],
+        "/proc/planks": ["there is no such folder and it cannot be made"],
+    }
+    for place, words in places.items():
+        begun = time.monotonic()
+        said = run("begin", place, *tiny_arguments(2), status=2).stderr
+        assert place in said and all(word in said for word in words), said
+        assert "attempts" not in said and time.monotonic() - begun < 5
 
 
 def test_paths_of_manifests_are_those_of_gen(tmp_path):
@@ -222,6 +241,45 @@ def test_a_killed_upload_leaves_no_half_file_and_finishing_sweeps(tmp_path, refe
     assert not partial.exists() and foreign.exists()
     foreign.unlink()
     assert_same(files(url), reference(2))
+
+
+def test_ctrl_c_stops_all_and_leaves_no_scratch(tmp_path):
+    """As a terminal sends it: to the program and to every `gen` that it started."""
+    url, scratch = tmp_path / "planks", tmp_path / "scratch"
+    asked = ["--recipe", "wood-small", "--n", "400", "--samples-per-shard", "100", "--scratch", scratch]
+    driver = subprocess.Popen(
+        command("generate", url, "--engine", "local", *asked), stderr=subprocess.PIPE, text=True, start_new_session=True
+    )
+    wait_until(lambda: len(list(scratch.rglob(".tmp-train-*.parquet"))) > 0)
+    os.killpg(driver.pid, signal.SIGINT)
+    said = driver.communicate(timeout=20)[1]
+    assert driver.returncode == 130 and "stopped; finished shards are kept" in said, said
+    assert [path for path in scratch.rglob("*") if path.is_file()] == []
+    assert not (url / "shards").exists()
+
+
+def test_a_smaller_number_that_somebody_writes_meanwhile(tmp_path, reference):
+    """Two that extend a dataset at once may end with the smaller number in `dataset.json`; the larger one wins."""
+    url = tmp_path / "planks"
+    sheetlight.scale.generate(**tiny(3, samples_per_shard=2), url=url, engine="local")
+    smaller = (url / "dataset.json").read_bytes()
+    written = []
+
+    def meddle(progress):
+        if progress.made == 1 and not written:
+            written.append((url / "dataset.json").write_bytes(smaller))
+
+    done = sheetlight.scale.generate(**tiny(6, samples_per_shard=2), url=url, engine="local", progress=meddle)
+    assert written and done["samples"] == 6
+    assert_same(files(url), reference(6, 2))
+
+
+def test_a_loaded_recipe_with_changes(tmp_path):
+    recipe = sheetlight.Recipe.load("wood-small", **TINY)
+    sheetlight.scale.generate(recipe, 2, tmp_path / "planks", "local", overrides={"camera.tilt_deg": 31})
+    changed = [*_gen.set_arguments(TINY), "--set", "camera.tilt_deg=31"]
+    _gen.run(["--recipe", "wood-small", *changed, "--n", "2", "--out", str(tmp_path / "wanted")])
+    assert_same(files(tmp_path / "planks"), files(tmp_path / "wanted"))
 
 
 def test_progress_tells_all_shards_once(tmp_path):

@@ -1,4 +1,4 @@
-"""What reads a dataset in a bucket without copying it first, as docs/scale.md shows it; each is compared with the files on disk."""
+"""What reads a dataset in a bucket without copying it first, as docs/scale.md shows it, compared with the files on disk."""
 
 import io
 
@@ -57,7 +57,8 @@ def test_duckdb(boards):
 
     base = duckdb.connect()
     base.register_filesystem(fsspec.filesystem("s3"))
-    found = base.sql(f"SELECT class, count(*), sum(measured_share) FROM read_parquet('{URL}/data/*.parquet') GROUP BY 1").fetchall()
+    asked = f"SELECT class, count(*), sum(measured_share) FROM read_parquet('{URL}/data/*.parquet') GROUP BY 1"
+    found = base.sql(asked).fetchall()
     wanted = {}
     for row in rows(boards):
         count, share = wanted.get(row["class"], (0, 0.0))

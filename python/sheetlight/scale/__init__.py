@@ -8,18 +8,20 @@ folder, uploads its files and its manifest last; what has no manifest is made wh
 Kubernetes repeat what fails. `python -m sheetlight.scale` is the same for scripts.
 """
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+import contextlib
+import os
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
+
+from sheetlight._recipe import Recipe
 
 from . import dataset
 from .dataset import begin, finish, make, make_shard, status
-from .engines import Tasks, engine as _engine
+from .engines import Outcome, Tasks
+from .engines import engine as _engine
 from .errors import Interruption, Refusal, ScaleError, Unfinished
 from .progress import Progress, ProgressLine
 from .store import Store
-
-if TYPE_CHECKING:
-    import os
 
 __all__ = [
     "Interruption", "Progress", "ProgressLine", "Refusal", "ScaleError", "Unfinished",
@@ -31,9 +33,9 @@ ROUNDS = 3
 
 
 def generate(
-    recipe: "str | os.PathLike[str]",
+    recipe: Recipe | str | os.PathLike[str],
     n: int,
-    url: "str | os.PathLike[str]",
+    url: str | os.PathLike[str],
     engine: str = "ray",
     seed: int = 0,
     samples_per_shard: int | None = None,
@@ -41,14 +43,14 @@ def generate(
     overrides: Mapping[str, Any] | Sequence[str] = (),
     threads: int = 1,
     retries: int = 5,
-    scratch: "str | os.PathLike[str] | None" = None,
+    scratch: str | os.PathLike[str] | None = None,
     progress: Callable[[Progress], None] | None = None,
     engine_options: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
     """Makes a dataset, or what is missing of it, and finishes it. The bytes are those of `gen` on one machine.
 
     Args:
-        recipe: a YAML file, or the name of a built-in recipe
+        recipe: a loaded one, or what `Recipe.load` takes: a YAML file, the name of a built-in recipe
         n: samples of the whole dataset; a larger number later extends it
         url: a folder (that all machines see), `s3://`, `gs://`, `az://` or `hf://buckets/`. Credentials come from the
             environment of each machine, as the store's own tools find them
@@ -88,7 +90,9 @@ def generate(
         seen.shards, seen.finished, seen.failed = head["shards"], there, 0
         show(seen)
         tasks = Tasks(store.url, missing, threads, retries, None if scratch is None else str(scratch), engine_options or {})
-        _make(engine_module.run(tasks) if missing else (), seen, show)
+        if missing:
+            with contextlib.closing(engine_module.run(tasks)) as outcomes:
+                _count(outcomes, seen, show)
         try:
             done = finish(url, scratch=scratch)
         except Unfinished:
@@ -102,8 +106,12 @@ def generate(
     }  # fmt: skip
 
 
-def _make(outcomes: Any, seen: Progress, show: Callable[[Progress], None]) -> None:
-    """Counts what the engine makes."""
+def _count(outcomes: Iterable[Outcome], seen: Progress, show: Callable[[Progress], None]) -> None:
+    """Counts what the engine makes.
+
+    Raises:
+        Unfinished: shards were given up.
+    """
     faults: dict[int, str] = {}
     for outcome in outcomes:
         if outcome.report is None:

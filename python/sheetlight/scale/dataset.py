@@ -9,7 +9,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from .. import _gen
+from sheetlight._recipe import Recipe, reload_arguments
+
 from . import program
 from .errors import Interruption, Refusal, Unfinished
 from .scratch import scratch_folder
@@ -27,7 +28,7 @@ TOGETHER = 500
 
 
 def begin(
-    recipe: str | os.PathLike[str],
+    recipe: Recipe | str | os.PathLike[str],
     n: int,
     url: str | os.PathLike[str],
     *,
@@ -41,7 +42,7 @@ def begin(
     `dataset.json` is created only where there is none; where there is one, `gen` compares. Several may do this at once.
 
     Args:
-        recipe: a YAML file, or the name of a built-in recipe
+        recipe: a loaded one, or what `Recipe.load` takes: a YAML file, the name of a built-in recipe
         n: samples of the whole dataset
         url: a folder, or `s3://`, `gs://`, `az://`, `hf://buckets/`
         seed: seed of all draws
@@ -58,11 +59,9 @@ def begin(
         Interruption: the store does not answer, or the scratch folder is full.
     """
     store = Store(url)
-    asked = ["--recipe", os.fspath(recipe), "--n", str(n), "--seed", str(seed), "--part", NO_SHARD]
-    if isinstance(overrides, Mapping):
-        asked += _gen.set_arguments(dict(overrides))
-    else:
-        asked += [argument for change in overrides for argument in ("--set", change)]
+    changes, texts = (overrides, ()) if isinstance(overrides, Mapping) else ({}, overrides)
+    asked = [*reload_arguments(recipe, changes), *(word for text in texts for word in ("--set", text))]
+    asked += ["--n", str(n), "--seed", str(seed), "--part", NO_SHARD]
     if samples_per_shard is not None:
         asked += ["--samples-per-shard", str(samples_per_shard)]
     while True:
@@ -150,7 +149,8 @@ def make_shard(
         fetch_assets(store, head, folder)
         begun = time.monotonic()
         asked = ["--recipe", str(folder), "--n", str(head["samples"]), "--threads", str(threads)]
-        program.run([*asked, "--part", f"{shard}/{head['shards']}"], folder, str(folder))
+        place = f"the scratch folder {folder} on {report['host']}"
+        program.run([*asked, "--part", f"{shard}/{head['shards']}"], folder, place)
         rendered = time.monotonic()
         (manifest,) = (folder / SHARDS).rglob("*.json")
         files = json.loads(manifest.read_bytes())["files"]

@@ -6,19 +6,20 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from .. import _gen
+from sheetlight import _gen
+
 from .errors import Interruption, Refusal
 
 USAGE = 2
 """Exit status of `gen` for arguments that cannot be used."""
 
 
-def run(arguments: Sequence[str], scratch: Path, url: str) -> dict[str, Any]:
+def run(arguments: Sequence[str], scratch: Path, place: str) -> dict[str, Any]:
     """Runs `gen --json` in a scratch folder.
 
     Args:
         arguments: those after the program's name, without `--json`
-        scratch: the folder, of which its messages speak as of `url`
+        scratch: the folder, of which its messages speak as of `place`
 
     Returns:
         The document that it prints.
@@ -30,10 +31,10 @@ def run(arguments: Sequence[str], scratch: Path, url: str) -> dict[str, Any]:
     try:
         return _gen.run_json(arguments)
     except _gen.GenError as fault:
-        said = str(fault).replace(str(scratch), url).strip()
+        said = str(fault).replace(str(scratch), place).strip()
         if fault.status == USAGE:
             raise Refusal(said) from None
-        raise Interruption(f"gen on {socket.gethostname()}: {said}") from None
+        raise Interruption(said) from None
     except OSError as fault:
         raise Refusal(f"{' '.join(_gen.command())}: gen cannot be started on {socket.gethostname()}: {fault}") from None
 

@@ -52,6 +52,8 @@ class _Place(Protocol):
 
     permissions: str
     """What to do where it is not permitted."""
+    missing: str
+    """What to do where nothing can be written because there is no such place."""
 
     def read(self, path: str) -> bytes: ...
     def write(self, path: str, content: bytes) -> None: ...
@@ -155,9 +157,9 @@ class Store:
         ) from None
 
     def _refusal(self, what: str, path: str, fault: Exception) -> Refusal:
-        remedy = "what the store says is to be put right there"
+        remedy = "correct the URL, or put right what it says"
         if isinstance(fault, FileNotFoundError):
-            remedy = "there is no such bucket: create it first, or correct the URL and the endpoint"
+            remedy = self._place.missing
         elif _is_forbidden(fault):
             remedy = self._place.permissions
         elif isinstance(fault, OSError) and fault.errno in FULL:
@@ -176,7 +178,8 @@ def _is_final(fault: Exception) -> bool:
     if isinstance(fault, OSError) and fault.errno in FULL | {errno.EROFS, errno.ENAMETOOLONG, errno.ENOTDIR}:
         return True
     finals = (FileNotFoundError, FileExistsError, ImportError, TypeError, ValueError)
-    return isinstance(fault, finals) or _is_forbidden(fault)
+    # botocore's name for arguments that it does not send, such as an impossible name of a bucket.
+    return isinstance(fault, finals) or type(fault).__name__ == "ParamValidationError" or _is_forbidden(fault)
 
 
 def _is_forbidden(fault: Exception) -> bool:
@@ -243,6 +246,7 @@ class _Folder:
     """A folder of this machine, or one that machines share."""
 
     permissions = "check owner and permissions of the folder"
+    missing = "there is no such folder and it cannot be made: correct the path"
 
     def __init__(self, root: Path):
         self.root = root
@@ -301,6 +305,7 @@ class _Bucket:
     """A place in an object store, through fsspec."""
 
     permissions = "check the credentials in the environment, and that they may list, read and write there"
+    missing = "there is no such bucket: create it first, or correct the URL and the endpoint"
 
     def __init__(self, files: Any, root: str):
         self.files = files

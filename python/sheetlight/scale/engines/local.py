@@ -2,6 +2,7 @@
 
 import concurrent.futures
 import os
+import threading
 from collections.abc import Iterator
 from typing import Any
 
@@ -10,22 +11,25 @@ from ..errors import Interruption, Refusal
 from . import Outcome, Tasks
 
 
+PAUSE_S = 0.5
+"""Pause before a task is repeated [s]."""
+
+
 def run(tasks: Tasks) -> Iterator[Outcome]:
     """Makes shards. Option "workers": tasks side by side, else as many as the cores allow."""
     options = dict(tasks.options)
     workers = options.pop("workers", None) or max(1, _cores() // tasks.threads)
     if options:
         raise Refusal(f"engine_options: the local engine knows \"workers\" and not {', '.join(map(repr, options))}")
-    stopped = False
+    stopped = threading.Event()
 
-    def task(shard: int) -> dict[str, Any] | None:
+    def task(shard: int) -> dict[str, Any]:
         for left in reversed(range(tasks.retries + 1)):
-            if stopped:
-                return None
             try:
                 return make_shard(tasks.url, shard, threads=tasks.threads, scratch=tasks.scratch)
             except Interruption:
-                if not left:
+                # Ctrl-C stops `gen` too, perhaps before it is known here.
+                if not left or stopped.wait(PAUSE_S):
                     raise
 
     with concurrent.futures.ThreadPoolExecutor(workers) as pool:
@@ -37,7 +41,7 @@ def run(tasks: Tasks) -> Iterator[Outcome]:
                 except Interruption as fault:
                     yield Outcome(shards[done], None, str(fault))
         finally:
-            stopped = True
+            stopped.set()
             pool.shutdown(wait=False, cancel_futures=True)
 
 
