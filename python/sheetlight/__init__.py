@@ -11,6 +11,15 @@
 Lengths are in mm, angles in degrees, digital numbers (DN) as the camera gives them.
 """
 
+import importlib.util
+
+if importlib.util.find_spec("sheetlight._sheetlight") is None:
+    raise ImportError(
+        f"{__path__[0]} is the package's source, without its compiled part: `pip install .` in the checkout builds and installs both; "
+        "run Python elsewhere, or with -P, for it to be found"
+    )
+del importlib
+
 from sheetlight._dataset import Dataset, open
 from sheetlight._errors import DatasetError, RecipeError, RecipeFault, RecipeNotFoundError
 from sheetlight._gen import GenError
