@@ -3,7 +3,7 @@
 //! It is what [`sheetlight::api`] promises, as Python sees it: recipes and datasets in, maps as NumPy arrays out. Words, checks of
 //! arguments and everything that Python does as well are in `python/sheetlight`.
 //!
-//! Rendering goes on in the threads of a [`pool`], without Python's lock; the caller's thread waits, and looks for Ctrl-C.
+//! Rendering goes on in threads of its own, without Python's lock; the caller's thread waits, and looks for Ctrl-C.
 
 mod errors;
 mod pool;

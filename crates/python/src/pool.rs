@@ -22,8 +22,11 @@ const LOOK: Duration = Duration::from_millis(50);
 /// Most threads for each core, and on a machine of few cores, as `gen --threads` has them.
 const MAX_THREADS: (usize, usize) = (4, 16);
 
-/// By process and number of threads. Only taken with Python's lock, so that nobody holds it during a `fork`.
-static POOLS: Mutex<Option<HashMap<(u32, usize), Arc<ThreadPool>>>> = Mutex::new(None);
+/// Pools by process and number of threads.
+type Pools = HashMap<(u32, usize), Arc<ThreadPool>>;
+
+/// Those that were made here or in the process that this one was forked from. Only taken with Python's lock, so that nobody holds it during a `fork`.
+static POOLS: Mutex<Option<Pools>> = Mutex::new(None);
 
 /// A number of threads as it was asked for, `None` for one a core.
 pub(crate) fn thread_count(asked: Option<usize>) -> PyResult<usize> {

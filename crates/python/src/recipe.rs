@@ -175,11 +175,12 @@ impl Recipe {
     fn rendering(&self, seed: u64) -> Rendering {
         let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
         let process = process::id();
-        if let Some(known) = last.as_mut().filter(|known| known.simulator.seed() == seed) {
-            if known.process == process || known.busy.load(Ordering::SeqCst) == 0 {
-                known.process = process;
-                return known.clone();
-            }
+        let usable = |known: &&mut Rendering| {
+            known.simulator.seed() == seed && (known.process == process || known.busy.load(Ordering::SeqCst) == 0)
+        };
+        if let Some(known) = last.as_mut().filter(usable) {
+            known.process = process;
+            return known.clone();
         }
         let simulator = Arc::new(Simulator::new(self.recipe.clone(), seed));
         last.insert(Rendering { simulator, process, busy: Arc::default() }).clone()

@@ -37,7 +37,7 @@ enum Source {
     /// Rendered: its maps have moved into arrays by name.
     Rendered { simulator: Arc<Simulator>, record: Box<Record>, maps: Py<PyDict>, frames: Py<PyDict> },
     /// Of a dataset: maps are decoded when they are asked for.
-    Stored(StoredSample),
+    Stored(Box<StoredSample>),
 }
 
 impl Sample {
@@ -86,7 +86,7 @@ impl Sample {
     /// One of a dataset.
     pub(crate) fn of_stored(py: Python<'_>, stored: StoredSample) -> PyResult<Self> {
         let numbers = stored.numbers().map_err(|fault| of_fault(py, &fault))?;
-        Ok(Self { numbers: Value::Object(numbers).to_string(), source: Source::Stored(stored) })
+        Ok(Self { numbers: Value::Object(numbers).to_string(), source: Source::Stored(Box::new(stored)) })
     }
 }
 
