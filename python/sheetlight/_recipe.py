@@ -75,7 +75,7 @@ class Recipe:
         self._name, self._overrides = name, overrides
         self._recipe = _sheetlight.Recipe.load(name, overrides)
         if content not in (None, self.hash):
-            raise ValueError(f"the recipe {name} has changed since it was loaded: load it again where it is handed on")
+            raise ValueError(f"the recipe {name} has changed since it was loaded; load it again")
         return self
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -220,7 +220,8 @@ def _number(name: str, index: int) -> int:
 def reload_arguments(recipe: Recipe | str | os.PathLike[str], overrides: Mapping[str, Any] | None) -> Iterable[str]:
     """What tells `gen` of a recipe: --recipe and --set."""
     if isinstance(recipe, Recipe):
-        name, texts = recipe._name, list(recipe._overrides)
+        # The program reads the file again: refused where that means something else by now.
+        name, texts = recipe._name, list(Recipe._load(recipe._name, recipe._overrides, recipe.hash)._overrides)
     else:
         name, texts = os.fspath(recipe), []
     texts += [(key, override_text(key, value)) for key, value in (overrides or {}).items()]

@@ -103,3 +103,8 @@ def test_recipes_go_to_other_processes(tmp_path, monkeypatch):
     file.write_text(gen("recipe", "show", "blister-small"))
     with pytest.raises(ValueError, match="has changed since it was loaded"):
         pickle.loads(packed)
+    changed = sheetlight.Recipe.load(file)
+    file.write_text(recipe.text)
+    with pytest.raises(ValueError, match="has changed since it was loaded"):
+        sheetlight.generate(changed, 1, tmp_path / "out")
+    assert not (tmp_path / "out").exists()
