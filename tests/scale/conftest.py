@@ -237,10 +237,10 @@ def bucket(store, monkeypatch):
 class FaultyProxy:
     """A way to the store on which a share of the requests fails."""
 
-    def __init__(self, target: int, share: float, seed: int):
+    def __init__(self, target: int, share: float, seed: int, *options: str):
         self.port = free_port()
         script = Path(__file__).with_name("faulty_proxy.py")
-        arguments = [sys.executable, script, *map(str, (self.port, target, share, seed))]
+        arguments = [sys.executable, script, *map(str, (self.port, target, share, seed)), *options]
         self.process = subprocess.Popen(arguments, stdout=subprocess.PIPE, text=True)
         assert self.process.stdout.readline() == "ready\n"
         self.endpoint = f"http://127.0.0.1:{self.port}"

@@ -1,8 +1,8 @@
-"""A proxy before a store, which lets requests fail or wait: `python faulty_proxy.py PORT TARGET_PORT SHARE SEED`.
+"""A proxy before a store, which lets requests fail or wait: `python faulty_proxy.py PORT TARGET_PORT SHARE SEED [plain]`.
 
 SHARE of the requests meet one of five faults in turn: refused before the store sees them, an answer that says 500 although
 the store did it, a connection that is cut before, one that is cut after (a lost answer), and an answer that comes late. At
-the end it prints how many requests met which, as JSON.
+the end it prints how many requests met which, as JSON. With `plain` it knows no conditional puts, as some stores.
 """
 
 import http.client
@@ -20,9 +20,10 @@ FAULTS = ["refused", "denied although done", "cut before", "cut after", "late"]
 LATE_S = 2.0
 REFUSED = b'<?xml version="1.0"?><Error><Code>SlowDown</Code><Message>Please reduce your request rate.</Message></Error>'
 BROKEN = b'<?xml version="1.0"?><Error><Code>InternalError</Code><Message>We encountered an error.</Message></Error>'
+UNKNOWN = b'<?xml version="1.0"?><Error><Code>NotImplemented</Code><Message>A header is not implemented.</Message></Error>'
 
 
-def serve(port: int, target: int, share: float, seed: int) -> None:
+def serve(port: int, target: int, share: float, seed: int, plain: bool) -> None:
     chance, order, met, lock = random.Random(seed), itertools.cycle(FAULTS), Counter(), threading.Lock()
 
     class Handler(BaseHTTPRequestHandler):
@@ -33,6 +34,10 @@ def serve(port: int, target: int, share: float, seed: int) -> None:
             with lock:
                 fault = next(order) if chance.random() < share else "none"
                 met[fault] += 1
+            if plain and "If-None-Match" in self.headers:
+                with lock:
+                    met["condition"] += 1
+                return self.answer(501, [], UNKNOWN)
             if fault == "refused":
                 return self.answer(503, [], REFUSED)
             if fault == "cut before":
@@ -87,4 +92,4 @@ def serve(port: int, target: int, share: float, seed: int) -> None:
 
 
 if __name__ == "__main__":
-    serve(int(sys.argv[1]), int(sys.argv[2]), float(sys.argv[3]), int(sys.argv[4]))
+    serve(int(sys.argv[1]), int(sys.argv[2]), float(sys.argv[3]), int(sys.argv[4]), sys.argv[5:] == ["plain"])

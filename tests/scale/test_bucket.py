@@ -98,6 +98,18 @@ def test_requests_that_fail_or_are_late(bucket, reference, monkeypatch):
     assert 0.05 < sum(faults.values()) / sum(met.values()) < 0.2, met
 
 
+def test_a_store_without_conditional_puts(bucket, reference, monkeypatch):
+    """It is looked at first: what is there is compared and refused all the same."""
+    proxy = FaultyProxy(bucket.port, 0.0, 1, "plain")
+    monkeypatch.setenv("AWS_ENDPOINT_URL", proxy.endpoint)
+    sheetlight.scale.generate(**tiny(2), url=URL, engine="local")
+    assert_same(bucket.files(PLACE), reference(2))
+    assert not Store(URL).create("dataset.json", b"another")
+    assert "seed: 0 -> 1" in run("begin", URL, *tiny_arguments(2), "--seed", "1", status=2).stderr
+    assert_same(bucket.files(PLACE), reference(2))
+    assert proxy.stop()["condition"] >= 2
+
+
 @pytest.mark.skipif(not FULL, reason="SCALE_FULL=1 uploads 120 MB through the faulty proxy")
 def test_a_file_in_parts_through_requests_that_fail(bucket, tmp_path, monkeypatch):
     content = random.Random(1).randbytes(120_000_000)
