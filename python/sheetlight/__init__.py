@@ -12,13 +12,13 @@ Lengths are in mm, angles in degrees, digital numbers (DN) as the camera gives t
 """
 
 import importlib.util
+from typing import Any
 
 if importlib.util.find_spec("sheetlight._sheetlight") is None:
     raise ImportError(
         f"{__path__[0]} is the package's source, without its compiled part: `pip install .` in the checkout builds and installs both; "
         "run Python elsewhere, or with -P, for it to be found"
     )
-del importlib
 
 from sheetlight._dataset import Dataset, open
 from sheetlight._errors import DatasetError, RecipeError, RecipeFault, RecipeNotFoundError
@@ -44,3 +44,10 @@ __all__ = [
     "report",
     "validate",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """The parts that bring more than NumPy, imported when they are asked for: `sheetlight.torch` and `sheetlight.scale`."""
+    if name in ("scale", "torch"):
+        return importlib.import_module(f"sheetlight.{name}")
+    raise AttributeError(f"module 'sheetlight' has no attribute {name!r}")

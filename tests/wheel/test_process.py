@@ -27,6 +27,13 @@ def test_import_is_quick_and_brings_nothing_heavy():
     assert not heavy & set(outputs[0])
 
 
+def test_parts_come_when_they_are_asked_for():
+    code = "import sheetlight, sys; before = 'sheetlight.scale' in sys.modules; print(before, callable(sheetlight.scale.generate))"
+    assert alone(code) == "False True\n"
+    with pytest.raises(AttributeError, match="has no attribute 'scales'"):
+        sheetlight.scales
+
+
 def test_the_line_of_the_readme_works_with_the_wheel_alone():
     code = "import numpy, sheetlight; print(numpy.nanmean(sheetlight.Recipe.load('wood-small').sample(0).scatter))"
     begun = time.perf_counter()
