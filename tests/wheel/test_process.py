@@ -58,6 +58,14 @@ def test_packages_that_are_missing_are_told():
         assert words in alone(f"try:\n    {code.replace('; ', chr(10) + '    ')}\nexcept ModuleNotFoundError as e:\n    print(e)")
 
 
+def test_check_looks_for_onnxruntime_where_the_package_is_installed(boards, tmp_path):
+    environment = {name: value for name, value in os.environ.items() if name not in ("VIRTUAL_ENV", "ORT_DYLIB_PATH")}
+    model = Path(__file__).parents[1] / "models" / "wood_patches.onnx"
+    asked = [GEN, "check", boards, "--split", "all", "--model", model]
+    done = subprocess.run(asked, capture_output=True, text=True, timeout=60, env=environment, cwd=tmp_path)
+    assert done.returncode == 1 and f"{sys.prefix} has no package onnxruntime" in done.stderr, done.stderr
+
+
 def test_other_threads_go_on_while_a_sample_is_rendered():
     recipe = sheetlight.Recipe.load("wood-small", BANDS)
     counted, done = [0], threading.Event()
