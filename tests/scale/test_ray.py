@@ -137,6 +137,7 @@ def test_what_cannot_be_made_is_told(cluster, tmp_path, monkeypatch):
         sheetlight.scale.generate(**tiny(6), **options, engine_options={"cores": 2})
 
 
+@pytest.mark.skipif(not FULL, reason="SCALE_FULL=1 runs Ray Data")
 def test_ray_data_streams_samples_that_nobody_writes(cluster):
     """As docs/scale.md shows it: the arrays are those of the recipe."""
     import ray
