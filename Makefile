@@ -12,10 +12,12 @@ N ?= 2
 FUZZ_SECONDS ?= 600
 ALL = --release --locked --workspace
 WHEEL := .venv-wheel
+SCALE := .venv-scale
+MOTO := .venv-moto
 # Tests that take seconds and need neither .venv nor Chromium; those of the reference models take a minute.
 QUICK = architecture dataset dictionary matter numerics recipe recipe_schema transport
 
-.PHONY: help defect-maps build dist wheel test-wheel test quick prepare built check bench same-bytes wood wood-small blister blister-small sawtooth sawtooth-small mesh-small preview validate report bench-check check-onnx baselines gallery schema kernel-table film-table bless judge fuzz doc clean venv
+.PHONY: help defect-maps build dist wheel test-wheel test-scale test quick prepare built check bench same-bytes wood wood-small blister blister-small sawtooth sawtooth-small mesh-small preview validate report bench-check check-onnx baselines gallery schema kernel-table film-table bless judge fuzz doc clean venv
 
 help: ## print this help
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1\t/' | expand -t 14
@@ -49,10 +51,21 @@ test-wheel: wheel venv ## tests of the installed wheel: SHEETLIGHT_WHEEL_FULL=1 
 	$(WHEEL)/bin/mypy -m sheetlight -m sheetlight.torch
 	PYTHONPATH=$$($(VENV)/bin/python -c 'import sysconfig; print(sysconfig.get_path("purelib"))') $(WHEEL)/bin/python -m pytest -q -p no:cacheprovider tests/wheel
 
+# Packages of clusters and of the S3 server, which exclude each other; pip takes minutes to find versions that go together.
+$(SCALE)/.ready $(MOTO)/.ready: .venv-%/.ready: python/requirements-%.txt
+	python3 -m venv .venv-$*
+	.venv-$*/bin/python -m pip install --quiet --disable-pip-version-check uv==0.13.9
+	.venv-$*/bin/uv pip install --quiet --python .venv-$*/bin/python -r $<
+	touch $@
+
+test-scale: wheel $(SCALE)/.ready $(MOTO)/.ready ## tests of clusters and buckets on this machine: SCALE_FULL=1 for 200 shards, large files and Slurm itself
+	$(SCALE)/bin/uv pip install --quiet --python $(SCALE)/bin/python --no-deps --reinstall target/wheels/sheetlight-*.whl
+	$(SCALE)/bin/python -m pytest -q -p no:cacheprovider tests/scale
+
 test: venv ## run every test, readers in Python included
 	cargo test $(ALL) --tests
 	cargo test $(ALL) --doc
-	$(MAKE) --no-print-directory test-wheel
+	$(MAKE) --no-print-directory test-wheel test-scale
 
 quick: ## format, lints, unit tests and the tests that take seconds, without Python
 	cargo fmt --all --check
@@ -61,7 +74,7 @@ quick: ## format, lints, unit tests and the tests that take seconds, without Pyt
 
 prepare: ## format, lints, docs, and all that tests need: their programs, and .venv meanwhile
 	cargo fmt --all --check
-	$(MAKE) --no-print-directory venv & venv=$$!; $(MAKE) --no-print-directory built || { kill $$venv; exit 1; }; wait $$venv
+	$(MAKE) --no-print-directory venv $(WHEEL)/.ready $(SCALE)/.ready $(MOTO)/.ready & venv=$$!; $(MAKE) --no-print-directory built || { kill $$venv; exit 1; }; wait $$venv
 
 built:
 	cargo clippy $(ALL) --all-targets -- -D warnings
@@ -175,4 +188,4 @@ doc: ## Rust documentation in target/doc
 
 clean: ## remove build products and out/
 	cargo clean
-	rm -rf out $(VENV) $(WHEEL)
+	rm -rf out $(VENV) $(WHEEL) $(SCALE) $(MOTO)
