@@ -1,12 +1,13 @@
 """The program `gen` as a child process: its arguments, its results as JSON, its events, and its faults in its own words."""
 
+import contextlib
 import json
 import os
 import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
 VARIABLE = "SHEETLIGHT_GEN"
@@ -41,6 +42,38 @@ class GenError(RuntimeError):
         return f"gen {' '.join(self.arguments)} {how} and said nothing"
 
 
+class Stop(threading.Event):
+    """Stops the programs that threads run with it, those that start later too; an exception reaches the main thread alone."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._children: set[subprocess.Popen[bytes]] = set()
+        self._lock = threading.Lock()
+
+    def set(self) -> None:
+        """Interrupts the programs and waits for them; one that does not end in PATIENCE_S is killed."""
+        with self._lock:
+            super().set()
+            children = list(self._children)
+        for child in children:
+            _interrupt(child)
+        for child in children:
+            _end(child)
+
+    @contextlib.contextmanager
+    def held(self, child: subprocess.Popen[bytes]) -> Iterator[None]:
+        """Stops this program too while the block runs."""
+        with self._lock:
+            self._children.add(child)
+            if self.is_set():
+                _interrupt(child)
+        try:
+            yield
+        finally:
+            with self._lock:
+                self._children.discard(child)
+
+
 def command() -> list[str]:
     """What starts `gen`: a list to put before its arguments.
 
@@ -60,6 +93,7 @@ def run(
     *,
     on_event: Callable[[dict[str, Any]], None] | None = None,
     accept: Iterable[int] = (0,),
+    stop: Stop | None = None,
 ) -> str:
     """Runs `gen` with these arguments and returns what it writes on standard output.
 
@@ -68,6 +102,7 @@ def run(
         on_event: is called with each event of a run with `--events`, a dict with the key "event", by a
             thread of its own; what it raises stops the program and is raised here
         accept: exit statuses that are no faults
+        stop: what another thread may stop it by
 
     Raises:
         GenError: it ended with another status.
@@ -114,15 +149,12 @@ def run(
     for reader in readers:
         reader.start()
     try:
-        status = child.wait()
+        with stop.held(child) if stop is not None else contextlib.nullcontext():
+            status = child.wait()
     except BaseException:
         # Ctrl-C, or an exception that was thrown into this thread: the program stops as it does at a terminal.
         _interrupt(child)
-        try:
-            child.wait(PATIENCE_S)
-        except subprocess.TimeoutExpired:
-            child.kill()
-            child.wait()
+        _end(child)
         raise
     finally:
         for reader in readers:
@@ -187,3 +219,13 @@ def _event(line: str) -> dict[str, Any] | None:
 def _interrupt(child: subprocess.Popen[bytes]) -> None:
     if child.poll() is None:
         child.send_signal(signal.SIGINT if os.name == "posix" else signal.SIGTERM)
+
+
+def _end(child: subprocess.Popen[bytes]) -> None:
+    """Waits for a program that was interrupted, and kills it where it takes too long."""
+    try:
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            child.wait(PATIENCE_S)
+    finally:
+        child.kill()
+        child.wait()
