@@ -5,9 +5,12 @@ mod estimate;
 mod expected_dataset;
 mod memory;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 use std::ops::Range;
+use std::panic::resume_unwind;
 use std::path::PathBuf;
+use std::sync::mpsc::{self, Receiver, Sender, SyncSender};
+use std::sync::{Mutex, PoisonError};
 
 use output_schema::dataset::{Generator, RecipeHead, SplitShares};
 use output_schema::file::asset_path;
@@ -97,6 +100,22 @@ pub struct GenerateSummary {
 }
 
 impl GenerateSummary {
+    /// Counts a sample that is to be written.
+    fn count(&mut self, sample: &Encoded) {
+        self.samples += 1;
+        for class in &sample.defects {
+            self.defects.entry(*class).or_default()[0] += 1;
+        }
+        for object in &sample.objects {
+            if let Some([_, shown]) = self.defects.get_mut(&object.instance.class) {
+                *shown += 1;
+            }
+        }
+        for shortfall in sample.shares.shortfalls() {
+            self.short[shortfall as usize] += 1;
+        }
+    }
+
     /// Classes of which defects show no pixel: how many there are, and how many show. The pith is none of them: every log has one,
     /// and most boards are cut beside it.
     pub fn hidden_defects(&self) -> impl Iterator<Item = (Class, [u64; 2])> {
@@ -262,62 +281,157 @@ pub fn generate(
 
     let tiles = PatternCache::new(recipe.streams(request.seed).key());
     let mut summary = GenerateSummary { total: head.samples, ..GenerateSummary::default() };
-    let mut busy = Vec::new();
-    for shard in remaining {
-        match ShardWriter::claim(&folder, shard)? {
-            Claim::Granted(writer) => write_shard(recipe, request.seed, *writer, &tiles, progress, &mut summary)?,
-            Claim::Busy => {
-                progress(GenerateEvent::Busy(shard));
-                busy.push(shard);
-            }
-            Claim::Done => summary.others += 1,
-        }
-    }
-    for shard in busy {
-        match ShardWriter::claim_when_free(&folder, shard, &|| progress(GenerateEvent::WaitsForShard(shard)))? {
-            Claim::Granted(writer) => write_shard(recipe, request.seed, *writer, &tiles, progress, &mut summary)?,
-            Claim::Busy | Claim::Done => summary.others += 1,
-        }
-    }
+    let making = Making { recipe, seed: request.seed, tiles: &tiles, progress };
+    let busy = making.make(remaining, &|shard| ShardWriter::claim(&folder, shard), &mut summary)?;
+    let when_free =
+        |shard| ShardWriter::claim_when_free(&folder, shard, &|| progress(GenerateEvent::WaitsForShard(shard)));
+    making.make(busy, &when_free, &mut summary)?;
     folder.complete_telling(&waits)?;
     Ok(summary)
 }
 
-/// Renders and writes one shard.
-fn write_shard(
-    recipe: &Recipe,
+/// What the samples of a run have in common.
+#[derive(Clone, Copy)]
+struct Making<'a> {
+    recipe: &'a Recipe,
     seed: u64,
-    mut writer: ShardWriter,
-    tiles: &PatternCache,
-    progress: &(dyn Fn(GenerateEvent) + Sync),
-    summary: &mut GenerateSummary,
-) -> Result<(), Fault> {
-    let (first, count) = writer.span();
-    for batch in batches(first..first + count, in_flight(recipe)) {
-        let render = |index| render_sample(recipe, seed, index, tiles, &|n| progress(GenerateEvent::Profiles(n)));
-        let encoded: Vec<Encoded> = batch.into_par_iter().map(render).collect();
-        for sample in encoded {
-            let bytes = sample.bytes();
-            for class in &sample.defects {
-                summary.defects.entry(*class).or_default()[0] += 1;
-            }
-            for object in &sample.objects {
-                if let Some([_, shown]) = summary.defects.get_mut(&object.instance.class) {
-                    *shown += 1;
-                }
-            }
-            for shortfall in sample.shares.shortfalls() {
-                summary.short[shortfall as usize] += 1;
-            }
-            writer.push(sample)?;
-            summary.samples += 1;
-            progress(GenerateEvent::Sample(bytes));
+    tiles: &'a PatternCache,
+    progress: &'a (dyn Fn(GenerateEvent) + Sync),
+}
+
+/// What goes to the thread that writes.
+enum Piece {
+    /// A shard that is to be written, before the first of its samples.
+    Shard(Box<ShardWriter>),
+    /// A sample of one of the shards that have come.
+    Sample(Encoded),
+}
+
+impl Making<'_> {
+    /// Makes the shards that `claim` grants: the pool renders their samples in order, several side by side, and a thread of its own
+    /// writes meanwhile. The shards that other processes are busy with.
+    fn make(
+        &self,
+        shards: Vec<u64>,
+        claim: &(dyn Fn(u64) -> Result<Claim, Fault> + Sync),
+        summary: &mut GenerateSummary,
+    ) -> Result<Vec<u64>, Fault> {
+        let most = in_flight(self.recipe) as usize;
+        let (pieces, arrived) = mpsc::channel();
+        let (written, places) = mpsc::sync_channel(most);
+        for _ in 0..most {
+            // There is room for all of them, and somebody to take them.
+            let _ = written.send(());
+        }
+        let claimed = Mutex::new(Claimed::default());
+        let order = ClaimedSamples {
+            shards: shards.into_iter(),
+            samples: 0..0,
+            claim: &|shard| claim(shard).inspect(|claim| self.tell_busy(shard, claim)),
+            pieces: pieces.clone(),
+            places,
+            claimed: &claimed,
+        };
+        let written = std::thread::scope(|scope| {
+            let writing = scope.spawn(|| self.write(arrived, written, summary));
+            order.par_bridge().for_each_with(pieces, |pieces, index| {
+                let progress = |n| (self.progress)(GenerateEvent::Profiles(n));
+                let sample = render_sample(self.recipe, self.seed, index, self.tiles, &progress);
+                // Where writing has ended with a fault, nobody takes it.
+                let _ = pieces.send(Piece::Sample(sample));
+            });
+            writing.join().unwrap_or_else(|panic| resume_unwind(panic))
+        });
+        written?;
+        let Claimed { busy, others, fault } = claimed.into_inner().unwrap_or_else(PoisonError::into_inner);
+        summary.others += others;
+        fault.map_or(Ok(busy), Err)
+    }
+
+    fn tell_busy(&self, shard: u64, claim: &Claim) {
+        if matches!(claim, Claim::Busy) {
+            (self.progress)(GenerateEvent::Busy(shard));
         }
     }
-    let shard = writer.finish()?.shard;
-    summary.shards += 1;
-    progress(GenerateEvent::Shard(shard));
-    Ok(())
+
+    /// Writes what arrives, samples in the order of their numbers, and gives back the place of each.
+    fn write(
+        &self,
+        arrived: Receiver<Piece>,
+        written: SyncSender<()>,
+        summary: &mut GenerateSummary,
+    ) -> Result<(), Fault> {
+        let mut shards = VecDeque::new();
+        let mut early: BTreeMap<u64, Encoded> = BTreeMap::new();
+        for piece in arrived {
+            match piece {
+                Piece::Shard(writer) => shards.push_back(writer),
+                Piece::Sample(sample) => _ = early.insert(sample.index, sample),
+            }
+            while let Some(writer) = shards.front_mut() {
+                let Some(sample) = early.remove(&writer.next()) else { break };
+                let bytes = sample.bytes();
+                summary.count(&sample);
+                writer.push(sample)?;
+                (self.progress)(GenerateEvent::Sample(bytes));
+                // Where all are rendered, nobody asks for a place.
+                let _ = written.try_send(());
+                if let Some(writer) = shards.pop_front_if(|writer| writer.is_full()) {
+                    let shard = writer.finish()?.shard;
+                    summary.shards += 1;
+                    (self.progress)(GenerateEvent::Shard(shard));
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// What came of claims.
+#[derive(Default)]
+struct Claimed {
+    busy: Vec<u64>,
+    /// Shards that other processes have finished.
+    others: u64,
+    fault: Option<Fault>,
+}
+
+/// Numbers of the samples of claimed shards: one is given where there is a place for it, until writing ends.
+struct ClaimedSamples<'a> {
+    shards: std::vec::IntoIter<u64>,
+    /// Those of the last shard that are left.
+    samples: Range<u64>,
+    claim: &'a (dyn Fn(u64) -> Result<Claim, Fault> + Sync),
+    pieces: Sender<Piece>,
+    places: Receiver<()>,
+    claimed: &'a Mutex<Claimed>,
+}
+
+impl Iterator for ClaimedSamples<'_> {
+    type Item = u64;
+
+    fn next(&mut self) -> Option<u64> {
+        while self.samples.is_empty() {
+            let shard = self.shards.next()?;
+            let claim = (self.claim)(shard);
+            let mut claimed = self.claimed.lock().unwrap_or_else(PoisonError::into_inner);
+            match claim {
+                Ok(Claim::Granted(writer)) => {
+                    let (first, count) = writer.span();
+                    self.samples = first..first + count;
+                    self.pieces.send(Piece::Shard(writer)).ok()?;
+                }
+                Ok(Claim::Busy) => claimed.busy.push(shard),
+                Ok(Claim::Done) => claimed.others += 1,
+                Err(fault) => {
+                    claimed.fault = Some(fault);
+                    self.shards = Vec::new().into_iter();
+                }
+            }
+        }
+        self.places.recv().ok()?;
+        self.samples.next()
+    }
 }
 
 /// Samples rendered side by side: several a thread so that none waits, as many as memory allows.
@@ -331,9 +445,4 @@ pub(crate) fn in_flight_of(recipe: &Recipe, threads: usize) -> u64 {
     let parts = recipe.mesh().map_or(0, |mesh| TRIANGLE_BYTES * mesh.triangles.len());
     let fitting = IN_FLIGHT_BYTES / (size.columns * size.profiles * BYTES_PER_PIXEL + frames + parts).max(1);
     (4 * threads).min(fitting).max(1) as u64
-}
-
-fn batches(samples: Range<u64>, length: u64) -> impl Iterator<Item = Range<u64>> {
-    let end = samples.end;
-    samples.step_by(length as usize).map(move |start| start..(start + length).min(end))
 }

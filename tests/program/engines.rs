@@ -2,6 +2,7 @@
 //! metadata without data files, folders for each thousand shards, and no locks.
 
 use std::fs;
+use std::process::Command;
 
 use serde_json::Value;
 use test_support::program::{FRAMES, Place, Run};
@@ -130,6 +131,39 @@ fn thousands_of_shards_have_folders_of_their_own() {
     let codes: std::collections::BTreeSet<String> =
         report["faults"].as_array().expect("a list").iter().map(codes).collect();
     assert_eq!(codes.into_iter().collect::<Vec<_>>(), ["manifest-missing"], "only what was not made is missing");
+    // What the card shows leads there, in the oldest Python that reads it.
+    let card = fs::read_to_string(place.path("set/README.md")).expect("it is there");
+    let code: Vec<&str> =
+        card.lines().filter(|line| line.starts_with("shard = ") || line.starts_with("thousand = ")).collect();
+    let file = card
+        .lines()
+        .find_map(|line| line.strip_prefix("maps = OpenEXR.File(")?.split(", ").next())
+        .expect("an example");
+    for (index, folder) in [(7, "exr/00007"), (1002, "exr/001/01002")] {
+        let exr = &names(folder)[0];
+        let id = exr.strip_suffix(".exr").expect("an EXR file");
+        let script = format!("row = {{'index': {index}, 'id': '{id}'}}\n{}\nprint({file})", code.join("\n"));
+        let run = Command::new("python3").args(["-c", &script]).output().expect("python3 starts");
+        let told = String::from_utf8_lossy(&run.stdout).trim().to_owned();
+        assert_eq!(told, format!("PATH/{folder}/{exr}"), "{script}\n{}", String::from_utf8_lossy(&run.stderr));
+    }
+    let metadata = place.json("set/croissant.json").to_string();
+    for pattern in ["data/*/train-*.parquet", "exr/*/*/*.exr", "stacks/*/*.parquet", "shards/*/*.json"] {
+        assert!(metadata.contains(pattern), "no {pattern}");
+    }
+    // A dataset of before has them all in one folder: it is refused in place of found empty.
+    let head = fs::read_to_string(place.path("set/dataset.json")).expect("it is there");
+    let [major, minor] = output_schema::SCHEMA_VERSION;
+    let told = format!("    {major},\n    {minor}\n");
+    assert_eq!(head.matches(&told).count(), 1);
+    place.write("set/dataset.json", head.replace(&told, "    1,\n    5\n"));
+    place.run("export png set --out pngs").refused(&[
+        "1003 shards",
+        "schema 1.5",
+        "folders of their own",
+        "older program",
+    ]);
+    place.write("set/dataset.json", head);
     let exported = place.done("export png set --out pngs --maps label");
     assert!(exported.err.contains("999 shards") && exported.err.contains("4 samples"), "{}", exported.err);
 }

@@ -63,12 +63,19 @@ fn loading(page: &mut String, head: &DatasetHead, present: &[Split]) {
     if !head.images.exr.is_empty() {
         add(page, "\nimport OpenEXR  # maps of one row in physical units, NaN where nothing was measured");
         add(page, "row = rows.row(0, named=True)");
-        let shard = format!("row['index'] // {}", head.samples_per_shard);
-        // The first thousand shards lie in no folder of their thousand.
-        let thousand =
-            format!("{{f'{{{shard} // {SHARDS_PER_FOLDER}:03}}/' if {shard} >= {SHARDS_PER_FOLDER} else ''}}");
-        let thousand = if is_spread { thousand.as_str() } else { "" };
-        let name = format!("PATH/exr/{thousand}{{{shard}:05}}/{{row['id']}}.exr");
+        let mut folder = format!("{{row['index'] // {}:05}}", head.samples_per_shard);
+        if is_spread {
+            // The first thousand shards lie in no folder of their thousand.
+            add(page, &format!("shard = row['index'] // {}", head.samples_per_shard));
+            add(
+                page,
+                &format!(
+                    "thousand = f\"{{shard // {SHARDS_PER_FOLDER}:03}}/\" if shard >= {SHARDS_PER_FOLDER} else \"\""
+                ),
+            );
+            folder = "{thousand}{shard:05}".into();
+        }
+        let name = format!("PATH/exr/{folder}/{{row['id']}}.exr");
         add(page, &format!("maps = OpenEXR.File(f\"{name}\", separate_channels=True).channels()"));
     }
     add(page, "```");

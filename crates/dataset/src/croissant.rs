@@ -151,7 +151,7 @@ fn distribution(head: &DatasetHead, present: &[Split], document: &[u8]) -> Vec<V
         })
     }));
     let doc = "Manifests: every file with its size and SHA-256.";
-    files.push(set("manifests", "application/json", vec!["shards/*.json".into()], doc));
+    files.push(set("manifests", "application/json", patterns("shards", "*.json", head.shards), doc));
     files
 }
 

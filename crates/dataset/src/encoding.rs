@@ -108,14 +108,13 @@ pub fn encode(mut record: Record, output: &Output) -> Encoded {
     let names: Vec<String> = output.exr.iter().map(|&channel| channel_name(channel).into()).collect();
     let subject = record.truth.as_ref().map_or("", |truth| truth.below.subject());
     let declared = channels(&names, output.truth_maps, subject, record.range.name(), output.bits.into());
+    let numbers = encode_numbers(&record, output.bits);
     let exr = (!declared.is_empty()).then(|| {
-        let channels = exr::record_channels(&record, &declared);
         let description = exr::description(&record, &declared, output.bits);
-        write_exr(channels, record.cols, (record.col_mm, record.row_mm), &description)
+        let (cols, spacing_mm) = (record.cols, (record.col_mm, record.row_mm));
+        write_exr(exr::record_channels(&mut record, &declared), cols, spacing_mm, &description)
     });
-
-    let stack = std::mem::take(&mut record.stack);
-    Encoded { png, exr, stack, ..encode_numbers(&record, output.bits) }
+    Encoded { png, exr, stack: record.stack, ..numbers }
 }
 
 /// The numbers of a record as they will be on disk, without its images and sensor frames; `bits` are those of a digital number.

@@ -86,11 +86,6 @@ pub(crate) fn truth_channel(truth: &TruthMaps, name: &str) -> Option<Vec<f32>> {
     }
 }
 
-/// The declared channels of a record, in the order of files.
-pub(super) fn record_channels(record: &Record, declared: &[Channel]) -> Vec<ExrChannel> {
-    map_channels(&record.maps, &record.labels, record.truth.as_ref(), declared)
-}
-
 /// The declared channels of maps, in the order of files; those of truth maps are empty where there are none.
 pub(crate) fn map_channels(
     maps: &Maps,
@@ -98,29 +93,65 @@ pub(crate) fn map_channels(
     truth: Option<&TruthMaps>,
     declared: &[Channel],
 ) -> Vec<ExrChannel> {
+    declared.iter().map(|c| map_channel(maps, labels, truth, c)).collect()
+}
+
+/// The same of a record, whose maps end here: each goes with the last channel that needs it, so that memory holds the maps once.
+pub(super) fn record_channels<'a>(
+    record: &'a mut Record,
+    declared: &'a [Channel],
+) -> impl Iterator<Item = ExrChannel> + 'a {
+    let needs = |c: &Channel, map: usize| match c.name {
+        "Range" => map == 0,
+        "Reflectance" => map <= 1,
+        "Scatter" => map == 0 || map == 2,
+        "Y" => map == 1,
+        _ => false,
+    };
+    declared.iter().enumerate().map(move |(place, c)| {
+        let channel = map_channel(&record.maps, &record.labels, record.truth.as_ref(), c);
+        let later = &declared[place + 1..];
+        let Maps { range, reflectance, scatter } = &mut record.maps;
+        for (number, map) in [range, reflectance, scatter].into_iter().enumerate() {
+            if !later.iter().any(|c| needs(c, number)) {
+                *map = Vec::new();
+            }
+        }
+        match (c.name, &mut record.truth) {
+            ("Label", _) => record.labels.class = Vec::new(),
+            ("Instance", _) => record.labels.instance = Vec::new(),
+            ("Height", Some(truth)) => truth.height = Vec::new(),
+            ("FibreAzimuth", Some(TruthMaps { below: Below::Fibre { azimuth: map, .. }, .. }))
+            | ("FibreDive", Some(TruthMaps { below: Below::Fibre { dive: map, .. }, .. }))
+            | ("FilmThickness", Some(TruthMaps { below: Below::Film { thickness: map, .. }, .. }))
+            | ("FilmGap", Some(TruthMaps { below: Below::Film { gap: map, .. }, .. })) => *map = Vec::new(),
+            _ => {}
+        }
+        channel
+    })
+}
+
+fn map_channel(maps: &Maps, labels: &Labels, truth: Option<&TruthMaps>, c: &Channel) -> ExrChannel {
     let truth = |name: &str| truth.and_then(|truth| truth_channel(truth, name)).unwrap_or_default();
     // Missing is NaN in float images, the picture for viewers apart.
     let seen = |map: &[f32]| -> Vec<f32> {
         map.iter().zip(&maps.range).map(|(&v, z)| if z.is_nan() { f32::NAN } else { v }).collect()
     };
-    let channel = |c: &Channel| {
-        let numbers = match c.name {
-            "FibreAzimuth" | "FilmThickness" | "FibreDive" | "FilmGap" | "Height" => truth(c.name),
-            "Instance" => labels.instance.iter().map(|&n| f32::from(n)).collect(),
-            "Label" => labels.class.iter().map(|&n| f32::from(n)).collect(),
-            "Range" => maps.range.iter().copied().map(stepped).collect(),
-            "Scatter" => seen(&maps.scatter),
-            "Reflectance" => seen(&maps.reflectance),
-            _ => maps.reflectance.clone(),
-        };
-        let samples = match c.samples {
-            SampleType::Half => Samples::Half(numbers),
-            SampleType::Float => Samples::Float(numbers),
-            SampleType::Uint => Samples::Uint(numbers.iter().map(|&n| n as u32).collect()),
-        };
-        ExrChannel { name: c.name.into(), samples }
+    let numbers = match c.name {
+        "FibreAzimuth" | "FilmThickness" | "FibreDive" | "FilmGap" | "Height" => truth(c.name),
+        "Instance" => labels.instance.iter().map(|&n| f32::from(n)).collect(),
+        "Label" => labels.class.iter().map(|&n| f32::from(n)).collect(),
+        "Range" => maps.range.iter().copied().map(stepped).collect(),
+        "Scatter" => seen(&maps.scatter),
+        "Reflectance" => seen(&maps.reflectance),
+        _ => maps.reflectance.clone(),
     };
-    declared.iter().map(channel).collect()
+    let samples = match c.samples {
+        SampleType::Half => Samples::Half(numbers),
+        SampleType::Float => Samples::Float(numbers),
+        SampleType::Uint => Samples::Uint(numbers.iter().map(|&n| n as u32).collect()),
+    };
+    ExrChannel { name: c.name.into(), samples }
 }
 
 /// What the text attribute says about a sample.
@@ -178,7 +209,12 @@ pub(super) fn description(record: &Record, declared: &[Channel], bits: u32) -> V
 ///
 /// # Panics
 /// Where a channel does not hold whole rows of `cols`, or not as many samples as the others.
-pub fn write_exr(channels: Vec<ExrChannel>, cols: usize, spacing_mm: (f64, f64), description: &Value) -> Vec<u8> {
+pub fn write_exr(
+    channels: impl IntoIterator<Item = ExrChannel>,
+    cols: usize,
+    spacing_mm: (f64, f64),
+    description: &Value,
+) -> Vec<u8> {
     write_exr_as(channels, cols, spacing_mm, description, COMPRESSION)
 }
 
@@ -187,14 +223,15 @@ pub fn write_exr(channels: Vec<ExrChannel>, cols: usize, spacing_mm: (f64, f64),
 /// # Panics
 /// As [`write_exr`].
 pub fn write_exr_as(
-    channels: Vec<ExrChannel>,
+    channels: impl IntoIterator<Item = ExrChannel>,
     cols: usize,
     (col_mm, row_mm): (f64, f64),
     description: &Value,
     compression: Compression,
 ) -> Vec<u8> {
-    let size = Vec2(cols, channels.first().map_or(0, |c| c.numbers().len()) / cols.max(1));
-    let list = channels.into_iter().map(|channel| (channel.name, samples(channel.samples))).collect();
+    let list: Vec<(String, FlatSamples)> =
+        channels.into_iter().map(|channel| (channel.name, samples(channel.samples))).collect();
+    let size = Vec2(cols, list.first().map_or(0, |(_, samples)| samples.len()) / cols.max(1));
     let mut file = Cursor::new(Vec::new());
     image(list, size, (col_mm, row_mm), description, compression)
         .write()

@@ -41,7 +41,7 @@ impl Dataset {
             return Err(unusable(path, format!("it is not empty and holds no {DATASET}"), "choose an empty folder"));
         }
         fs::create_dir_all(path).map_err(FileError::of("create", path))?;
-        let lock = Lock::take(path, &folder_lock(), waits)?;
+        let lock = Lock::take(path, &folder_lock(), None, waits)?;
         let old = read_head(path)?;
         let mut new = head;
         if let Some(old) = &old {
@@ -76,8 +76,8 @@ impl Dataset {
             describe(&lock, &new, &Split::ALL, &ClassCounts::new())?;
         }
         let mut folder = Self::of(path, new);
-        folder.has_locks = lock.is_held();
-        if folder.has_locks {
+        folder.has_locks = Some(lock.is_held());
+        if lock.is_held() {
             folder.sweep()?;
         }
         lock.release()?;
@@ -90,12 +90,17 @@ impl Dataset {
     /// # Errors
     /// Where the folder cannot be written.
     pub fn keep(&self, path: &str, content: &[u8], waits: &dyn Fn()) -> Result<(), Fault> {
-        let lock = Lock::take(self.root(), &folder_lock(), waits)?;
+        let lock = self.lock(waits)?;
         if !enclosed::holds(self.root(), path, content).map_err(FileError::of("read", &self.root().join(path)))? {
             enclosed::make_folder(self.root(), "assets")?;
             lock.write(path, content)?;
         }
         Ok(lock.release()?)
+    }
+
+    /// The lock of the folder's documents.
+    fn lock(&self, waits: &dyn Fn()) -> Result<Lock, FileError> {
+        Lock::take(self.root(), &folder_lock(), self.has_locks, waits)
     }
 
     /// A directory and those in it, one for each thousand shards that has files.
@@ -144,8 +149,13 @@ impl Dataset {
                 "make them (gen with the same recipe, seed and folder), or copy their manifests here",
             ));
         }
-        let lock = Lock::take(self.root(), &folder_lock(), waits)?;
-        self.describe_samples(&lock)?;
+        let lock = self.lock(waits)?;
+        let now = self.renewed()?;
+        if now.head().samples != self.head().samples {
+            let what = format!("it was extended to {} samples meanwhile", now.head().samples);
+            return Err(unusable(self.root(), what, "make the new ones, then finish it again"));
+        }
+        now.describe_samples(&lock)?;
         Ok(lock.release()?)
     }
 
@@ -169,7 +179,7 @@ impl Dataset {
             if now.manifests_named()? < now.head().shards || !now.remaining(0..now.head().shards)?.is_empty() {
                 return Ok(false);
             }
-            let lock = Lock::take(now.root(), &folder_lock(), waits)?;
+            let lock = now.lock(waits)?;
             // Whoever extended it meanwhile has written card and metadata; it is looked at again.
             let is_same = self.renewed()?.head().samples == now.head().samples;
             if is_same {
@@ -219,6 +229,13 @@ impl Dataset {
         for name in names(self.root(), "")?.iter().filter(|name| is_begun(name)) {
             enclosed::remove(self.root(), name)?;
         }
+        for asset in &self.head().assets {
+            // Written without locks, by a process that was killed.
+            let own = |name: &&String| temporary_of(name).is_some_and(|name| asset.path == format!("assets/{name}"));
+            for name in names(self.root(), "assets")?.iter().filter(own) {
+                enclosed::remove(self.root(), &format!("assets/{name}"))?;
+            }
+        }
         let mut shards = Vec::new();
         for directory in DIRECTORIES.iter().flat_map(|name| self.parts_of(name)) {
             let found = names(self.root(), &directory)?;
@@ -227,7 +244,7 @@ impl Dataset {
         shards.sort_unstable();
         shards.dedup();
         for shard in shards.into_iter().filter(|&shard| shard < self.head().shards) {
-            if let Some(lock) = Lock::try_take(self.root(), &shard_lock(shard))? {
+            if let Some(lock) = Lock::try_take(self.root(), &shard_lock(shard), self.has_locks)? {
                 if !self.is_done(shard)? {
                     self.clear(shard)?;
                 }
@@ -240,13 +257,14 @@ impl Dataset {
 
 /// Whether it is the temporary name of a document of the folder, with locks or without.
 fn is_begun(name: &str) -> bool {
-    let Some(rest) = name.strip_prefix(TEMPORARY) else { return false };
     let own = |rest: &str| [DATASET, CARD, CROISSANT].contains(&rest);
-    let without_locks = || {
-        let (key, rest) = rest.split_once('-')?;
-        Some(key.len() == 16 && key.bytes().all(|digit| digit.is_ascii_hexdigit()) && own(rest))
-    };
-    own(rest) || without_locks().unwrap_or(false)
+    name.strip_prefix(TEMPORARY).is_some_and(own) || temporary_of(name).is_some_and(own)
+}
+
+/// The name behind a temporary one that was given without locks.
+fn temporary_of(name: &str) -> Option<&str> {
+    let (key, rest) = name.strip_prefix(TEMPORARY)?.split_once('-')?;
+    (key.len() == 16 && key.bytes().all(|digit| digit.is_ascii_hexdigit())).then_some(rest)
 }
 
 /// Path of the lock of the folder's documents.

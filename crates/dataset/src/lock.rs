@@ -34,16 +34,21 @@ fn has_no_locks(error: &io::Error) -> bool {
 }
 
 impl Lock {
-    /// Takes the lock `relative` of the folder `root`, or `None` where another process holds it.
-    pub(super) fn try_take(root: &Path, relative: &str) -> Result<Option<Self>, FileError> {
+    /// Takes the lock `relative` of the folder `root`, or `None` where another process holds it. `has_locks` is what was found before
+    /// about the folder: a system that has run out of locks for a moment is no file system without them.
+    pub(super) fn try_take(root: &Path, relative: &str, has_locks: Option<bool>) -> Result<Option<Self>, FileError> {
         let at = |operation| FileError::of(operation, &root.join(relative));
+        let unlocked = || Self { root: root.into(), relative: relative.into(), held: None };
+        if has_locks == Some(false) {
+            return Ok(Some(unlocked()));
+        }
         loop {
             let file = enclosed::open_lock(root, relative).map_err(at("create"))?;
             match file.try_lock() {
                 Err(TryLockError::WouldBlock) => return Ok(None),
-                Err(TryLockError::Error(e)) if has_no_locks(&e) => {
+                Err(TryLockError::Error(e)) if has_locks.is_none() && has_no_locks(&e) => {
                     enclosed::remove(root, relative)?;
-                    return Ok(Some(Self { root: root.into(), relative: relative.into(), held: None }));
+                    return Ok(Some(unlocked()));
                 }
                 Err(TryLockError::Error(e)) => return Err(at("lock")(e)),
                 Ok(()) if enclosed::is_named(root, relative, &file).map_err(at("read"))? => {
@@ -55,9 +60,14 @@ impl Lock {
     }
 
     /// Takes the lock; where another process holds it, calls `waits` once and waits for it.
-    pub(super) fn take(root: &Path, relative: &str, waits: &dyn Fn()) -> Result<Self, FileError> {
+    pub(super) fn take(
+        root: &Path,
+        relative: &str,
+        has_locks: Option<bool>,
+        waits: &dyn Fn(),
+    ) -> Result<Self, FileError> {
         let at = |operation| FileError::of(operation, &root.join(relative));
-        if let Some(lock) = Self::try_take(root, relative)? {
+        if let Some(lock) = Self::try_take(root, relative, has_locks)? {
             return Ok(lock);
         }
         waits();

@@ -69,7 +69,8 @@ const VALIDATE: &str = "run gen validate: it says what is wrong with the dataset
 pub struct Dataset {
     root: PathBuf,
     head: Arc<DatasetHead>,
-    pub(super) has_locks: bool,
+    /// Whether the file system keeps processes apart; `None` where nobody has tried.
+    pub(super) has_locks: Option<bool>,
 }
 
 /// What is finished of a dataset or of one split of it.
@@ -102,7 +103,7 @@ impl Dataset {
 
     /// The dataset in the folder `root`, whose `dataset.json` is `head`.
     pub(super) fn of(root: &Path, head: DatasetHead) -> Self {
-        Self { root: root.into(), head: Arc::new(head), has_locks: true }
+        Self { root: root.into(), head: Arc::new(head), has_locks: None }
     }
 
     /// The same dataset with the head that it has now: another process may have extended it.
@@ -110,7 +111,7 @@ impl Dataset {
     /// # Errors
     /// Where it cannot be read, or is another dataset by now.
     pub(super) fn renewed(&self) -> Result<Self, Fault> {
-        let now = Self::open(&self.root)?;
+        let now = Self { has_locks: self.has_locks, ..Self::open(&self.root)? };
         let reasons = differences::reasons_to_refuse(&self.head, &now.head);
         if reasons.is_empty() && now.head.samples >= self.head.samples {
             return Ok(now);
@@ -121,7 +122,7 @@ impl Dataset {
 
     /// Whether the file system keeps processes apart that write the same shard; known once the dataset was begun or continued.
     pub fn has_locks(&self) -> bool {
-        self.has_locks
+        self.has_locks != Some(false)
     }
 
     /// The folder.
@@ -269,7 +270,7 @@ impl Dataset {
         index / self.head.samples_per_shard.max(1)
     }
 
-    /// The row of a sample that the manifest of its shard lists, with the wanted columns, `index` among them.
+    /// The row of a sample that the manifest of its shard lists, with the wanted columns, `index` and `id` among them.
     ///
     /// # Errors
     /// Where it is not where it should be, or cannot be read.
@@ -287,10 +288,12 @@ impl Dataset {
         let is_before = |other: &&ManifestSample| other.split == listed.split && other.index < listed.index;
         let place = manifest.samples.iter().filter(is_before).count();
         let row = table.row(place, columns)?;
-        match row.integers("index").map_err(|what| table.damaged(what))?[..] {
-            [index] if index == listed.index as i64 => Ok(row),
-            _ => Err(table.damaged(format!("row {place} is not sample {}", listed.index))),
+        let damaged = |what| table.damaged(what);
+        let is_listed = row.integers("index").map_err(damaged)? == [listed.index as i64];
+        if !is_listed || row.texts("id").map_err(damaged)? != [listed.id.as_str()] {
+            return Err(damaged(format!("row {place} is not sample {} of id {}", listed.index, listed.id)));
         }
+        Ok(row)
     }
 
     /// The maps of a sample's EXR file.

@@ -67,7 +67,7 @@ impl ShardWriter {
     /// # Errors
     /// Where the folder cannot be read or written, or holds something else under a name of the shard.
     pub fn claim(dataset: &Dataset, shard: u64) -> Result<Claim, Fault> {
-        match Lock::try_take(dataset.root(), &shard_lock(shard))? {
+        match Lock::try_take(dataset.root(), &shard_lock(shard), dataset.has_locks)? {
             Some(lock) => Self::begin(dataset, shard, lock),
             None => Ok(Claim::Busy),
         }
@@ -78,7 +78,7 @@ impl ShardWriter {
     /// # Errors
     /// As [`ShardWriter::claim`].
     pub fn claim_when_free(dataset: &Dataset, shard: u64, waits: &dyn Fn()) -> Result<Claim, Fault> {
-        Self::begin(dataset, shard, Lock::take(dataset.root(), &shard_lock(shard), waits)?)
+        Self::begin(dataset, shard, Lock::take(dataset.root(), &shard_lock(shard), dataset.has_locks, waits)?)
     }
 
     fn begin(dataset: &Dataset, shard: u64, lock: Lock) -> Result<Claim, Fault> {
@@ -124,6 +124,16 @@ impl ShardWriter {
         (self.first, self.count)
     }
 
+    /// Number of the next sample.
+    pub fn next(&self) -> u64 {
+        self.first + self.samples.len() as u64
+    }
+
+    /// Whether every sample is written.
+    pub fn is_full(&self) -> bool {
+        self.samples.len() as u64 >= self.count
+    }
+
     /// Writes the next sample.
     ///
     /// # Errors
@@ -140,8 +150,8 @@ impl ShardWriter {
 
     /// The rows of a sample, or why it does not fit.
     fn tabulate(&self, sample: &Encoded) -> Result<(RecordBatch, Option<RecordBatch>), String> {
-        let next = self.first + self.samples.len() as u64;
-        if sample.index != next || next >= self.first + self.count {
+        let next = self.next();
+        if sample.index != next || self.is_full() {
             return Err(format!("sample {next} of {} to {} is next", self.first, self.first + self.count));
         }
         let row = row_batch(&self.rows, self.dataset.head(), sample)?;
@@ -195,9 +205,8 @@ impl ShardWriter {
     /// Where samples are missing, or the disk refuses; nothing of the shard is left then, unless it is the lock alone that
     /// could not be removed.
     pub fn finish(mut self) -> Result<Manifest, Fault> {
-        if (self.samples.len() as u64) < self.count {
-            let index = self.first + self.samples.len() as u64;
-            return Err(self.misfit(index, "the shard was to be finished before it was written".into()));
+        if !self.is_full() {
+            return Err(self.misfit(self.next(), "the shard was to be finished before it was written".into()));
         }
         let root = self.dataset.root().to_path_buf();
         let mut files = Vec::new();

@@ -56,7 +56,8 @@ pub(crate) fn frame_of(dataset: &Dataset, manifest: &Manifest, index: u64, expos
 /// The maps of a row that holds images.
 fn table_frame(dataset: &Dataset, manifest: &Manifest, listed: &ManifestSample) -> Result<ScanMaps, Fault> {
     let wanted = |name: &str| {
-        let known = ["index", "col_mm", "row_mm", "calibration", "range", "reflectance", "scatter"].contains(&name);
+        let known =
+            ["index", "id", "col_mm", "row_mm", "calibration", "range", "reflectance", "scatter"].contains(&name);
         known || name.starts_with("range_offset_") || name.starts_with("range_scale_")
     };
     let row = dataset.row(manifest, listed, &wanted)?;
