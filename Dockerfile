@@ -51,8 +51,6 @@ RUN --mount=type=cache,target=/root/.cache/pip \
     wheel=$(echo /wheels/sheetlight-*.whl) \
     && pip install "${wheel}[${EXTRAS}]" ${PACKAGES} \
     && rm -r /wheels
-# Where `gen check` looks for onnxruntime.
-ENV VIRTUAL_ENV=/usr/local
 COPY --from=build --chown=65532:65532 /data /data
 USER 65532:65532
 WORKDIR /data
@@ -66,5 +64,7 @@ COPY --from=build /usr/local/bin/gen /usr/local/bin/gen
 COPY --from=build --chown=65532:65532 /data /data
 USER 65532:65532
 WORKDIR /data
+# Process 1 of a container has no other way to hear of its end: this is Ctrl-C.
+STOPSIGNAL SIGINT
 ENTRYPOINT ["/usr/local/bin/gen"]
 CMD ["--help"]
