@@ -20,7 +20,7 @@ use std::sync::{Arc, OnceLock};
 use output_schema::arrow::row_schema;
 use output_schema::channel::{channels, range_form};
 use output_schema::file::{DATASET, data_path, exr_path, stack_path};
-use output_schema::{Manifest, ManifestSample};
+use output_schema::{Manifest, ManifestFile, ManifestSample};
 use serde_json::{Map, Value};
 
 use crate::generate::{DatasetRequest, MemoryEstimate, dataset_head, in_flight_of, kept_files, recipe_of};
@@ -28,6 +28,7 @@ use scanner::optics::speckle::PatternCache;
 
 pub use dataset::record::{Below, Labels, Maps, Record, StackFrame, TruthMaps};
 pub use dataset::{Dataset, ExrMaps, Fault, Grey, RowBatch};
+pub use output_schema::file::manifest_path;
 pub use output_schema::{DatasetHead, Images};
 pub use recipe::{Change, Recipe, RecipeError, YamlFault, YamlFaults};
 
@@ -249,17 +250,24 @@ impl StoredDataset {
         self.manifests.values().flat_map(|manifest| &manifest.samples)
     }
 
-    /// Every file that a sample is read from, relative to the folder.
+    /// Every file that a sample is read from, as the manifest of its shard lists it.
     ///
     /// # Errors
-    /// As [`StoredDataset::sample`].
-    pub fn files(&self, index: u64) -> Result<Vec<String>, Fault> {
+    /// As [`StoredDataset::sample`], or where the manifest does not list one.
+    pub fn files(&self, index: u64) -> Result<Vec<&ManifestFile>, Fault> {
         let (shard, listed) = self.listed(index)?;
         let images = &self.dataset.head().images;
-        let mut files = vec![data_path(&listed.split, shard)];
-        files.extend((!images.exr.is_empty()).then(|| exr_path(shard, &listed.id)));
-        files.extend(images.stack_every.map(|_| stack_path(shard)));
-        Ok(files)
+        let mut paths = vec![data_path(&listed.split, shard)];
+        paths.extend((!images.exr.is_empty()).then(|| exr_path(shard, &listed.id)));
+        paths.extend(images.stack_every.map(|_| stack_path(shard)));
+        let files = &self.manifests[&shard].files;
+        let entry = |path: String| {
+            files.iter().find(|file| file.path == path).ok_or_else(|| {
+                let manifest = self.dataset.root().join(manifest_path(shard));
+                Fault::damaged(&manifest, format!("it does not list {path}, the file of sample {index}"))
+            })
+        };
+        paths.into_iter().map(entry).collect()
     }
 
     /// Reads the row of sample `index`.

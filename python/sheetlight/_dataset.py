@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
+import hashlib
 import json
 import os
 import shutil
+import sys
 import tempfile
 import threading
 import time
@@ -26,6 +29,12 @@ ATTEMPTS = 5
 
 PAUSE_S = 0.25
 """Pause before the second attempt [s]; each further one is twice as long."""
+
+REQUESTS = 16
+"""Manifests that are asked for at the same time."""
+
+SHARDS_AT_ONCE = 4096
+"""Manifests that may wait in memory."""
 
 
 class Dataset(Sequence[Sample]):
@@ -138,11 +147,12 @@ def open(
         place: the folder; or a URL that fsspec knows (`pip install "sheetlight[remote]"`, and the package that fsspec names for it)
         split: "train", "validation" or "test"; None for all
         dark: whether Reflectance and Scatter keep the sensor's dark level, as the camera has it
-        cache: folder for the files of a URL, which are fetched whole, a shard's table when one of its samples is asked for; None for
-            a temporary one that is removed at the end
+        cache: folder for the files of URLs, which are fetched whole, a shard's table when one of its samples is asked for; each
+            dataset has a folder of its own in it, whose files are fetched anew where they changed at the URL. None for a temporary
+            one that is removed at the end
 
     Raises:
-        DatasetError: there is no dataset, or it cannot be read here.
+        DatasetError: there is no dataset, it cannot be read here, or none of its shards is at the URL.
     """
     return Dataset(place, split, dark, cache)
 
@@ -165,61 +175,136 @@ class _Remote:
                 "where the store's own tools look for them"
             )
         with needed("fsspec", "remote"):
-            import fsspec
+            import fsspec.asyn
+        self._shared: Any = None
+        self._lock = threading.Lock()
+        _REMOTES.add(self)
         try:
-            self._files, self._root = fsspec.core.url_to_fs(self._url)
+            self._files()
         except (ImportError, ValueError) as fault:
             raise DatasetError(f"{url}: {_words(fault)}") from None
+        document = self._read("dataset.json")
+        if document is None:
+            raise DatasetError(f"cannot use {url}: it holds no dataset.json; name the place of a dataset")
+        head = self._head(document)
         if cache is None:
             self.folder = Path(tempfile.mkdtemp(prefix="sheetlight-"))
             weakref.finalize(self, _remove, self.folder, os.getpid())
         else:
-            self.folder = Path(cache)
+            # Another URL, or what was made anew at this one, has other files of the same names.
+            made_of = [self._url, head["recipe"]["hash"], head["seed"], head["generator"], head["samples_per_shard"]]
+            self.folder = Path(cache) / hashlib.sha256(json.dumps(made_of, sort_keys=True).encode()).hexdigest()[:16]
             self.folder.mkdir(parents=True, exist_ok=True)
-        self._lock = threading.Lock()
-        # The documents grow while a dataset is being made: they are fetched anew.
-        if not self._get("dataset.json", anew=True):
-            raise DatasetError(f"cannot use {url}: it holds no dataset.json; name the place of a dataset")
-        for manifest in self._manifests():
-            self._get(manifest, anew=True)
+        # The documents change while a dataset is made or grows: they are fetched anew.
+        _put(self.folder / "dataset.json", document)
+        if not self._fetch_manifests(head["shards"]):
+            raise DatasetError(
+                f"{self._url}: none of its {head['shards']} shards has a manifest there, such as {_sheetlight.manifest_path(0)}; "
+                "finish the dataset, or copy its whole folder there"
+            )
 
-    def _manifests(self) -> list[str]:
+    def after_fork(self) -> None:
+        """In a forked process: connections and threads are the parent's, and somebody may have held the lock."""
+        self._shared, self._lock = None, threading.Lock()
+
+    def _files(self) -> tuple[Any, str]:
+        """File system and root. Asynchronous ones serve all threads; of others fsspec keeps one for each thread."""
+        import fsspec.core
+
+        if self._shared is not None:
+            return self._shared
+        files, root = fsspec.core.url_to_fs(self._url)
+        if files.async_impl:
+            self._shared = files, root
+        return files, root
+
+    def _head(self, document: bytes) -> dict[str, Any]:
+        with tempfile.TemporaryDirectory(prefix="sheetlight-") as folder:
+            (Path(folder) / "dataset.json").write_bytes(document)
+            try:
+                return json.loads(_sheetlight.StoredDataset.read_head(folder))
+            except DatasetError as fault:
+                raise DatasetError(str(fault).replace(folder, self._url)) from None
+
+    def _fetch_manifests(self, shards: int) -> int:
+        """Fetches all that are there, by name, since not every server lists; how many these are."""
+        from concurrent.futures import ThreadPoolExecutor
+
+        found = 0
+        with ThreadPoolExecutor(REQUESTS) as pool:
+            for first in range(0, shards, SHARDS_AT_ONCE):
+                paths = [_sheetlight.manifest_path(shard) for shard in range(first, min(first + SHARDS_AT_ONCE, shards))]
+                for path, document in zip(paths, pool.map(self._read, paths)):
+                    self._renew(self.folder / path, document)
+                    found += document is not None
+        return found
+
+    def _renew(self, manifest: Path, document: bytes | None) -> None:
+        """Puts a manifest in place of the one that the folder has, without files of the old one that are others by now."""
         try:
-            found = self._again("list", "shards", lambda: self._files.find(f"{self._root}/shards"))
+            before = manifest.read_bytes()
         except FileNotFoundError:
-            return []
-        start = self._root.strip("/") + "/"
-        relative = [str(path).lstrip("/").removeprefix(start) for path in found]
-        return [path for path in relative if path.startswith("shards/") and path.endswith(".json")]
+            before = None
+        if document == before:
+            return
+        kept = {} if document is None else _sums(document)
+        for file, sha256 in ({} if before is None else _sums(before)).items():
+            if kept.get(file) != sha256:
+                self._here(file).unlink(missing_ok=True)
+        if document is None:
+            manifest.unlink(missing_ok=True)
+        else:
+            _put(manifest, document)
 
-    def fetch(self, files: Iterable[str]) -> None:
-        """Fetches the files that are not here yet."""
+    def fetch(self, files: Iterable[tuple[str, int]]) -> None:
+        """Fetches the files that are not here yet, each of so many bytes."""
         with self._lock:
-            for file in files:
-                self._get(file)
+            for file, size in files:
+                self._get(file, size)
 
-    def _get(self, file: str, anew: bool = False) -> bool:
-        """Whether the file is here now; what is missing there is told by who reads it."""
+    def _get(self, file: str, size: int) -> None:
+        """Fetches a file unless it is here; what is missing there is told by who reads it."""
+        here = self._here(file)
+        if _size(here) == size:
+            return
+        here.parent.mkdir(parents=True, exist_ok=True)
+        with _replacing(here) as part:
+            try:
+                self._again(file, lambda: self._download(file, part))
+            except FileNotFoundError:
+                here.unlink(missing_ok=True)
+                return
+            if (got := _size(part)) != size:
+                raise DatasetError(
+                    f"{self._url}/{file}: it has {got} bytes, and the manifest of its shard says {size}; open the dataset again if it "
+                    "has grown meanwhile, or else have its shard made again"
+                )
+            os.replace(part, here)
+
+    def _download(self, file: str, part: Path) -> None:
+        files, root = self._files()
+        files.get_file(f"{root}/{file}", str(part))
+
+    def _read(self, file: str) -> bytes | None:
+        """A document; None where there is none."""
+
+        def read() -> bytes:
+            files, root = self._files()
+            return files.cat_file(f"{root}/{file}")
+
+        try:
+            return self._again(file, read)
+        except FileNotFoundError:
+            return None
+
+    def _here(self, file: str) -> Path:
         parts = PurePosixPath(file).parts
         if not parts or any(part in ("..", "/") or ":" in part or "\\" in part for part in parts):
             raise DatasetError(f"{self._url}: it names the file {file!r}, which lies outside of it")
-        here = self.folder.joinpath(*parts)
-        if here.exists() and not anew:
-            return True
-        here.parent.mkdir(parents=True, exist_ok=True)
-        # Another process may fetch the same; whoever ends first gives the file its name.
-        part = here.with_name(f".{here.name}.{uuid.uuid4().hex[:8]}.part")
-        try:
-            self._again("read", file, lambda: self._files.get_file(f"{self._root}/{file}", str(part)))
-            os.replace(part, here)
-        except FileNotFoundError:
-            return False
-        finally:
-            part.unlink(missing_ok=True)
-        return True
+        return self.folder.joinpath(*parts)
 
-    def _again(self, what: str, file: str, attempt: Callable[[], Any]) -> Any:
-        """Tries until it works or trying does not help."""
+    def _again(self, file: str, attempt: Callable[[], Any]) -> Any:
+        """Tries to read a file until it works or trying does not help."""
         for number in range(ATTEMPTS):
             try:
                 return attempt()
@@ -228,13 +313,62 @@ class _Remote:
             except Exception as fault:  # every store has its own
                 place, is_last = f"{self._url}/{file}", number + 1 == ATTEMPTS
                 if isinstance(fault, PermissionError) or "Credential" in type(fault).__name__:
-                    remedy = "check the credentials in the environment, and that they may list and read there"
-                    raise DatasetError(f"{place}: cannot {what} it: {_words(fault)}; {remedy}") from None
+                    remedy = "check the credentials in the environment, and that they may read there"
+                    raise DatasetError(f"{place}: cannot read it: {_words(fault)}; {remedy}") from None
                 if is_last:
                     remedy = "check the store and the network, then try again"
-                    raise DatasetError(f"{place}: cannot {what} it: {_words(fault)}; {remedy}") from None
+                    raise DatasetError(f"{place}: cannot read it: {_words(fault)}; {remedy}") from None
                 time.sleep(PAUSE_S * 2**number)
         raise AssertionError("the last attempt returns or raises")
+
+
+_REMOTES: weakref.WeakSet[_Remote] = weakref.WeakSet()
+"""Those of this process."""
+
+
+def _after_fork() -> None:
+    # Releases of fsspec before 2025 keep the loop of the parent, whose thread is not here.
+    asyn = sys.modules.get("fsspec.asyn")
+    if asyn is not None and hasattr(asyn, "reset_lock"):
+        asyn.reset_lock()
+    for remote in list(_REMOTES):
+        remote.after_fork()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_after_fork)
+
+
+def _sums(manifest: bytes) -> dict[str, str]:
+    """SHA-256 of the files of a manifest; of a damaged one none, which is told by who reads it."""
+    try:
+        return {file["path"]: file["sha256"] for file in json.loads(manifest)["files"]}
+    except (ValueError, KeyError, TypeError):
+        return {}
+
+
+def _size(file: Path) -> int | None:
+    try:
+        return file.stat().st_size
+    except FileNotFoundError:
+        return None
+
+
+@contextlib.contextmanager
+def _replacing(here: Path) -> Iterator[Path]:
+    """A file beside `here` to take its place: another process may fetch the same, and whoever ends first gives it its name."""
+    part = here.with_name(f".{here.name}.{uuid.uuid4().hex[:8]}.part")
+    try:
+        yield part
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def _put(here: Path, content: bytes) -> None:
+    here.parent.mkdir(parents=True, exist_ok=True)
+    with _replacing(here) as part:
+        part.write_bytes(content)
+        os.replace(part, here)
 
 
 def _words(fault: BaseException) -> str:

@@ -1,11 +1,22 @@
 """Datasets that were written: in folders, at URLs, unfinished, damaged."""
 
+import asyncio
+import hashlib
+import http.server
 import io
 import json
+import multiprocessing
 import pickle
+import random
 import shutil
+import threading
+import time
+import urllib.error
+import urllib.request
+from pathlib import Path
 
 import fsspec
+import fsspec.asyn
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
@@ -52,6 +63,53 @@ def test_images_become_mm_and_dn_where_there_is_no_exr_file(tmp_path):
     names = dataset.pixel_classes
     assert [found["class"] for found in sample.objects] == [names[found["class"]] for found in row["objects"]]
     assert sample.to_arrow().to_pylist() == [row]
+
+
+def drawn_outputs():
+    """What tables and EXR files hold, drawn; the last ones are those of which zeros alone would be wrong."""
+    rng = random.Random(5)
+    measured = ("range", "reflectance", "scatter")
+    for _ in range(8):
+        png, exr = ([name for name in measured if rng.random() < 0.5] for _ in range(2))
+        if png or exr:
+            yield png, exr, rng.choice(["kept", "subtracted"]), rng.choice([8, 12])
+    yield ["scatter"], ["range"], "subtracted", 8
+    yield ["scatter"], ["reflectance"], "subtracted", 12
+    yield ["reflectance", "scatter"], [], "subtracted", 8
+
+
+@pytest.mark.parametrize("png, exr, dark, bits", list(drawn_outputs()))
+def test_what_is_missing_does_not_depend_on_what_is_kept(png, exr, dark, bits, tmp_path):
+    # So high a threshold that much is missing; where Scatter is dim it is 0 or less than that without its dark level.
+    changes = {**SMALL, "extraction.scatter_dark": dark, "exposure.bits": bits, "extraction.threshold_dn": 30}
+    kept = {"output.png": json.dumps([*png, "label"]), "output.exr": json.dumps(exr), "output.truth_maps": "false"}
+    write("blister-small", 2, tmp_path / "out", {**changes, **kept})
+    dataset, recipe = sheetlight.open(tmp_path / "out"), sheetlight.Recipe.load("blister-small", changes)
+    for index in range(2):
+        read, rendered = dataset.sample(index), recipe.sample(index)
+        assert 0 < rendered.valid.mean() < 1
+        if (dark, index) == ("subtracted", 0):
+            assert (rendered.scatter[rendered.valid] < 0.5).mean() > 0.01
+        held = [name for name in ("range", "reflectance", "scatter") if name in {*png, *exr}]
+        assert list(read.maps) == ["range_mm" if name == "range" else name for name in held] + ["label"]
+        for name in held:
+            key = "range_mm" if name == "range" else name
+            values, truth = read.maps[key], rendered.maps[key]
+            there = rendered.valid
+            if {*png, *exr} == {"scatter"} and not exr:
+                # Nothing else tells of what is missing.
+                there = there & (np.floor(np.nan_to_num(truth) + 0.5) > 0)
+            assert np.array_equal(~np.isnan(values), there), (name, int((np.isnan(values) == there).sum()))
+            values, truth = values[there].astype(np.float64), truth[there].astype(np.float64)
+            if name == "range":
+                scale = 2**-13 if "range" in exr else dataset.sample(index).to_arrow()["range_scale_mm"][0].as_py()
+                assert np.abs(values - truth).max() <= scale * 0.5001
+            elif name in exr:
+                assert np.allclose(values, truth, rtol=2**-11, atol=0)
+            else:
+                assert np.array_equal(values, np.maximum(np.floor(truth + 0.5), 0))
+        if held:
+            assert np.array_equal(read.valid, ~np.isnan(read.maps["range_mm" if held[0] == "range" else held[0]]))
 
 
 def test_channels_that_are_left_out_are_told(tmp_path):
@@ -104,7 +162,8 @@ def test_a_dataset_at_a_url_is_the_same(boards, bucket, tmp_path):
         assert list(a.maps) == list(b.maps) and all(np.array_equal(a.maps[name], b.maps[name], equal_nan=True) for name in a.maps)
         assert list(a.frames) == list(b.frames) and a.parameters == b.parameters and a.to_arrow().equals(b.to_arrow())
     # Tables are fetched by shards, EXR files by samples.
-    kept = {path.relative_to(tmp_path / "cache").as_posix() for path in (tmp_path / "cache").rglob("*") if path.is_file()}
+    [own] = (tmp_path / "cache").iterdir()
+    kept = {path.relative_to(own).as_posix() for path in own.rglob("*") if path.is_file()}
     assert len([name for name in kept if name.endswith(".exr")]) == 2 and {name for name in kept if "stacks" in name} == {
         "stacks/00000.parquet", "stacks/00002.parquet"
     }  # fmt: skip
@@ -116,7 +175,6 @@ def test_a_dataset_at_a_url_is_the_same(boards, bucket, tmp_path):
 
 def test_what_is_fetched_without_a_cache_is_removed(bucket):
     import gc
-    from pathlib import Path
 
     far = sheetlight.open("memory://bucket/boards")
     folder = Path(far._remote.folder)
@@ -124,6 +182,201 @@ def test_what_is_fetched_without_a_cache_is_removed(bucket):
     del far
     gc.collect()
     assert not folder.exists()
+
+
+def put(folder, place):
+    """Makes what is at the place in memory the same as the folder."""
+    files = fsspec.filesystem("memory")
+    if files.exists(place):
+        files.rm(place, recursive=True)
+    files.put(str(folder), place, recursive=True)
+
+
+def assert_same(near, far):
+    assert far.indices == near.indices and far.head == near.head
+    for index in near.indices:
+        a, b = near.sample(index), far.sample(index)
+        assert a.id == b.id and a.to_arrow().equals(b.to_arrow()), index
+        assert all(np.array_equal(a.maps[name], b.maps[name], equal_nan=True) for name in a.maps), index
+
+
+LEAN = {**SMALL, "output.exr": "[range]", "output.truth_maps": "false"}
+
+
+def test_a_cache_keeps_datasets_apart(tmp_path):
+    """Of one recipe, files have the same names whatever the seed, and after a dataset was made anew at its place."""
+    cache = tmp_path / "cache"
+    near = []
+    for seed in (1, 2, 3):
+        write("blister-small", 4, tmp_path / str(seed), LEAN, "--seed", seed, "--samples-per-shard", 2)
+        near.append(sheetlight.open(tmp_path / str(seed)))
+    put(tmp_path / "1", "/apart/a")
+    put(tmp_path / "2", "/apart/b")
+    for _ in range(2):
+        # Both are read in turn.
+        far = [sheetlight.open(f"memory://apart/{place}", cache=cache) for place in "ab"]
+        for index in range(4):
+            for a, b in zip(near, far):
+                assert a.sample(index).to_arrow().equals(b.sample(index).to_arrow())
+        for a, b in zip(near, far):
+            assert_same(a, b)
+    # Neither fetches again what was fetched.
+    for place, dataset in zip("ab", near):
+        for folder in ("data", "exr"):
+            fsspec.filesystem("memory").rm(f"/apart/{place}/{folder}", recursive=True)
+        assert_same(dataset, sheetlight.open(f"memory://apart/{place}", cache=cache))
+    put(tmp_path / "3", "/apart/a")
+    assert_same(near[2], sheetlight.open("memory://apart/a", cache=cache))
+
+
+def test_a_cache_follows_what_changes_at_the_url(tmp_path):
+    out, cache, url = tmp_path / "boards", tmp_path / "cache", "memory://grown/boards"
+    write("blister-small", 7, out, LEAN, "--samples-per-shard", 4)
+    put(out, "/grown/boards")
+    before = sheetlight.open(url, cache=cache)
+    assert_same(sheetlight.open(out), before)
+    # The second shard had three samples, and then has four.
+    write("blister-small", 10, out, LEAN)
+    put(out, "/grown/boards")
+    near = sheetlight.open(out)
+    assert len(near) == 10
+    assert_same(near, sheetlight.open(url, cache=cache))
+    # What was cut off here, by a full disk, is fetched again.
+    [own] = cache.iterdir()
+    for table in own.rglob("*-00000.parquet"):
+        table.write_bytes(table.read_bytes()[:-9])
+    assert_same(near, sheetlight.open(url, cache=cache))
+    # A shard that is gone there, or has become another one of the same size, is so here.
+    [table, *_] = sorted(out.glob("data/*-00001.parquet"))
+    name, content = table.relative_to(out).as_posix(), bytearray(table.read_bytes())
+    content[-1] ^= 1
+    manifest = json.loads((out / "shards" / "00001.json").read_text())
+    for file in manifest["files"]:
+        if file["path"] == name:
+            file["sha256"] = hashlib.sha256(content).hexdigest()
+    table.write_bytes(content)
+    (out / "shards" / "00001.json").write_text(json.dumps(manifest))
+    (out / "shards" / "00002.json").unlink()
+    put(out, "/grown/boards")
+    far = sheetlight.open(url, cache=cache)
+    assert far.indices == list(range(8)) and not (own / "shards" / "00002.json").exists()
+    damaged = 0
+    for index in range(4, 8):
+        try:
+            far.sample(index)
+        except sheetlight.DatasetError:
+            damaged += 1
+    assert damaged and (own / name).read_bytes() == content
+    # Files that no manifest there speaks of are no files of the dataset.
+    bucket = fsspec.filesystem("memory")
+    bucket.pipe("/grown/boards/" + next(out.glob("data/*-00000.parquet")).relative_to(out).as_posix(), b"short")
+    shutil.rmtree(cache)
+    with pytest.raises(sheetlight.DatasetError, match="it has 5 bytes, and the manifest of its shard says"):
+        list(sheetlight.open(url, cache=cache))
+
+
+@pytest.fixture
+def served(boards):
+    """The dataset at an HTTP server that lists nothing, through a file system that is asynchronous as those of stores are."""
+    seen = {"now": 0, "most": 0, "hold": None, "held": threading.Event()}
+    count = threading.Lock()
+
+    class Handler(http.server.SimpleHTTPRequestHandler):
+        def __init__(self, *arguments):
+            super().__init__(*arguments, directory=str(boards.parent))
+
+        def do_GET(self):
+            with count:
+                seen["now"] += 1
+                seen["most"] = max(seen["most"], seen["now"])
+            time.sleep(0.05)
+            if seen["hold"] is not None and self.path.endswith(".parquet"):
+                hold, seen["hold"] = seen["hold"], None
+                seen["held"].set()
+                hold.wait(60)
+            with count:
+                seen["now"] -= 1
+            super().do_GET()
+
+        def list_directory(self, path):
+            self.send_error(404)
+
+        def log_message(self, *_):
+            pass
+
+    class Loopback(fsspec.asyn.AsyncFileSystem):
+        protocol = "loopback"
+
+        async def _cat_file(self, path, **_):
+            def read():
+                try:
+                    with urllib.request.urlopen(f"http://{path}", timeout=60) as reply:
+                        return reply.read()
+                except urllib.error.HTTPError as error:
+                    raise FileNotFoundError(path) if error.code == 404 else OSError(error.code) from None
+
+            return await asyncio.to_thread(read)
+
+        async def _get_file(self, path, here, **_):
+            Path(here).write_bytes(await self._cat_file(path))
+
+    fsspec.register_implementation("loopback", Loopback, clobber=True)
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), Handler) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        yield f"loopback://127.0.0.1:{server.server_port}", seen
+        server.shutdown()
+
+
+def test_a_server_that_lists_nothing_is_read(boards, served):
+    root, seen = served
+    far = sheetlight.open(f"{root}/{boards.name}")
+    assert far.indices == list(range(20)) and far.sample(13).to_arrow().equals(sheetlight.open(boards).sample(13).to_arrow())
+    # All four manifests at once, or nearly.
+    assert seen["most"] >= 2
+
+
+def test_a_url_without_any_shard_is_told(bucket):
+    bucket.rm("/bucket/boards/shards/00002.json")
+    assert len(sheetlight.open("memory://bucket/boards")) == 14
+    bucket.rm("/bucket/boards/shards", recursive=True)
+    with pytest.raises(sheetlight.DatasetError, match="none of its 4 shards has a manifest there, such as shards/00000.json"):
+        sheetlight.open("memory://bucket/boards")
+    bucket.pipe("/bucket/boards/dataset.json", b"{}")
+    with pytest.raises(sheetlight.DatasetError, match="^(cannot use )?memory://bucket/boards"):
+        sheetlight.open("memory://bucket/boards")
+
+
+def _read(dataset, index, results):
+    try:
+        results.put(dataset.sample(index).scatter)
+    except BaseException as fault:
+        results.put(repr(fault))
+        raise
+
+
+def test_forked_workers_read_from_an_asynchronous_store(boards, served):
+    """Also while another thread of the parent waits for a file, with the lock of the dataset."""
+    root, seen = served
+    far, near = sheetlight.open(f"{root}/{boards.name}"), sheetlight.open(boards)
+    assert far.sample(0).index == 0
+    seen["hold"] = release = threading.Event()
+    thread = threading.Thread(target=far.sample, args=(19,))
+    thread.start()
+    assert seen["held"].wait(60)
+    fork = multiprocessing.get_context("fork")
+    results = fork.Queue()
+    try:
+        for index in (7, 13):
+            child = fork.Process(target=_read, args=(far, index, results), daemon=True)
+            child.start()
+            found = results.get(timeout=60)
+            assert np.array_equal(found, near.sample(index).scatter, equal_nan=True), found
+            child.join(20)
+            assert child.exitcode == 0
+    finally:
+        release.set()
+        thread.join(60)
+    assert far.sample(19).index == 19
 
 
 def test_urls_that_cannot_be_used_are_told(bucket):

@@ -38,6 +38,12 @@ mod _sheetlight {
         sheetlight::api::Recipe::embedded().map(|known| (known.name, known.summary)).collect()
     }
 
+    /// Path of the manifest of a shard, relative to the dataset's folder.
+    #[pyfunction]
+    fn manifest_path(shard: u64) -> String {
+        sheetlight::api::manifest_path(shard)
+    }
+
     /// Does what `gen` does with these arguments, of which the first is the program's name; returns its exit status.
     #[pyfunction]
     fn run_from(py: Python<'_>, arguments: Vec<OsString>) -> u8 {

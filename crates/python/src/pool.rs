@@ -4,7 +4,6 @@
 //! it, and a process that finds another's makes one of its own.
 
 use std::any::Any;
-use std::collections::HashMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -22,11 +21,19 @@ const LOOK: Duration = Duration::from_millis(50);
 /// Most threads for each core, and on a machine of few cores, as `gen --threads` has them.
 const MAX_THREADS: (usize, usize) = (4, 16);
 
-/// Pools by process and number of threads.
-type Pools = HashMap<(u32, usize), Arc<ThreadPool>>;
+/// Pools that are kept for the next sample; threads of one that is dropped end when their work is done.
+const MAX_POOLS: usize = 3;
 
-/// Those that were made here or in the process that this one was forked from. Only taken with Python's lock, so that nobody holds it during a `fork`.
-static POOLS: Mutex<Option<Pools>> = Mutex::new(None);
+/// A pool, the process that it belongs to, and its number of threads.
+struct Pool {
+    process: u32,
+    threads: usize,
+    pool: Arc<ThreadPool>,
+}
+
+/// Those that were made here or in the process that this one was forked from; the last one used is the last. Only taken with Python's
+/// lock, so that nobody holds it during a `fork`.
+static POOLS: Mutex<Vec<Pool>> = Mutex::new(Vec::new());
 
 /// A number of threads as it was asked for, `None` for one a core.
 pub(crate) fn thread_count(asked: Option<usize>) -> PyResult<usize> {
@@ -44,14 +51,23 @@ pub(crate) fn thread_count(asked: Option<usize>) -> PyResult<usize> {
 /// The pool of this process with so many threads.
 pub(crate) fn pool(_: Python<'_>, threads: usize) -> PyResult<Arc<ThreadPool>> {
     let mut pools = POOLS.lock().unwrap_or_else(PoisonError::into_inner);
-    let pools = pools.get_or_insert_default();
-    let key = (std::process::id(), threads);
-    if let Some(pool) = pools.get(&key) {
-        return Ok(pool.clone());
+    let process = std::process::id();
+    let (own, others) = std::mem::take(&mut *pools).into_iter().partition(|pool| pool.process == process);
+    *pools = own;
+    // Threads of another process are not here: there is nobody that dropping their pool could tell to end.
+    std::mem::forget::<Vec<Pool>>(others);
+    let known = pools.iter().position(|pool| pool.threads == threads).map(|at| pools.remove(at));
+    let pool = match known {
+        Some(known) => known.pool,
+        None => {
+            let pool = ThreadPoolBuilder::new().num_threads(threads).build();
+            Arc::new(pool.map_err(|error| of_program(&format!("no threads can be started: {error}")))?)
+        }
+    };
+    if pools.len() == MAX_POOLS {
+        pools.remove(0);
     }
-    let pool = ThreadPoolBuilder::new().num_threads(threads).build();
-    let pool = Arc::new(pool.map_err(|error| of_program(&format!("no threads can be started: {error}")))?);
-    pools.insert(key, pool.clone());
+    pools.push(Pool { process, threads, pool: pool.clone() });
     Ok(pool)
 }
 

@@ -8,7 +8,7 @@ use numpy::{Element, PyArray2, PyArrayMethods, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use serde_json::Value;
-use sheetlight::api::{Below, Grey, Labels, Maps, Record, RowBatch, Simulator, StoredSample, TruthMaps};
+use sheetlight::api::{Below, Fault, Grey, Labels, Maps, Record, RowBatch, Simulator, StoredSample, TruthMaps};
 
 use crate::errors::{of_fault, of_program};
 
@@ -184,15 +184,9 @@ fn stored_map<'py>(py: Python<'py>, stored: &StoredSample, name: &str) -> PyResu
     if let Some(map) = py.detach(|| stored.channel(channel)).map_err(fault)? {
         return array(py, size, map);
     }
-    let map = py.detach(|| -> Result<_, sheetlight::api::Fault> {
+    let map = py.detach(|| -> Result<_, Fault> {
         let Some(pixels) = stored.image(image)? else { return Ok(None) };
-        let is_missing =
-            |pixels: &Grey| -> Vec<bool> { pixels.numbers().into_iter().map(|number| number == 0).collect() };
-        // Where Range is missing all is; without Range, 0 is what nothing measured has.
-        let missing = match stored.image("range")? {
-            Some(range) => is_missing(&range),
-            None => is_missing(&pixels),
-        };
+        let missing = missing_of(stored, &pixels)?;
         let [offset, scale] = if image == "range" { stored.range_scale()? } else { [0.0, 1.0] };
         let value = |(number, missing): (u16, bool)| {
             if missing { f32::NAN } else { (offset + f64::from(number) * scale) as f32 }
@@ -200,6 +194,21 @@ fn stored_map<'py>(py: Python<'py>, stored: &StoredSample, name: &str) -> PyResu
         Ok(Some(pixels.numbers().into_iter().zip(missing).map(value).collect::<Vec<f32>>()))
     });
     array(py, size, map.map_err(fault)?.ok_or_else(unknown)?)
+}
+
+/// Which pixels of a sample of a dataset are not measured: 0 in the image `range`, NaN in any measured channel of the EXR file. Where
+/// neither is there, 0 in Reflectance, which is the peak of a line that was found, or else in the image that is asked for.
+fn missing_of(stored: &StoredSample, pixels: &Grey) -> Result<Vec<bool>, Fault> {
+    let is_zero = |pixels: &Grey| pixels.numbers().into_iter().map(|number| number == 0).collect();
+    if let Some(range) = stored.image("range")? {
+        return Ok(is_zero(&range));
+    }
+    for channel in ["Range", "Reflectance", "Scatter"] {
+        if let Some(map) = stored.channel(channel)? {
+            return Ok(map.into_iter().map(f32::is_nan).collect());
+        }
+    }
+    Ok(stored.image("reflectance")?.as_ref().map_or_else(|| is_zero(pixels), is_zero))
 }
 
 fn missing_as_nan(range: &[f32], map: &mut [f32]) {

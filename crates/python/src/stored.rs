@@ -24,6 +24,13 @@ impl StoredDataset {
         Ok(Self { stored: Arc::new(stored) })
     }
 
+    /// `dataset.json` of the dataset in that folder, checked; manifests may be missing.
+    #[staticmethod]
+    fn read_head(py: Python<'_>, root: PathBuf) -> PyResult<String> {
+        let dataset = py.detach(|| api::Dataset::open(&root)).map_err(|fault| of_fault(py, &fault))?;
+        serde_json::to_string(dataset.head()).map_err(|error| of_program(&error.to_string()))
+    }
+
     /// `dataset.json`.
     fn head(&self) -> PyResult<String> {
         serde_json::to_string(self.stored.dataset().head()).map_err(|error| of_program(&error.to_string()))
@@ -34,9 +41,10 @@ impl StoredDataset {
         self.stored.samples().map(|sample| (sample.index, sample.split.clone(), sample.class.clone())).collect()
     }
 
-    /// The files that a sample is read from, relative to the folder.
-    fn files(&self, py: Python<'_>, index: u64) -> PyResult<Vec<String>> {
-        self.stored.files(index).map_err(|fault| of_fault(py, &fault))
+    /// The files that a sample is read from, relative to the folder, each with its size [bytes].
+    fn files(&self, py: Python<'_>, index: u64) -> PyResult<Vec<(String, u64)>> {
+        let files = self.stored.files(index).map_err(|fault| of_fault(py, &fault))?;
+        Ok(files.into_iter().map(|file| (file.path.clone(), file.bytes)).collect())
     }
 
     /// A sample.
