@@ -14,6 +14,7 @@ and ranks, and in any order.
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
@@ -35,6 +36,9 @@ if TYPE_CHECKING:
 
 MEASURED = ("range", "reflectance", "scatter")
 """Channels that are measured: "range" is in mm, or in px of uncalibrated scans."""
+
+ROUNDING = 1e-9
+"""Part of a square pixel that the rounding of its side against the scan may take away."""
 
 
 class Scans(torch.utils.data.Dataset[dict[str, Any]]):  # type: ignore[misc, unused-ignore]
@@ -98,8 +102,11 @@ class Scans(torch.utils.data.Dataset[dict[str, Any]]):  # type: ignore[misc, unu
         if self.crop is not None and min(self.crop) < 1:
             raise ValueError(f"crop: {crop}: give rows and columns of 1 or more")
         self.square_pixels = square_pixels
-        if square_pixels is not True and square_pixels < 0:
-            raise ValueError(f"square_pixels: {square_pixels}: give True, or the side of a pixel in mm")
+        if not isinstance(square_pixels, bool) and not 0 < square_pixels < math.inf:
+            raise ValueError(
+                f"square_pixels: {square_pixels}: give the side of a pixel in mm, above 0; or True for the longer side that pixels have, "
+                "False for pixels as they are"
+            )
 
     @property
     def classes(self) -> list[str]:
@@ -131,29 +138,34 @@ class Scans(torch.utils.data.Dataset[dict[str, Any]]):  # type: ignore[misc, unu
         """What an item holds of a sample."""
         grid = _Grid(sample, self.square_pixels)
         window = self._window(sample.index, grid.shape)
+        grid.look_at(window)
         valid = sample.valid
-        share = grid.averaged(valid.astype(np.float32), window)
-        maps = [self._channel(sample, name, grid, window) for name in self.channels]
+        share = grid.averaged(valid.astype(np.float32))
+        maps = [self._channel(sample, name, grid, valid, share) for name in self.channels]
         return {
             "maps": torch.from_numpy(np.stack(maps)),
             "valid": torch.from_numpy(share >= 0.5),
-            "label": torch.from_numpy(grid.nearest(sample.label, window).astype(np.int64)),
-            "instance": torch.from_numpy(grid.nearest(sample.instance, window).astype(np.int64)),
+            "label": torch.from_numpy(grid.nearest(sample.label).astype(np.int64)),
+            "instance": torch.from_numpy(grid.nearest(sample.instance).astype(np.int64)),
             "class": sample.class_index,
             "index": sample.index,
             "corner": torch.tensor([part.start for part in window]),
             "pixel_mm": torch.tensor(grid.pixel_mm, dtype=torch.float64),
         }
 
-    def _channel(self, sample: Sample, name: str, grid: _Grid, window: tuple[range, range]) -> NDArray[np.float32]:
+    def _channel(
+        self, sample: Sample, name: str, grid: _Grid, valid: NDArray[np.bool_], share: NDArray[np.float32]
+    ) -> NDArray[np.float32]:
+        """A map of which `share` of each pixel is there, if that is what is measured."""
         key = f"range_{sample.range_unit}" if name == "range" else name
         try:
             values = sample.maps[key]
         except KeyError:
             raise ValueError(f"channels: sample {sample.index} has no {name}; it has {', '.join(sample.maps)}") from None
         there = ~np.isnan(values)
-        share = grid.averaged(there.astype(np.float32), window)
-        mean = grid.averaged(np.where(there, values, np.float32(0)), window)
+        if not np.array_equal(there, valid):
+            share = grid.averaged(there.astype(np.float32))
+        mean = grid.averaged(np.where(there, values, np.float32(0)))
         with np.errstate(invalid="ignore", divide="ignore"):
             return np.where(share >= 0.5, mean / share, np.float32(self.missing)).astype(np.float32)
 
@@ -219,46 +231,69 @@ def _share() -> tuple[int, int]:
 
 
 class _Grid:
-    """The pixels of a sample, or square ones over the same field."""
+    """The pixels of a window of a sample, or square ones over the same field."""
 
     def __init__(self, sample: Sample, square_pixels: bool | float):
         rows, cols = sample.shape
         self.pixel_mm = (sample.row_mm, sample.col_mm)
-        if square_pixels is False or square_pixels == 0:
-            self.shape, self._steps = (rows, cols), None
+        self._whole = (rows, cols)
+        self._steps: tuple[float, float] | None = None
+        self.shape = (rows, cols)
+        if square_pixels is False:
             return
         side = max(self.pixel_mm) if square_pixels is True else float(square_pixels)
         # Pixels of the sample in a square one, along rows and columns.
-        self._steps = [side / pitch for pitch in self.pixel_mm]
+        self._steps = side / sample.row_mm, side / sample.col_mm
         self.pixel_mm = (side, side)
-        self.shape = (int(rows / self._steps[0]), int(cols / self._steps[1]))
+        # A pixel that lacks a rounding error of its area is whole.
+        self.shape = int(rows / self._steps[0] + ROUNDING), int(cols / self._steps[1] + ROUNDING)
         if min(self.shape) < 1:
             raise ValueError(f"square_pixels: {side} mm is more than sample {sample.index} is long or wide; give a smaller side")
 
-    def averaged(self, values: NDArray[np.float32], window: tuple[range, range]) -> NDArray[np.float32]:
-        """Means over the areas of pixels."""
-        rows, cols = window
-        if self._steps is None:
-            return values[rows.start : rows.stop, cols.start : cols.stop]
-        top, along = _overlaps(rows, self._steps[0], values.shape[0])
-        left, across = _overlaps(cols, self._steps[1], values.shape[1])
-        part = values[top : top + along.shape[1], left : left + across.shape[1]]
-        return (along @ part @ across.T).astype(np.float32, copy=False)
+    def look_at(self, window: tuple[range, range]) -> None:
+        """From now on maps are of this window."""
+        self._window = window
+        if self._steps is not None:
+            along, across = (
+                _Overlaps(part, step, length) for part, step, length in zip(window, self._steps, self._whole)
+            )
+            self._overlaps = along, across
 
-    def nearest(self, values: NDArray[Any], window: tuple[range, range]) -> NDArray[Any]:
+    def averaged(self, values: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Means over the areas of pixels, float32."""
+        if self._steps is None:
+            rows, cols = self._window
+            return values[rows.start : rows.stop, cols.start : cols.stop]
+        along, across = self._overlaps
+        part = values[along.first : along.last, across.first : across.last]
+        return across.means(along.means(part, axis=0), axis=1)
+
+    def nearest(self, values: NDArray[Any]) -> NDArray[Any]:
         """Values at the middles of pixels."""
-        rows, cols = window
+        rows, cols = self._window
         if self._steps is None:
             return values[rows.start : rows.stop, cols.start : cols.stop]
-        places = [((np.asarray(part) + 0.5) * step).astype(np.int64) for part, step in zip(window, self._steps)]
+        places = [((np.asarray(part) + 0.5) * step).astype(np.int64) for part, step in zip(self._window, self._steps)]
         return values[np.ix_(*places)]
 
 
-def _overlaps(part: range, step: float, length: int) -> tuple[int, NDArray[np.float32]]:
-    """First pixel that pixels `part` of `step` pixels each overlap, and the share of each in each of them, `[part, pixels]`."""
-    first, last = int(part.start * step), min(int(np.ceil(part.stop * step)), length)
-    edges = np.asarray(range(part.start, part.stop + 1)) * step
-    pixels = np.arange(first, last)
-    upper = np.minimum(edges[1:, None], pixels + 1)
-    lower = np.maximum(edges[:-1, None], pixels)
-    return first, (np.clip(upper - lower, 0, None) / step).astype(np.float32)
+class _Overlaps:
+    """Pixels `part` of `step` pixels of a sample each, which lie on pixels `first` to `last` of its `length` in whole or in part."""
+
+    def __init__(self, part: range, step: float, length: int):
+        edges = np.minimum(np.asarray(range(part.start, part.stop + 1)) * step, length)
+        lower, upper = edges[:-1], edges[1:]
+        begin, end = lower.astype(np.int64), np.ceil(upper).astype(np.int64)
+        self.first, self.last = int(begin[0]), int(end[-1])
+        # The k-th pixel of the sample that each lies on, and how much of it that is, `[k, part]`.
+        pixels = begin + np.arange(int((end - begin).max()))[:, None]
+        shares = np.clip(np.minimum(upper, pixels + 1) - np.maximum(lower, pixels), 0, None) / step
+        self._places = np.minimum(pixels, self.last - 1) - self.first
+        self._shares = shares.astype(np.float32)
+
+    def means(self, values: NDArray[np.float32], axis: int) -> NDArray[np.float32]:
+        """Means over each, by area, of values from pixel `first` on along that axis."""
+        return sum(
+            np.take(values, places, axis=axis) * (shares if axis else shares[:, None])
+            for places, shares in zip(self._places, self._shares)
+        )

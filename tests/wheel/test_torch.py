@@ -1,6 +1,8 @@
 """Scans for DataLoader."""
 
 import math
+import time
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -116,7 +118,8 @@ def test_square_pixels_keep_sums_and_places(name, side):
     pixel = max(sample.row_mm, sample.col_mm) if side is True else side
     rows, cols = item["label"].shape
     assert item["pixel_mm"].tolist() == [pixel, pixel]
-    assert (rows, cols) == (int(sample.shape[0] * sample.row_mm / pixel), int(sample.shape[1] * sample.col_mm / pixel))
+    sides = zip(sample.shape, (sample.row_mm, sample.col_mm))
+    assert (rows, cols) == tuple(math.floor(count * pitch / pixel + 1e-9) for count, pitch in sides)
     # Each pixel, worked out one by one: the mean of what is measured, by area.
     rng = np.random.default_rng(4)
     for row, col in zip(rng.integers(0, rows, 60), rng.integers(0, cols, 60)):
@@ -142,6 +145,67 @@ def test_square_pixels_keep_sums_and_places(name, side):
     assert torch.equal(crop["label"], item["label"][row : row + 7, col : col + 7])
 
 
+class Plane:
+    """A sample of drawn numbers, whose Scatter is that of its place."""
+
+    def __init__(self, shape, row_mm, col_mm, rng):
+        self.shape, self.row_mm, self.col_mm, self.index, self.class_index, self.range_unit = shape, row_mm, col_mm, 0, 0, "mm"
+        scatter = rng.uniform(0, 60_000, shape).astype(np.float32)
+        scatter[rng.random(shape) < 0.3] = np.nan
+        self.maps, self.valid = {"scatter": scatter}, ~np.isnan(scatter)
+        self.label = self.instance = np.zeros(shape, np.uint8)
+
+
+def test_no_square_pixel_is_lost_by_rounding(recipe):
+    rng = np.random.default_rng(8)
+    lossy = 0
+    for _ in range(200):
+        pitches, times = rng.choice([0.01, 0.05, 0.07, 0.09, 0.1, 0.3], 2), int(rng.integers(1, 14))
+        side = float(times * pitches[0])
+        rows = int(rng.integers(1, 9))
+        plane = Plane((rows * times, 130 * 40), pitches[0], pitches[1], rng)
+        shape = Scans(recipe, 1, square_pixels=side, channels=["scatter"]).item(plane)["label"].shape
+        exact = Fraction(130 * 40) * Fraction(str(pitches[1])) / (times * Fraction(str(pitches[0])))
+        assert shape == (rows, math.floor(exact)), (plane.shape, pitches, side)
+        lossy += int(rows * times / (side / pitches[0])) < rows
+    assert lossy > 3
+
+
+@pytest.mark.parametrize("side, shape", [(0.09, (2000, 1280)), (0.31, (2000, 1280)), (0.031, (600, 400))])
+def test_square_pixels_of_a_large_scan_cost_little(recipe, side, shape):
+    """Against means that are worked out by running sums in double precision; products of dense matrices take ten times as long as an item."""
+    rng = np.random.default_rng(3)
+    plane = Plane(shape, 0.09, 0.07, rng)
+    scans = Scans(recipe, 1, square_pixels=side, channels=["scatter"], missing=math.nan)
+    used = []
+    for _ in range(3):
+        begun = time.process_time()
+        item = scans.item(plane)
+        used.append(time.process_time() - begun)
+
+    def summed(values):
+        for axis, pitch in enumerate((0.09, 0.07)):
+            values = np.moveaxis(values, axis, -1)
+            count = math.floor(values.shape[-1] * pitch / side + 1e-9)
+            sums = np.concatenate([np.zeros((*values.shape[:-1], 1)), np.cumsum(values, axis=-1)], axis=-1)
+            edges = np.minimum(np.arange(count + 1) * side / pitch, values.shape[-1])
+            low = np.minimum(edges.astype(int), values.shape[-1] - 1)
+            at_edges = sums[..., low] + (edges - low) * values[..., low]
+            values = np.moveaxis(np.diff(at_edges), -1, axis)
+        return values
+
+    area = summed(plane.valid.astype(np.float64))
+    mean = summed(np.nan_to_num(plane.maps["scatter"]).astype(np.float64)) / np.maximum(area, 1e-12)
+    share = area * (0.09 * 0.07 / side**2)
+    clear = np.abs(share - 0.5) > 1e-5
+    assert np.array_equal(item["valid"].numpy()[clear], (share > 0.5)[clear])
+    known = clear & (share > 0.5)
+    assert np.allclose(item["maps"][0].numpy()[known], mean[known], rtol=1e-5)
+    begun = time.process_time()
+    summed(plane.valid.astype(np.float64))
+    assert min(used) < 2 * (time.process_time() - begun), used
+
+
 def test_options_that_cannot_be_used_are_told(recipe, boards):
     dataset = sheetlight.open(boards)
     wrong = [
@@ -152,7 +216,10 @@ def test_options_that_cannot_be_used_are_told(recipe, boards):
         (lambda: Scans(recipe, 1, channels=[]), "channels: none"),
         (lambda: Scans(recipe, 1, crop=0), "crop: 0"),
         (lambda: Scans(recipe, 1, crop=(8, 97))[0], "does not fit scan 0 of 40 x 96 px"),
-        (lambda: Scans(recipe, 1, square_pixels=-0.1), "square_pixels"),
+        (lambda: Scans(recipe, 1, square_pixels=-0.1), "square_pixels: -0.1: give the side"),
+        (lambda: Scans(recipe, 1, square_pixels=math.nan), "square_pixels: nan: give the side"),
+        (lambda: Scans(recipe, 1, square_pixels=math.inf), "square_pixels: inf: give the side"),
+        (lambda: Scans(recipe, 1, square_pixels=0.0), "square_pixels: 0.0: give the side"),
         (lambda: Scans(recipe, 1, square_pixels=1e3)[0], "square_pixels: 1000.0 mm is more"),
         (lambda: Scans(recipe, 1, channels=["film_gap_mm"])[0], "has no film_gap_mm; it has range_mm"),
     ]
