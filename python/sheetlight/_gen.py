@@ -8,13 +8,13 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable, Iterable, Iterator
-from typing import Any
+from typing import IO, Any
 
 VARIABLE = "SHEETLIGHT_GEN"
 """Environment variable that names another `gen` than the one of this package: the path of an executable file."""
 
 PATIENCE_S = 10.0
-"""How long a program that was asked to stop may take [s]: it removes what is unfinished, then ends."""
+"""How long a program that was asked to stop may take [s] before it is killed; it ends by itself in a small part of that."""
 
 
 class GenError(RuntimeError):
@@ -110,23 +110,15 @@ def run(
     """
     words_of_call = [os.fspath(argument) for argument in arguments]
     program = command()
-    try:
-        child = subprocess.Popen(
-            [*program, *words_of_call], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE
-        )
-    except OSError as fault:
-        if not os.environ.get(VARIABLE):
-            raise
-        raise type(fault)(
-            fault.errno, f"{VARIABLE} names no program that can be started ({fault.strerror})", program[0]
-        ) from None
-    out, err = child.stdout, child.stderr
-    assert out is not None and err is not None
     written: list[bytes] = []
     words: list[str] = []
     raised: list[BaseException] = []
+    readers: list[threading.Thread] = []
 
-    def listen(stream: Iterable[bytes]) -> None:
+    def gather(stream: IO[bytes]) -> None:
+        written.append(stream.read())
+
+    def listen(stream: IO[bytes]) -> None:
         for line in stream:
             text = line.decode(errors="replace")
             event = _event(text)
@@ -142,13 +134,12 @@ def run(
                     raised.append(fault)
                     _interrupt(child)
 
-    readers = [
-        threading.Thread(target=lambda: written.append(out.read()), daemon=True),
-        threading.Thread(target=listen, args=(err,), daemon=True),
-    ]
-    for reader in readers:
-        reader.start()
+    child = _start([*program, *words_of_call])
     try:
+        for read, stream in ((gather, child.stdout), (listen, child.stderr)):
+            reader = threading.Thread(target=read, args=(stream,), daemon=True)
+            reader.start()
+            readers.append(reader)
         with stop.held(child) if stop is not None else contextlib.nullcontext():
             status = child.wait()
     except BaseException:
@@ -159,8 +150,9 @@ def run(
     finally:
         for reader in readers:
             reader.join()
-        out.close()
-        err.close()
+        for pipe in (child.stdout, child.stderr):
+            if pipe is not None:
+                pipe.close()
     if raised:
         raise raised[0]
     output = b"".join(written).decode()
@@ -204,6 +196,16 @@ def _plain(value: Any) -> Any:
     if hasattr(value, "tolist"):
         return value.tolist()
     raise TypeError
+
+
+def _start(command: list[str]) -> subprocess.Popen[bytes]:
+    try:
+        return subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    except OSError as fault:
+        if not os.environ.get(VARIABLE):
+            raise
+        words = f"{VARIABLE} names no program that can be started ({fault.strerror})"
+        raise type(fault)(fault.errno, words, command[0]) from None
 
 
 def _event(line: str) -> dict[str, Any] | None:

@@ -83,18 +83,21 @@ def validate(
         The report; `faults` is empty where nothing is wrong. docs/validate.md explains every fault.
 
     Raises:
-        GenError: it could not be checked, in the program's words.
+        GenError: it could not be checked, or its report not be kept, in the program's words.
     """
     arguments = ["validate", os.fspath(folder)]
     for option, value in {"--rerender": rerender, "--rows": rows, "--threads": threads}.items():
         if value is not None:
             arguments += [option, str(value)]
     arguments += [option for option, asked in {"--strict": strict, "--save": save}.items() if asked]
-    output = _gen.run([*arguments, "--json"], accept=(0, 1))
-    if not output:
-        # Status 1 without a report is a refusal: asked again, it says why.
-        output = _gen.run([*arguments, "--json"])
-    return json.loads(output)
+    try:
+        return _gen.run_json(arguments)
+    except _gen.GenError as error:
+        # Status 1 with a report tells of the faults in it; a refusal, or a report that was not kept, has none.
+        try:
+            return json.loads(error.output)
+        except ValueError:
+            raise error from None
 
 
 def report(
