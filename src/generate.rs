@@ -304,7 +304,7 @@ enum Piece {
     /// A shard that is to be written, before the first of its samples.
     Shard(Box<ShardWriter>),
     /// A sample of one of the shards that have come.
-    Sample(Encoded),
+    Sample(Box<Encoded>),
 }
 
 impl Making<'_> {
@@ -338,7 +338,7 @@ impl Making<'_> {
                 let progress = |n| (self.progress)(GenerateEvent::Profiles(n));
                 let sample = render_sample(self.recipe, self.seed, index, self.tiles, &progress);
                 // Where writing has ended with a fault, nobody takes it.
-                let _ = pieces.send(Piece::Sample(sample));
+                let _ = pieces.send(Piece::Sample(Box::new(sample)));
             });
             writing.join().unwrap_or_else(|panic| resume_unwind(panic))
         });
@@ -362,7 +362,7 @@ impl Making<'_> {
         summary: &mut GenerateSummary,
     ) -> Result<(), Fault> {
         let mut shards = VecDeque::new();
-        let mut early: BTreeMap<u64, Encoded> = BTreeMap::new();
+        let mut early: BTreeMap<u64, Box<Encoded>> = BTreeMap::new();
         for piece in arrived {
             match piece {
                 Piece::Shard(writer) => shards.push_back(writer),
@@ -372,7 +372,7 @@ impl Making<'_> {
                 let Some(sample) = early.remove(&writer.next()) else { break };
                 let bytes = sample.bytes();
                 summary.count(&sample);
-                writer.push(sample)?;
+                writer.push(*sample)?;
                 (self.progress)(GenerateEvent::Sample(bytes));
                 // Where all are rendered, nobody asks for a place.
                 let _ = written.try_send(());

@@ -112,15 +112,22 @@ pub(super) fn run(arguments: &ValidateArgs, console: &Console) -> CommandResult 
     };
     let report = pool.install(|| validate(&arguments.dir, &options));
     drop(progress);
-    let printed = print(&if arguments.json { format!("{:#}\n", report.json()) } else { format!("{report}\n") });
-    if let (Some(before), Some(dataset)) = (sums, &folder) {
+    let keep = || {
+        let (Some(before), Some(dataset)) = (sums, &folder) else { return Ok(()) };
         if dataset.sums() != before {
             let dir = arguments.dir.display();
-            return Err(format!("{dir} changed while it was read, the report is not kept; validate it again").into());
+            return Err(format!("{dir} changed while it was read, the report is not kept; validate it again"));
         }
-        save(&arguments.dir, &before, &report)?;
+        save(&arguments.dir, &before, &report)
+    };
+    let kept = keep();
+    match arguments.json {
+        // A program takes a document for done.
+        true if kept.is_err() => {}
+        true => print(&format!("{:#}\n", report.json()))?,
+        false => print(&format!("{report}\n"))?,
     }
-    printed?;
+    kept?;
     let warnings = if arguments.strict { report.warnings.len() as u64 } else { 0 };
     if report.is_clean() && warnings == 0 {
         return Ok(DONE);
