@@ -41,7 +41,8 @@ def pretended_slurm(tmp_path, monkeypatch):
         f"state = pathlib.Path({str(tmp_path)!r}) / 'ended'\n"
         "options = dict(option[2:].split('=', 1) for option in sys.argv[1:] if '=' in option)\n"
         "script, words = sys.stdin.read(), options['export'].split(',')\n"
-        "environment = os.environ | dict(word.split('=', 1) for word in words if '=' in word)\n"
+        "assert words[0] == 'ALL'\n"
+        "environment = os.environ | dict(word.split('=', 1) for word in words[1:] if '=' in word)\n"
         "if 'array' in options:\n"
         "    count = int(options['array'].split('-')[1]) + 1\n"
         "    cpus, statuses = options['cpus-per-task'], []\n"
@@ -70,8 +71,9 @@ def submit(url, tasks, *arguments, status=0, **options):
 
 
 def test_script_for_slurm_with_a_pretended_one(tmp_path, pretended_slurm, reference):
-    submit("planks", 2, *tiny_arguments(5), cwd=tmp_path)
-    assert_same(files(tmp_path / "planks"), reference(5))
+    """Of a folder whose name means something to sbatch and to the shell."""
+    submit("planks,=1 $x", 2, *tiny_arguments(5), cwd=tmp_path)
+    assert_same(files(tmp_path / "planks,=1 $x"), reference(5))
     assert "camera.tilt" in submit("other", 2, *tiny_arguments(5), "--set", "camera.tilt=1", cwd=tmp_path, status=2).stderr
     assert (tmp_path / "ended").read_text() == "[0, 0]", "nothing was submitted for it"
     assert "URL TASKS" in submit("planks", "", status=2, cwd=tmp_path).stderr

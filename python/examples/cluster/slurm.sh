@@ -18,23 +18,25 @@ if ! [[ ${2:-} =~ ^[1-9][0-9]*$ ]]; then
 fi
 url=$1 tasks=$2
 shift 2
-python=${SHEETLIGHT_PYTHON:-python3}
+export SHEETLIGHT_PYTHON=${SHEETLIGHT_PYTHON:-python3}
 cpus=${CPUS:-4}
 case $url in *://*) ;; *) url=$(realpath -m "$url") ;; esac
+export SHEETLIGHT_URL=$url
 
-"$python" -m sheetlight.scale begin "$url" "$@"
+"$SHEETLIGHT_PYTHON" -m sheetlight.scale begin "$url" "$@"
 
-# The scripts are given as text: a job may start on a node that does not see this folder. $TMPDIR is the node's own disk.
+# The scripts are given as text: a job may start on a node that does not see this folder. Jobs get the environment of this
+# script: in a list of --export a comma of the URL would part it.
 array=$(sbatch --parsable --job-name=sheetlight --array="0-$((tasks - 1))" --cpus-per-task="$cpus" --requeue \
-    --export="ALL,URL=$url,PYTHON=$python" --output="sheetlight-%A_%a.log" <<'TASK'
+    --export=ALL --output="sheetlight-%A_%a.log" <<'TASK'
 #!/bin/bash
-exec "$PYTHON" -m sheetlight.scale task "$URL" --part "$SLURM_ARRAY_TASK_ID/$SLURM_ARRAY_TASK_COUNT" --threads "$SLURM_CPUS_PER_TASK"
+exec "$SHEETLIGHT_PYTHON" -m sheetlight.scale task "$SHEETLIGHT_URL" --part "$SLURM_ARRAY_TASK_ID/$SLURM_ARRAY_TASK_COUNT" --threads "$SLURM_CPUS_PER_TASK"
 TASK
 )
 finish=$(sbatch --parsable --job-name=sheetlight-finish --dependency="afterok:${array%%;*}" --kill-on-invalid-dep=yes --requeue \
-    --export="ALL,URL=$url,PYTHON=$python" --output="sheetlight-%j.log" <<'FINISH'
+    --export=ALL --output="sheetlight-%j.log" <<'FINISH'
 #!/bin/bash
-exec "$PYTHON" -m sheetlight.scale finish "$URL"
+exec "$SHEETLIGHT_PYTHON" -m sheetlight.scale finish "$SHEETLIGHT_URL"
 FINISH
 )
-echo "array ${array%%;*}, then job ${finish%%;*} finishes; $python -m sheetlight.scale status $url says how far it is"
+echo "array ${array%%;*}, then job ${finish%%;*} finishes; $SHEETLIGHT_PYTHON -m sheetlight.scale status $url says how far it is"
