@@ -1,20 +1,27 @@
 """Datasets in a folder, by processes of one machine: what does not depend on the store, and faults before any work."""
 
+import errno
 import json
 import os
+import random
 import shutil
 import signal
+import socket
+import stat
 import subprocess
 import sys
 import time
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import pytest
 import sheetlight
 import sheetlight.scale
 from conftest import TINY, assert_same, command, files, run, tiny, tiny_arguments, wait_until
 from sheetlight import _gen
+from sheetlight.scale import dataset
 from sheetlight.scale.dataset import manifest_path
-from sheetlight.scale.scratch import scratch_folder
+from sheetlight.scale.program import NO_SHARD, _writer
 from sheetlight.scale.store import Store
 
 
@@ -85,7 +92,7 @@ def test_another_version_is_refused(tmp_path, monkeypatch):
     said = run("generate", url, "--engine", "local", *tiny_arguments(2), status=2).stderr
     assert f'{url}: generator.version: "0.0.1" -> "{_version()}"' in said
     for asked in ("task", "finish"):
-        assert "gen 0.0.1 began this dataset, and " in run(asked, url, status=2).stderr
+        assert "gen 0.0.1 for " in run(asked, url, status=2).stderr
 
 
 def _version() -> str:
@@ -175,23 +182,6 @@ def test_a_stopped_task_leaves_nothing_behind(tmp_path):
     assert not (url / "shards").exists()
 
 
-def test_scratch_of_killed_tasks_is_removed_by_the_next_one(tmp_path):
-    with scratch_folder(tmp_path) as running:
-        task = subprocess.Popen(
-            [sys.executable, "-c", "import sys, time, sheetlight.scale.scratch as s\n"
-             "with s.scratch_folder(sys.argv[1]) as folder: (folder / 'half').write_text('x'); time.sleep(100)", tmp_path],
-        )  # fmt: skip
-        wait_until(lambda: any(tmp_path.rglob("half")))
-        with scratch_folder(tmp_path):
-            assert any(tmp_path.rglob("half")), "it runs"
-        task.kill()
-        task.wait()
-        with scratch_folder(tmp_path):
-            assert not any(tmp_path.rglob("half"))
-            assert running.is_dir()
-    assert not any(tmp_path.rglob("task-*"))
-
-
 @pytest.fixture
 def small_disk(tmp_path):
     """A disk of 1 MB in memory; only root can mount one."""
@@ -243,19 +233,238 @@ def test_a_killed_upload_leaves_no_half_file_and_finishing_sweeps(tmp_path, refe
     assert_same(files(url), reference(2))
 
 
-def test_ctrl_c_stops_all_and_leaves_no_scratch(tmp_path):
-    """As a terminal sends it: to the program and to every `gen` that it started."""
+@pytest.mark.parametrize(
+    ("number", "to_all", "status"),
+    [(signal.SIGINT, True, 130), (signal.SIGINT, False, 130), (signal.SIGTERM, False, 143)],
+)  # fmt: skip
+def test_a_signal_stops_all_and_leaves_no_scratch(tmp_path, number, to_all, status):
+    """As a terminal sends it, to the program and to every `gen` that it started, and to the program alone."""
     url, scratch = tmp_path / "planks", tmp_path / "scratch"
-    asked = ["--recipe", "wood-small", "--n", "400", "--samples-per-shard", "100", "--scratch", scratch]
+    # Minutes of work, so that nothing ends by itself.
+    asked = ["--recipe", "wood-small", "--n", "4000", "--samples-per-shard", "1000", "--scratch", scratch]
     driver = subprocess.Popen(
         command("generate", url, "--engine", "local", *asked), stderr=subprocess.PIPE, text=True, start_new_session=True
     )
-    wait_until(lambda: len(list(scratch.rglob(".tmp-train-*.parquet"))) > 0)
-    os.killpg(driver.pid, signal.SIGINT)
+    wait_until(lambda: any(scratch.rglob(".tmp-train-*.parquet")))
+    (os.killpg if to_all else os.kill)(driver.pid, number)
     said = driver.communicate(timeout=20)[1]
-    assert driver.returncode == 130 and "stopped; finished shards are kept" in said, said
+    assert driver.returncode == status and "Traceback" not in said, said
+    assert "stopped; finished shards are kept" in said or number != signal.SIGINT, said
+    with pytest.raises(ProcessLookupError):
+        os.killpg(driver.pid, 0)  # it was the leader of its group: nothing that it started runs
     assert [path for path in scratch.rglob("*") if path.is_file()] == []
     assert not (url / "shards").exists()
+
+
+def test_programs_of_threads_are_stopped(tmp_path, monkeypatch):
+    """Those that run, those that start later, and by force those that do not listen."""
+    program = tmp_path / "gen"
+    monkeypatch.setenv(_gen.VARIABLE, str(program))
+    monkeypatch.setattr(_gen, "PATIENCE_S", 0.5)
+    for trap, status in (("", -signal.SIGINT), ("trap '' INT; ", -signal.SIGKILL)):
+        program.write_text(f"#!/bin/sh\n{trap}touch {tmp_path}/runs; exec sleep 100\n")
+        program.chmod(0o755)
+        stop = _gen.Stop()
+        with ThreadPoolExecutor(1) as pool:
+            running = pool.submit(_gen.run, [], stop=stop)
+            wait_until((tmp_path / "runs").exists)
+            stop.set()
+            assert running.exception(5).status == status
+        (tmp_path / "runs").unlink()
+    program.write_text("#!/bin/sh\nexec sleep 100\n")
+    with pytest.raises(_gen.GenError):
+        _gen.run([], stop=stop)
+
+
+def test_a_store_begins_no_request_once_it_is_stopped(tmp_path):
+    stop = _gen.Stop()
+    store = Store(tmp_path / "planks", stop)
+    store.write("a", b"1")
+    stop.set()
+    with pytest.raises(sheetlight.scale.Interruption, match="planks/b: stopped, and did not write it"):
+        store.write("b", b"2")
+    assert list(files(tmp_path / "planks")) == ["a"]
+
+
+@pytest.mark.parametrize("number", [errno.EPERM, errno.ENOTSUP, errno.ENOSYS, errno.EMLINK, errno.EACCES])
+def test_a_folder_without_hard_links(tmp_path, monkeypatch, number):
+    """As FAT, exFAT, FUSE and CIFS answer: what is there is looked at. Other faults are told as they are."""
+
+    def link(*_, **__):
+        raise OSError(number, os.strerror(number))
+
+    monkeypatch.setattr(os, "link", link)
+    url = tmp_path / "planks"
+    if number == errno.EACCES:
+        assert "check owner and permissions of the folder" in run("begin", url, *tiny_arguments(2), status=2).stderr
+        assert files(url) == {}
+        return
+    run("begin", url, *tiny_arguments(2))
+    before = files(url)
+    assert json.loads(before["dataset.json"])["samples"] == 2
+    assert not Store(url).create("dataset.json", b"another")
+    assert "seed: 0 -> 1" in run("begin", url, *tiny_arguments(2), "--seed", "1", status=2).stderr
+    assert files(url) == before
+
+
+def test_an_upload_whose_temporary_file_is_swept(tmp_path, monkeypatch, reference):
+    """Somebody finishes the dataset while another task uploads a file to it: it is uploaded again."""
+    url, origin = tmp_path / "planks", tmp_path / "origin"
+    sheetlight.scale.generate(**tiny(2), url=url, engine="local")
+    origin.mkdir()
+    (origin / "late").write_bytes(random.Random(4).randbytes(1000))
+    real, swept = shutil.copyfileobj, []
+
+    def copy(source, *more):
+        real(source, *more)
+        if source.name == str(origin / "late") and not swept:
+            swept.append(list(url.glob(".tmp-late.*")))
+            sheetlight.scale.finish(url)
+            assert not any(url.glob(".tmp-late.*"))
+
+    monkeypatch.setattr(shutil, "copyfileobj", copy)
+    Store(url).upload(origin, ["late"])
+    assert [len(files) for files in swept] == [1]
+    assert_same(files(url), reference(2) | files(origin))
+
+
+def test_two_writers_of_a_folder(tmp_path, reference):
+    url = tmp_path / "planks"
+    arguments = ["generate", url, "--engine", "local", *tiny_arguments(6)]
+    writers = [subprocess.Popen(command(*arguments), stderr=subprocess.PIPE, text=True) for _ in range(2)]
+    ended = [(writer.communicate()[1], writer.returncode) for writer in writers]
+    assert [status for _, status in ended] == [0, 0], ended
+    assert_same(files(url), reference(6))
+
+
+def test_names_are_on_disk_before_what_relies_on_them(tmp_path, monkeypatch):
+    """Folders are synchronised too, new ones in the folder above, and after the file has its name."""
+    synced, real = [], os.fsync
+
+    def fsync(opened):
+        real(opened)
+        if stat.S_ISDIR(os.fstat(opened).st_mode):
+            place = Path(f"/proc/self/fd/{opened}").readlink()
+            synced.append((place.relative_to(tmp_path).as_posix(), sorted(path.name for path in place.iterdir())))
+
+    monkeypatch.setattr(os, "fsync", fsync)
+    Store(tmp_path / "planks").write("data/001/a", b"1")
+    assert dict(synced) == {".": ["planks"], "planks": ["data"], "planks/data": ["001"], "planks/data/001": ["a"]}
+    synced.clear()
+    assert Store(tmp_path / "planks").create("data/001/b", b"2")
+    assert dict(synced)["planks/data/001"] == ["a", "b"]
+
+
+@pytest.mark.skipif(os.name != "posix", reason="folders are opened on POSIX systems alone")
+def test_folders_that_cannot_be_synchronised(tmp_path, monkeypatch):
+    """Where the file system does not know it, the file is written all the same; a fault of the disk is told."""
+    real = os.fsync
+    for number, works in ((errno.EINVAL, True), (errno.ENOSPC, False)):
+
+        def fsync(opened, number=number):
+            if stat.S_ISDIR(os.fstat(opened).st_mode):
+                raise OSError(number, os.strerror(number))
+            real(opened)
+
+        monkeypatch.setattr(os, "fsync", fsync)
+        store = Store(tmp_path / str(number))
+        if works:
+            store.write("a", b"1")
+            assert files(tmp_path / str(number)) == {"a": b"1"}
+        else:
+            with pytest.raises(sheetlight.scale.Refusal, match="No space left on device"):
+                store.write("a", b"1")
+
+
+def test_another_target_is_refused(tmp_path, logged):
+    """A dataset that was begun for other machines: whoever goes on with it, before anything is rendered, and only once."""
+    url = tmp_path / "planks"
+    run("begin", url, *tiny_arguments(2))
+    document = json.loads((url / "dataset.json").read_text())
+    here = document["target"]
+    document["target"] = "riscv64gc-unknown-linux-gnu"
+    (url / "dataset.json").write_text(json.dumps(document))
+    before, earlier = files(url), len(logged())
+    for asked in (["begin", *tiny_arguments(4)], ["generate", "--engine", "local", *tiny_arguments(2)]):
+        said = run(asked[0], url, *asked[1:], status=2).stderr
+        assert f'{url}: target: "riscv64gc-unknown-linux-gnu" -> "{here}"' in said
+    for asked in ("task", "finish"):
+        said = run(asked, url, status=2).stderr
+        assert f"{url}: gen {_version()} for riscv64gc-unknown-linux-gnu began this dataset, and {socket.gethostname()} has" in said
+        assert f"for {here}, whose values may differ; take machines of one kind" in said
+    with pytest.raises(sheetlight.scale.Refusal, match="riscv64gc"):
+        sheetlight.scale.make_shard(str(url), 0)
+    assert files(url) == before
+    assert {part for part, what, *_ in logged()[earlier:] if what == "begun"} <= {NO_SHARD}
+
+
+def test_numbers_that_are_none(tmp_path):
+    url = tmp_path / "planks"
+    for option, number in (("--retries", "-1"), ("--threads", "0"), ("--threads", "two"), ("--retries", "1.5")):
+        said = run("generate", url, *tiny_arguments(2), option, number, status=2).stderr
+        assert f"{option}: {number}: give a whole number, " in said
+    for engine in ("local", "ray"):
+        for name, number in (("retries", -1), ("threads", 0), ("threads", "two"), ("retries", None)):
+            with pytest.raises(sheetlight.scale.Refusal, match=f"{name} {number!r}: give a whole number"):
+                sheetlight.scale.generate(**tiny(2), url=url, engine=engine, **{name: number})
+    for engine, options in (("local", {"workers": 0}), ("local", {"workers": -2}), ("ray", {"max_retries": -1})):
+        ((name, number),) = options.items()
+        with pytest.raises(sheetlight.scale.Refusal, match=f"{name} {number}: give a whole number"):
+            sheetlight.scale.generate(**tiny(2), url=tmp_path / "begun", engine=engine, engine_options=options)
+    assert not url.exists()
+    with pytest.raises(sheetlight.scale.Refusal, match="threads 0"):
+        sheetlight.scale.make_shard(str(tmp_path / "begun"), 0, threads=0)
+
+
+def test_a_program_that_does_not_work(tmp_path):
+    """Its faults are told in its own words, and another program is told from `gen`."""
+    url, program = tmp_path / "planks", tmp_path / "gen"
+    run("begin", url, *tiny_arguments(2))
+    for script, status, words in (
+        ("echo 'gen: libfoo.so is missing' >&2; exit 127", 1, "libfoo.so is missing"),
+        ("kill -9 $$", 1, "was ended by signal 9"),
+        ("echo '{}'", 2, f"{program} on {socket.gethostname()} is no gen"),
+        ("echo gen 0.2.0", 2, "is no gen"),
+    ):
+        program.write_text(f"#!/bin/sh\n{script}\n")
+        program.chmod(0o755)
+        _writer.cache_clear()
+        for asked in ("task", "finish"):
+            assert words in run(asked, url, status=status, SHEETLIGHT_GEN=str(program)).stderr
+    _writer.cache_clear()
+    for missing in (tmp_path / "no-gen", tmp_path):
+        assert "gen cannot be started" in run("task", url, status=2, SHEETLIGHT_GEN=str(missing)).stderr
+
+
+def test_a_larger_number_that_somebody_writes_meanwhile(tmp_path, monkeypatch):
+    """Two extend a dataset at once; whatever the order in which they read and write, `begin` leaves the larger number there."""
+    for n in (3, 6):
+        run("begin", tmp_path / str(n), *tiny_arguments(n))
+    three, six = ((tmp_path / str(n) / "dataset.json").read_bytes() for n in (3, 6))
+    url = tmp_path / "planks"
+    real_run, real_upload = dataset.program.run, Store.upload
+
+    def extended_meanwhile(*arguments):
+        done = real_run(*arguments)
+        (url / "dataset.json").write_bytes(six)
+        return done
+
+    run("begin", url, *tiny_arguments(3))
+    with monkeypatch.context() as patch:
+        patch.setattr(dataset.program, "run", extended_meanwhile)
+        assert sheetlight.scale.begin(**tiny(4), url=url)["samples"] == 6
+    assert (url / "dataset.json").read_bytes() == six
+
+    def written_over(store, folder, paths):
+        real_upload(store, folder, paths)
+        if paths == dataset.DOCUMENTS and not over:
+            over.append((url / "dataset.json").write_bytes(three))
+
+    over = []
+    (url / "dataset.json").write_bytes(three)
+    monkeypatch.setattr(Store, "upload", written_over)
+    assert sheetlight.scale.begin(**tiny(6), url=url)["samples"] == 6
+    assert over and (url / "dataset.json").read_bytes() == six
 
 
 def test_a_smaller_number_that_somebody_writes_meanwhile(tmp_path, reference):

@@ -19,7 +19,7 @@ from . import dataset
 from .dataset import begin, finish, make, make_shard, status
 from .engines import Outcome, Tasks
 from .engines import engine as _engine
-from .errors import Interruption, Refusal, ScaleError, Unfinished
+from .errors import Interruption, Refusal, ScaleError, Unfinished, check_number
 from .progress import Progress, ProgressLine
 from .store import Store
 
@@ -76,6 +76,7 @@ def generate(
         Interruption: the store does not answer, or the scratch folder is full.
     """
     engine_module = _engine(engine)
+    threads, retries = check_number("threads", threads, 1), check_number("retries", retries, 0)
     show = progress or ProgressLine()
     begun = {"seed": seed, "samples_per_shard": samples_per_shard, "overrides": overrides, "scratch": scratch}
     seen = None

@@ -8,6 +8,7 @@ import contextlib
 import json
 import signal
 import sys
+from collections.abc import Callable
 from typing import Any, NoReturn
 
 from . import ScaleError, begin, finish, generate, make, status
@@ -59,7 +60,7 @@ def _parser() -> argparse.ArgumentParser:
         added.add_argument("--scratch", help="folder for scratch folders [$SHEETLIGHT_SCRATCH, or the temporary folder]")
 
     def threads(added: argparse.ArgumentParser) -> None:
-        added.add_argument("--threads", type=_positive, default=1, help="threads of a task [1]")
+        added.add_argument("--threads", type=_whole(1), default=1, help="threads of a task [1]")
 
     added = command("begin", _begin, "Begin a dataset, or take up and extend the one that is there; renders nothing")
     recipe(added), scratch(added)
@@ -71,7 +72,7 @@ def _parser() -> argparse.ArgumentParser:
     command("status", _status, "Say how far it is; exit status 1 where shards are missing")
     added = command("generate", _generate, "All of it: begin, a task for each missing shard, finish")
     added.add_argument("--engine", choices=ENGINES, default="ray", help="what runs the tasks [ray]")
-    added.add_argument("--retries", type=int, default=5, help="how often a task is repeated at most [5]")
+    added.add_argument("--retries", type=_whole(0), default=5, help="how often a task is repeated at most [5]")
     recipe(added), threads(added), scratch(added)
     return parser
 
@@ -125,11 +126,19 @@ def _part(text: str) -> tuple[int, int]:
     return k, m
 
 
-def _positive(text: str) -> int:
-    number = int(text)
-    if number < 1:
-        raise argparse.ArgumentTypeError(f"{text}: 1 or more")
-    return number
+def _whole(least: int) -> Callable[[str], int]:
+    """Takes a whole number, `least` or more."""
+
+    def read(text: str) -> int:
+        try:
+            number = int(text)
+        except ValueError:
+            number = least - 1
+        if number < least:
+            raise argparse.ArgumentTypeError(f"{text}: give a whole number, {least} or more")
+        return number
+
+    return read
 
 
 if __name__ == "__main__":

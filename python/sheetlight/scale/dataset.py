@@ -9,19 +9,17 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from sheetlight._gen import Stop
 from sheetlight._recipe import Recipe, reload_arguments
 
 from . import program
-from .errors import Interruption, Refusal, Unfinished
+from .errors import Interruption, Refusal, Unfinished, check_number
 from .scratch import scratch_folder
 from .store import TEMPORARY, Store
 
 DATASET = "dataset.json"
 SHARDS = "shards"
 DOCUMENTS = ("README.md", "croissant.json")
-
-NO_SHARD = "100000/100001"
-"""The part of a dataset that holds no shard, as a dataset has at most 100 000: `gen` begins it and renders nothing."""
 
 TOGETHER = 500
 """Manifests that are held in memory at a time."""
@@ -61,7 +59,7 @@ def begin(
     store = Store(url)
     changes, texts = (overrides, ()) if isinstance(overrides, Mapping) else ({}, overrides)
     asked = [*reload_arguments(recipe, changes), *(word for text in texts for word in ("--set", text))]
-    asked += ["--n", str(n), "--seed", str(seed), "--part", NO_SHARD]
+    asked += ["--n", str(n), "--seed", str(seed), "--part", program.NO_SHARD]
     if samples_per_shard is not None:
         asked += ["--samples-per-shard", str(samples_per_shard)]
     while True:
@@ -83,11 +81,15 @@ def begin(
             if there is None:
                 if not store.create(DATASET, document):
                     continue  # somebody was faster: compare with theirs
-            else:
+            elif store.read(DATASET) == there:
                 store.write(DATASET, document)
                 _remove_last(store, json.loads(there))
+            else:
+                continue  # somebody extends it too, maybe further than we do
             store.upload(folder, DOCUMENTS)
-            return head
+            # Who read it before we wrote may have written a smaller number over ours.
+            if store.read(DATASET) == document:
+                return head
 
 
 def _remove_last(store: Store, before: dict[str, Any]) -> None:
@@ -109,6 +111,7 @@ def read_head(store: Store) -> tuple[dict[str, Any], bytes]:
     try:
         head = json.loads(document)
         _ = head["generator"]["version"], head["samples"], head["shards"], head["samples_per_shard"], head["recipe"]["hash"]
+        _ = head["target"]
     except (ValueError, KeyError, TypeError):
         raise Refusal(f"{store.at(DATASET)}: is no document of a dataset; choose another place") from None
     return head, document
@@ -135,10 +138,17 @@ def make_shard(
         Refusal: there is no such dataset or shard, or another version of `gen` on this machine.
         Interruption: rendering or uploading failed.
     """
+    return make_one(url, shard, check_number("threads", threads, 1), scratch, None)
+
+
+def make_one(
+    url: str, shard: int, threads: int, scratch: str | os.PathLike[str] | None, stop: Stop | None
+) -> dict[str, Any]:
+    """The same for a thread that another one may stop, which is an Interruption."""
     start = time.monotonic()
-    store = Store(url)
+    store = Store(url, stop)
     head, document = read_head(store)
-    program.check_version(head, store.url)
+    program.check_writer(head, store.url, scratch)
     if not 0 <= shard < head["shards"]:
         raise Refusal(f"{store.url}: has shards 0 to {head['shards'] - 1}, and shard {shard} was asked for")
     report = {"shard": shard, "samples": span(head, shard)[1], "host": socket.gethostname()}
@@ -150,7 +160,7 @@ def make_shard(
         begun = time.monotonic()
         asked = ["--recipe", str(folder), "--n", str(head["samples"]), "--threads", str(threads)]
         place = f"the scratch folder {folder} on {report['host']}"
-        program.run([*asked, "--part", f"{shard}/{head['shards']}"], folder, place)
+        program.run([*asked, "--part", f"{shard}/{head['shards']}"], folder, place, stop)
         rendered = time.monotonic()
         (manifest,) = (folder / SHARDS).rglob("*.json")
         files = json.loads(manifest.read_bytes())["files"]
@@ -241,7 +251,7 @@ def finish(url: str | os.PathLike[str], *, scratch: str | os.PathLike[str] | Non
     """
     store = Store(url)
     head, document = read_head(store)
-    program.check_version(head, store.url)
+    program.check_writer(head, store.url, scratch)
     _raise_missing(store, missing_shards(store, head), "have no manifest")
     sizes = store.sizes()
     total, wrong = len(document), []
@@ -263,7 +273,7 @@ def finish(url: str | os.PathLike[str], *, scratch: str | os.PathLike[str] | Non
         program.run(["finish", str(folder)], folder, store.url)
         store.upload(folder, DOCUMENTS)
     for path in sizes:
-        # What a killed upload to a folder left. Another one that is under way meanwhile is tried again, and finds the shard.
+        # What a killed upload to a folder left. One that is under way meanwhile is tried again by its writer.
         if TEMPORARY.match(path.rpartition("/")[2]):
             store.remove(path)
     return {"url": store.url, "samples": head["samples"], "shards": head["shards"], "bytes": total}

@@ -1,5 +1,8 @@
 """What goes wrong, told apart by whether trying again helps."""
 
+import operator
+from typing import Any
+
 
 class ScaleError(RuntimeError):
     """Base of what this package raises; the message says where, what, and what to do.
@@ -34,3 +37,18 @@ class Unfinished(Interruption):
 
     def __str__(self) -> str:
         return self.args[0]
+
+
+def check_number(name: str, value: Any, least: int) -> int:
+    """The whole number that somebody gave.
+
+    Raises:
+        Refusal: it is none, or below `least`.
+    """
+    try:
+        number = operator.index(value)
+    except TypeError:
+        number = least - 1
+    if number < least:
+        raise Refusal(f"{name} {value!r}: give a whole number, {least} or more")
+    return number

@@ -1,6 +1,8 @@
 """`gen` for the work of scaling out: its version, its runs in scratch folders, its faults in words that fit the place."""
 
 import functools
+import json
+import os
 import socket
 from collections.abc import Sequence
 from pathlib import Path
@@ -9,17 +11,23 @@ from typing import Any
 from sheetlight import _gen
 
 from .errors import Interruption, Refusal
+from .scratch import scratch_folder
+
+NO_SHARD = "100000/100001"
+"""The part of a dataset that holds no shard, as a dataset has at most 100 000: `gen` begins it and renders nothing."""
 
 USAGE = 2
 """Exit status of `gen` for arguments that cannot be used."""
 
 
-def run(arguments: Sequence[str], scratch: Path, place: str) -> dict[str, Any]:
+def run(arguments: Sequence[str], scratch: Path, place: str, stop: _gen.Stop | None = None) -> dict[str, Any]:
     """Runs `gen --json` in a scratch folder.
 
     Args:
         arguments: those after the program's name, without `--json`
         scratch: the folder, of which its messages speak as of `place`
+        place: what it stands for, in words
+        stop: what another thread may stop it by
 
     Returns:
         The document that it prints.
@@ -29,39 +37,50 @@ def run(arguments: Sequence[str], scratch: Path, place: str) -> dict[str, Any]:
         Interruption: it ended otherwise than well.
     """
     try:
-        return _gen.run_json(arguments)
+        return _gen.run_json(arguments, stop=stop)
     except _gen.GenError as fault:
         said = str(fault).replace(str(scratch), place).strip()
-        if fault.status == USAGE:
+        if fault.status in (USAGE, 0):  # 0 of a program that is no gen
             raise Refusal(said) from None
         raise Interruption(said) from None
     except OSError as fault:
         raise Refusal(f"{' '.join(_gen.command())}: gen cannot be started on {socket.gethostname()}: {fault}") from None
 
 
-def version() -> str:
-    """The version of `gen` on this machine, for instance "0.2.0"."""
-    return _version(tuple(_gen.command()))
-
-
 @functools.lru_cache
-def _version(_command: tuple[str, ...]) -> str:
-    try:
-        return _gen.run(["--version"]).split()[-1]
-    except OSError as fault:
-        raise Refusal(f"gen cannot be started on {socket.gethostname()}: {fault}") from None
+def _writer(command: tuple[str, ...], scratch: str | os.PathLike[str] | None) -> tuple[str, str]:
+    """Version and target of `gen` on this machine, as it writes them into a dataset that it begins."""
+    with scratch_folder(scratch) as folder:
+        asked = ["--recipe", "wood-small", "--n", "1", "--part", NO_SHARD, "--out", str(folder)]
+        try:
+            run(asked, folder, f"a scratch folder on {socket.gethostname()}")
+            head = json.loads((folder / "dataset.json").read_bytes())
+            return head["generator"]["version"], head["target"]
+        except (FileNotFoundError, ValueError, KeyError):
+            raise Refusal(
+                f"{' '.join(command)} on {socket.gethostname()} is no gen; install sheetlight again, or let {_gen.VARIABLE} "
+                "name the program"
+            ) from None
 
 
-def check_version(head: dict[str, Any], url: str) -> None:
-    """Refuses a dataset that another version of `gen` began: its values may differ.
+def check_writer(head: dict[str, Any], url: str, scratch: str | os.PathLike[str] | None) -> None:
+    """Refuses a dataset that another version of `gen` began, or one for other machines: its values may differ.
 
     Args:
         head: `dataset.json`
         url: where it lies
+        scratch: as for `begin`
+
+    Raises:
+        Refusal: it is another one, or `gen` on this machine does not work.
+        Interruption: it ended otherwise than well, or the scratch folder is full.
     """
-    begun, here = head["generator"]["version"], version()
-    if here != begun:
-        raise Refusal(
-            f"{url}: gen {begun} began this dataset, and {socket.gethostname()} has gen {here}; install sheetlight {begun} "
-            "there, or choose another place"
-        )
+    version, target = head["generator"]["version"], head["target"]
+    here = _writer(tuple(_gen.command()), scratch)
+    if here == (version, target):
+        return
+    remedy = f"install sheetlight {version}" if here[0] != version else "take machines of one kind"
+    raise Refusal(
+        f"{url}: gen {version} for {target} began this dataset, and {socket.gethostname()} has gen {here[0]} for {here[1]}, "
+        f"whose values may differ; {remedy}, or choose another place"
+    )

@@ -5,11 +5,12 @@ is locked: whoever writes a file of a dataset writes the same bytes.
 """
 
 import errno
+import itertools
 import os
 import random
 import re
 import shutil
-import time
+import threading
 import uuid
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
@@ -73,16 +74,18 @@ class Store:
         url: where it is, as tasks on other machines find it; holds no credentials
     """
 
-    def __init__(self, url: str | os.PathLike[str]):
+    def __init__(self, url: str | os.PathLike[str], stop: threading.Event | None = None):
         """
         Args:
             url: a folder (path or `file://`), `s3://`, `gs://`, `az://` or `hf://buckets/`; credentials come from the
                 environment, as the store's own tools find them
+            stop: once it is set, no further request is begun, which is an Interruption
 
         Raises:
             Refusal: it is none of these, holds credentials, or what the store needs is not installed.
         """
         self.url, self._place = _place(os.fspath(url))
+        self._stop = stop or threading.Event()
 
     def read(self, path: str) -> bytes | None:
         """The bytes of a file; None where there is none."""
@@ -141,6 +144,8 @@ class Store:
     ) -> Result:
         """Tries until it works or trying does not help; `passing` exceptions are results."""
         for number in range(ATTEMPTS):
+            if self._stop.is_set():
+                raise Interruption(f"{self.at(path)}: stopped, and did not {what} it; run the same again")
             try:
                 return attempt()
             except passing:
@@ -150,7 +155,7 @@ class Store:
                     raise self._refusal(what, path, fault) from None
                 last = fault
             if number + 1 < ATTEMPTS:
-                time.sleep(min(FIRST_PAUSE_S * 2**number, MOST_PAUSE_S) * random.uniform(0.5, 1))
+                self._stop.wait(min(FIRST_PAUSE_S * 2**number, MOST_PAUSE_S) * random.uniform(0.5, 1))
         raise Interruption(
             f"{self.at(path)}: cannot {what} it after {ATTEMPTS} attempts: {_words(last)}; "
             "check the store and the network, then run the same again: what is finished is kept"
@@ -168,6 +173,12 @@ class Store:
             remedy = "it can only be read: choose another place"
         return Refusal(f"{self.at(path)}: cannot {what} it: {_words(fault)}; {remedy}")
 
+
+NO_LINKS = {errno.EPERM, errno.ENOTSUP, errno.EOPNOTSUPP, errno.ENOSYS, errno.EMLINK, errno.EINVAL}
+"""Error numbers of file systems without hard links: FAT, exFAT, some of FUSE and CIFS."""
+
+NO_SYNC = {errno.EINVAL, errno.ENOTSUP, errno.EOPNOTSUPP, errno.ENOSYS, errno.EBADF}
+"""Error numbers of file systems on which a folder cannot be synchronised."""
 
 FULL = {errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC)}
 """Error numbers of a disk, or one's share of it, that takes no more."""
@@ -259,7 +270,7 @@ class _Folder:
 
     def create(self, path: str, content: bytes) -> None:
         # A link, and not a file that is opened to be created: whoever finds it finds it whole.
-        self._replace(path, lambda file: file.write(content), os.link)
+        self._replace(path, lambda file: file.write(content), _link)
 
     def upload(self, path: str, source: Path) -> None:
         with source.open("rb") as origin:
@@ -284,6 +295,8 @@ class _Folder:
 
     def _replace(self, path: str, fill: Callable[[Any], Any], name: Callable[[Path, Path], Any] = os.replace) -> None:
         target = self.root / path
+        above = [target.parent, *target.parent.parents]
+        new = list(itertools.takewhile(lambda folder: not folder.exists(), above))
         target.parent.mkdir(parents=True, exist_ok=True)
         partial = target.with_name(f".tmp-{target.name}.{uuid.uuid4().hex}")
         try:
@@ -291,9 +304,47 @@ class _Folder:
                 fill(file)
                 file.flush()
                 os.fsync(file.fileno())
-            name(partial, target)
+            try:
+                name(partial, target)
+            except FileNotFoundError:
+                # Somebody who finished the dataset took it for what a killed upload left.
+                raise OSError(errno.EBUSY, "somebody removed its temporary file") from None
         finally:
             partial.unlink(missing_ok=True)
+        # The name as well as the bytes outlasts a loss of power, before anything that relies on it is written.
+        for folder in (target.parent, *(folder.parent for folder in new)):
+            _sync(folder)
+
+
+def _link(partial: Path, target: Path) -> None:
+    """Gives a file its name unless there is one of that name.
+
+    Raises:
+        FileExistsError: there is one.
+    """
+    try:
+        os.link(partial, target)
+    except OSError as fault:
+        if fault.errno not in NO_LINKS:
+            raise
+        # As in a store without conditional puts: two that begin in the same second are not told apart.
+        if target.exists():
+            raise FileExistsError(target) from None
+        os.replace(partial, target)
+
+
+def _sync(folder: Path) -> None:
+    """Lets the names in a folder outlast a loss of power, where the system can."""
+    if os.name != "posix":
+        return
+    opened = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(opened)
+    except OSError as fault:
+        if fault.errno not in NO_SYNC:
+            raise
+    finally:
+        os.close(opened)
 
 
 def _unless_missing(fault: OSError) -> None:

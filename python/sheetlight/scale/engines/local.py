@@ -2,14 +2,14 @@
 
 import concurrent.futures
 import os
-import threading
 from collections.abc import Iterator
 from typing import Any
 
-from ..dataset import make_shard
-from ..errors import Interruption, Refusal
-from . import Outcome, Tasks
+from sheetlight import _gen
 
+from ..dataset import make_one
+from ..errors import Interruption, Refusal, check_number
+from . import Outcome, Tasks
 
 PAUSE_S = 0.5
 """Pause before a task is repeated [s]."""
@@ -18,18 +18,19 @@ PAUSE_S = 0.5
 def run(tasks: Tasks) -> Iterator[Outcome]:
     """Makes shards. Option "workers": tasks side by side, else as many as the cores allow."""
     options = dict(tasks.options)
-    workers = options.pop("workers", None) or max(1, _cores() // tasks.threads)
+    workers = options.pop("workers", None)
+    workers = max(1, _cores() // tasks.threads) if workers is None else check_number("workers", workers, 1)
     if options:
         raise Refusal(f"engine_options: the local engine knows \"workers\" and not {', '.join(map(repr, options))}")
-    stopped = threading.Event()
+    stop = _gen.Stop()
 
     def task(shard: int) -> dict[str, Any]:
         for left in reversed(range(tasks.retries + 1)):
             try:
-                return make_shard(tasks.url, shard, threads=tasks.threads, scratch=tasks.scratch)
+                return make_one(tasks.url, shard, tasks.threads, tasks.scratch, stop)
             except Interruption:
                 # Ctrl-C stops `gen` too, perhaps before it is known here.
-                if not left or stopped.wait(PAUSE_S):
+                if not left or stop.wait(PAUSE_S):
                     raise
 
     with concurrent.futures.ThreadPoolExecutor(workers) as pool:
@@ -41,8 +42,9 @@ def run(tasks: Tasks) -> Iterator[Outcome]:
                 except Interruption as fault:
                     yield Outcome(shards[done], None, str(fault))
         finally:
-            stopped.set()
+            # First what waits, then what runs: a signal reaches this thread alone.
             pool.shutdown(wait=False, cancel_futures=True)
+            stop.set()
 
 
 def _cores() -> int:

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import ray
 
 from ..dataset import make_shard
-from ..errors import Interruption, Refusal
+from ..errors import Interruption, Refusal, check_number
 from . import Outcome, Tasks
 
 WINDOW = 2000
@@ -17,6 +17,8 @@ def run(tasks: Tasks) -> Iterator[Outcome]:
 
     Options are those of `ray.remote`, for instance {"memory": 2e9, "resources": {"render": 1}}.
     """
+    if "max_retries" in tasks.options:
+        check_number("max_retries", tasks.options["max_retries"], 0)  # for Ray -1 is without end
     starts = not ray.is_initialized()
     if starts:
         ray.init(log_to_driver=False)
