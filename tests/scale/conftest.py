@@ -1,8 +1,7 @@
 """What tests of scaling out share: tiny recipes, `gen` and the package as their users run them, a store on the loopback.
 
-They need the package (installed, or `python` in PYTHONPATH and `gen` named by SHEETLIGHT_GEN), python/requirements-scale.txt,
-and beside it an environment with python/requirements-moto.txt, `.venv-moto` or what SHEETLIGHT_MOTO names.
-SCALE_FULL=1 runs them in full size.
+`make test-scale` makes what they need and runs them: the installed package with python/requirements-scale.txt, and beside it an
+environment with python/requirements-moto.txt, `.venv-moto` or what SHEETLIGHT_MOTO names. SCALE_FULL=1 runs them in full size.
 """
 
 import contextlib

@@ -40,7 +40,7 @@ def test_a_part_from_a_file_takes_its_assets_along(bucket, tmp_path):
 
 def test_killed_and_continued(bucket, reference, logged):
     """Drivers are killed at drawn moments; what was finished is not made again, and the last one finishes."""
-    n, chance = (60 if FULL else 12), random.Random(18)
+    n, chance = (60 if FULL else 8), random.Random(18)
     killed = 0
     while len(bucket.manifests(PLACE)) < n // 2 and killed < 10:
         before = bucket.manifests(PLACE)
@@ -62,7 +62,7 @@ def test_killed_and_continued(bucket, reference, logged):
 
 
 def test_two_writers_at_once(bucket, reference):
-    n = 40 if FULL else 10
+    n = 40 if FULL else 6
     writers = [subprocess.Popen(command("generate", URL, "--engine", "local", *tiny_arguments(n))) for _ in range(2)]
     assert [writer.wait() for writer in writers] == [0, 0]
     assert_same(bucket.files(PLACE), reference(n))

@@ -14,9 +14,10 @@ import sheetlight
 import sheetlight.scale
 from conftest import FULL, KEYS, TINY, assert_same, command, files, log_gen, run, tiny, tiny_arguments, wait_until
 
-SHARDS = 200 if FULL else 24
-OVERHEAD_S = 0.02 * 30
-"""What a task may take beside rendering [s]: 2 % of a shard of 30 s."""
+SHARDS = 200 if FULL else 18
+OVERHEAD = 0.02 * 30 / 0.12
+"""What a task may take beside rendering, over the time of `gen` for a tiny shard: 2 % of a shard of 30 s on an idle core, where
+that time is 0.12 s. Both grow alike where the machine is slow, or does other work."""
 
 
 @pytest.fixture(scope="module")
@@ -112,9 +113,9 @@ def test_worker_node_and_driver_are_killed(cluster, place, reference):
     assert [shard for shard, at in begun if at > watch.seen.get(shard, at)] == [], "made again after it was finished"
     assert sum(shard == lost for shard, _ in begun) >= 2, "the killed worker's shard was made anew"
 
-    overhead = told["other_s"] / told["made_shards"]
-    print(f"overhead of a task: {overhead:.3f} s on average of {told['made_shards']}")
-    assert overhead < OVERHEAD_S
+    other, rendered = (told[name] / told["made_shards"] for name in ("other_s", "render_s"))
+    print(f"a task of {told['made_shards']} took {rendered:.3f} s in gen, {other:.3f} s beside it")
+    assert other < OVERHEAD * rendered
 
 
 def test_what_cannot_be_made_is_told(cluster, tmp_path, monkeypatch):
@@ -127,11 +128,12 @@ def test_what_cannot_be_made_is_told(cluster, tmp_path, monkeypatch):
     monkeypatch.setattr(sheetlight.scale, "begin", lambda *_, **__: json.loads((url / "dataset.json").read_text()))
     with pytest.raises(sheetlight.scale.Unfinished, match="6 of 6 shards were given up; shard 0: .*cannot use it for scratch"):
         sheetlight.scale.generate(**tiny(6), **options)
+    del options["scratch"]
     document = (url / "dataset.json").read_text()
     head = json.loads(document)
     head["generator"]["version"] = "0.0.1"
     (url / "dataset.json").write_text(json.dumps(head))
-    with pytest.raises(sheetlight.scale.Refusal, match="began this dataset, and .* has gen"):
+    with pytest.raises(sheetlight.scale.Refusal, match="gen 0.0.1 for .* began this dataset, and .* has gen"):
         sheetlight.scale.generate(**tiny(6), **options)
     with pytest.raises(sheetlight.scale.Refusal, match="engine_options: "):
         sheetlight.scale.generate(**tiny(6), **options, engine_options={"cores": 2})

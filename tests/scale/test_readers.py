@@ -46,7 +46,7 @@ def test_polars(boards, bucket):
 
     # What follows is for a server on the loopback alone; AWS needs none of it.
     local = {"aws_allow_http": "true", "aws_endpoint_url": bucket.endpoint}
-    found = polars.scan_parquet(f"{URL}/data/*.parquet", storage_options=local)
+    found = polars.scan_parquet(f"{URL}/data/**/*.parquet", storage_options=local)
     ids = found.sort("index").select("id").collect()["id"].to_list()
     assert ids == [row["id"] for row in rows(boards)]
 
@@ -57,7 +57,7 @@ def test_duckdb(boards):
 
     base = duckdb.connect()
     base.register_filesystem(fsspec.filesystem("s3"))
-    asked = f"SELECT class, count(*), sum(measured_share) FROM read_parquet('{URL}/data/*.parquet') GROUP BY 1"
+    asked = f"SELECT class, count(*), sum(measured_share) FROM read_parquet('{URL}/data/**/*.parquet') GROUP BY 1"
     found = base.sql(asked).fetchall()
     wanted = {}
     for row in rows(boards):
@@ -69,7 +69,7 @@ def test_duckdb(boards):
 def test_datasets(boards):
     import datasets
 
-    files = {split: f"{URL}/data/{split}-*.parquet" for split in ("train", "test")}
+    files = {split: f"{URL}/data/**/{split}-*.parquet" for split in ("train", "test")}
     found = datasets.load_dataset("parquet", data_files=files, streaming=True)
     for split in files:
         wanted = rows(boards, split)
