@@ -390,7 +390,7 @@ def test_another_target_is_refused(tmp_path, logged):
         assert f'{url}: target: "riscv64gc-unknown-linux-gnu" -> "{here}"' in said
     for asked in ("task", "finish"):
         said = run(asked, url, status=2).stderr
-        assert f"{url}: gen {_version()} for riscv64gc-unknown-linux-gnu began this dataset, and {socket.gethostname()} has" in said
+        assert f"{url}: gen {_version()} for riscv64gc-unknown-linux-gnu began this dataset" in said
         assert f"for {here}, whose values may differ; take machines of one kind" in said
     with pytest.raises(sheetlight.scale.Refusal, match="riscv64gc"):
         sheetlight.scale.make_shard(str(url), 0)
