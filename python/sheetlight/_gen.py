@@ -10,6 +10,8 @@ import threading
 from collections.abc import Callable, Iterable, Iterator
 from typing import IO, Any
 
+from sheetlight._sheetlight import version
+
 VARIABLE = "SHEETLIGHT_GEN"
 """Environment variable that names another `gen` than the one of this package: the path of an executable file."""
 
@@ -155,15 +157,34 @@ def run(
                 pipe.close()
     if raised:
         raise raised[0]
-    output = b"".join(written).decode()
+    # Of a program that is no gen, anything may come.
+    output = b"".join(written).decode(errors="replace")
     if status not in accept:
         raise GenError(status, "".join(words), output, words_of_call)
     return output
 
 
 def run_json(arguments: Iterable[str | os.PathLike[str]], **options: Any) -> dict[str, Any]:
-    """The same with `--json`: the document that it writes; `options` are those of `run`."""
-    return json.loads(run([*arguments, "--json"], **options))
+    """The same with `--json`: the document that it writes; `options` are those of `run`.
+
+    Raises:
+        GenError: it ended with another status, or what it wrote is no such document.
+    """
+    words_of_call = [*(os.fspath(argument) for argument in arguments), "--json"]
+    output = run(words_of_call, **options)
+    try:
+        document = json.loads(output)
+    except ValueError:
+        document = None
+    if not isinstance(document, dict):
+        raise no_gen(output, words_of_call)
+    return document
+
+
+def no_gen(output: str, arguments: list[str]) -> GenError:
+    """The fault of a program that ends well without having done what it was asked for."""
+    remedy = f"let {VARIABLE} name a gen of version {version}, or unset it" if os.environ.get(VARIABLE) else "install sheetlight again"
+    return GenError(0, f"{' '.join(command())} is no gen: it did nothing of what gen {arguments[0]} does; {remedy}", output, arguments)
 
 
 def set_arguments(overrides: dict[str, Any]) -> list[str]:

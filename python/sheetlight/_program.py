@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from sheetlight import _gen
+from sheetlight import _gen, _sheetlight
+from sheetlight._arguments import local
+from sheetlight._errors import DatasetError
 from sheetlight._recipe import Recipe, reload_arguments
 
 Progress = Callable[[int, int], None]
 """Is told samples that are done, and all that shall be."""
+
+COPY = "copy the dataset to this machine, or read it there by sheetlight.open"
+"""What to do with a dataset at a URL."""
 
 
 def generate(
@@ -33,9 +39,10 @@ def generate(
     Args:
         recipe: a loaded one, or what `Recipe.load` takes; a file is read again
         n: samples that the dataset shall have; a larger number later extends it
-        out: folder of the dataset
+        out: folder of the dataset; `sheetlight.scale.generate` makes datasets at URLs
         overrides: changes to the recipe, by the path of the key
-        seed: seed of all draws; None for that of the dataset that is there, else 0
+        seed: seed of all draws; None for that of the dataset whose folder the recipe was loaded from (`Recipe.seed`), else that of
+            the dataset in `out`, else 0
         threads: None for all cores
         part: (k, m) makes every m-th shard from the k-th on, for several machines
         samples_per_shard: None for what stays under about 500 MB
@@ -47,9 +54,11 @@ def generate(
 
     Raises:
         GenError: in the program's words; finished shards are kept, and the same call goes on. Ctrl-C keeps them too.
+        ValueError: `out` is a URL.
     """
-    arguments = [*reload_arguments(recipe, overrides), "--n", str(n), "--out", os.fspath(out)]
-    options = {"--seed": seed, "--threads": threads, "--samples-per-shard": samples_per_shard}
+    folder = local("out", out, "sheetlight.scale.generate makes datasets there")
+    arguments = [*reload_arguments(recipe, overrides), "--n", str(n), "--out", folder]
+    options = {"--seed": _seed(recipe, folder) if seed is None else seed, "--threads": threads, "--samples-per-shard": samples_per_shard}
     for option, value in options.items():
         if value is not None:
             arguments += [option, str(value)]
@@ -84,8 +93,9 @@ def validate(
 
     Raises:
         GenError: it could not be checked, or its report not be kept, in the program's words.
+        ValueError: `folder` is a URL.
     """
-    arguments = ["validate", os.fspath(folder)]
+    arguments = ["validate", local("folder", folder, COPY)]
     for option, value in {"--rerender": rerender, "--rows": rows, "--threads": threads}.items():
         if value is not None:
             arguments += [option, str(value)]
@@ -94,10 +104,11 @@ def validate(
         return _gen.run_json(arguments)
     except _gen.GenError as error:
         # Status 1 with a report tells of the faults in it; a refusal, or a report that was not kept, has none.
-        try:
-            return json.loads(error.output)
-        except ValueError:
-            raise error from None
+        with contextlib.suppress(ValueError):
+            found = json.loads(error.output)
+            if isinstance(found, dict) and "faults" in found:
+                return found
+        raise
 
 
 def report(
@@ -116,13 +127,36 @@ def report(
 
     Raises:
         GenError: in the program's words.
+        ValueError: `folder` or `out` is a URL.
     """
-    page = Path(folder) / "reports" / "report.html" if out is None else Path(out)
-    arguments = ["report", os.fspath(folder), "--samples", str(samples)]
+    folder = local("folder", folder, COPY)
+    page = Path(folder) / "reports" / "report.html" if out is None else Path(local("out", out, "name a file on this machine"))
+    arguments = ["report", folder, "--samples", str(samples)]
     arguments += [] if out is None else ["--out", str(page)]
     arguments += [] if threads is None else ["--threads", str(threads)]
-    _gen.run(arguments)
+    said = _gen.run(arguments)
+    if not page.is_file():
+        raise _gen.no_gen(said, arguments)
     return page
+
+
+def _seed(recipe: Recipe | str | os.PathLike[str], out: str) -> int | None:
+    """The seed of the dataset that the recipe is of, else that of the dataset in `out`; None where there is neither."""
+    if isinstance(recipe, Recipe):
+        known = recipe._recipe.dataset_seed
+    else:
+        known = _seed_there(os.fspath(recipe))
+    return _seed_there(out) if known is None else known
+
+
+def _seed_there(folder: str) -> int | None:
+    if not os.path.lexists(os.path.join(folder, "dataset.json")):
+        return None
+    try:
+        return json.loads(_sheetlight.StoredDataset.read_head(folder))["seed"]
+    except DatasetError:
+        # The program refuses it too, in its own words.
+        return None
 
 
 def _watched(progress: Progress | None) -> Callable[[dict[str, Any]], None] | None:

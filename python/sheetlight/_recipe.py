@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from sheetlight import _sheetlight
+from sheetlight._arguments import local, thread_count, whole
 from sheetlight._gen import override_text
 from sheetlight._sample import Facts, Sample
 
@@ -54,20 +55,22 @@ class Recipe:
             RecipeError: the recipe has faults; `faults` lists them with line, key and remedy.
             RecipeNotFoundError: nothing has that name.
             DatasetError: the folder holds no dataset that can be read.
+            TypeError, ValueError: the name is empty or a URL, or an override is nothing that a recipe can hold.
         """
+        if not isinstance(overrides or {}, Mapping):
+            raise TypeError(f"overrides: give a mapping such as {{'camera.tilt_deg': 30}}, not {type(overrides).__name__}")
         changes = dict(overrides or {})
         for section, values in sections.items():
             if isinstance(values, Mapping):
                 changes.update({f"{section}.{key}": value for key, value in values.items()})
             else:
                 changes[section] = values
-        name = os.fspath(name)
+        name = local("name", name, "copy the recipe to this machine")
         # Where the working directory changes, or a worker has another one, it is the same file.
         path = Path(name)
         if path.exists():
             name = str(path.absolute())
-        texts = [(key, override_text(key, value)) for key, value in changes.items()]
-        return cls._load(name, texts)
+        return cls._load(name, _texts(changes))
 
     @classmethod
     def _load(cls, name: str, overrides: list[tuple[str, str]], content: str | None = None) -> Recipe:
@@ -80,6 +83,15 @@ class Recipe:
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Recipe._load, (self._name, self._overrides, self.hash)
+
+    def __eq__(self, other: object) -> bool:
+        """Whether both make the same samples."""
+        if not isinstance(other, Recipe):
+            return NotImplemented
+        return (self.hash, self.seed) == (other.hash, other.seed)
+
+    def __hash__(self) -> int:
+        return hash((self.hash, self.seed))
 
     def __repr__(self) -> str:
         rows, cols = self.shape
@@ -162,10 +174,15 @@ class Recipe:
             threads: threads that render it; None for one a core
             dark: whether Reflectance and Scatter keep the sensor's dark level, as the camera and datasets have it
 
+        Raises:
+            IndexError: there is no sample of that number.
+            TypeError, ValueError: an argument is no such number.
+            MemoryError: it does not fit.
+
         Ctrl-C stops it; other Python threads go on meanwhile.
         """
         index = _number("index", index)
-        return Sample(self._recipe.sample(index, self._seed(seed), threads), self._facts, dark=dark)
+        return Sample(self._recipe.sample(index, self._seed(seed), thread_count(threads)), self._facts, dark=dark)
 
     def samples(
         self, numbers: int | range, seed: int | None = None, *, threads: int | None = None, dark: bool = True
@@ -181,20 +198,25 @@ class Recipe:
             numbers: their numbers as a range, or how many from 0 on
             seed, threads, dark: as for `sample`
         """
-        numbers = range(numbers) if isinstance(numbers, int) else numbers
         if not isinstance(numbers, range):
-            raise TypeError(f"numbers: give a range or how many, not {type(numbers).__name__}")
+            try:
+                count = whole("numbers", numbers)
+            except TypeError:
+                raise TypeError(f"numbers: give a range or how many, not {type(numbers).__name__}") from None
+            if count < 0:
+                raise IndexError(f"numbers: {count}: give how many, 0 or more, or a range")
+            numbers = range(count)
         if numbers:
             _number("numbers", min(numbers[0], numbers[-1]))
             _number("numbers", max(numbers[0], numbers[-1]))
         first = numbers.start if numbers else 0
-        rendered = self._recipe.samples((first, numbers.step, len(numbers)), self._seed(seed), threads)
+        rendered = self._recipe.samples((first, numbers.step, len(numbers)), self._seed(seed), thread_count(threads))
         return (Sample(sample, self._facts, dark=dark) for sample in rendered)
 
     def _seed(self, seed: int | None) -> int:
         if seed is None:
             return self.seed
-        seed = seed.__index__()
+        seed = whole("seed", seed)
         if not 0 <= seed < 2**64:
             raise ValueError(f"seed: {seed} is none, these are 0 to 2^64 - 1")
         return seed
@@ -211,10 +233,18 @@ def recipes() -> dict[str, str]:
 
 
 def _number(name: str, index: int) -> int:
-    index = index.__index__()
+    index = whole(name, index)
     if not 0 <= index < MOST_SAMPLES:
         raise IndexError(f"{name}: {index} is no number of a sample, these are 0 to {MOST_SAMPLES - 1}")
     return index
+
+
+def _texts(overrides: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Changes as keys and values in YAML."""
+    for key in overrides:
+        if not isinstance(key, str):
+            raise TypeError(f"overrides: {key!r} is no key; give the path of one as a text, such as 'camera.tilt_deg'")
+    return [(key, override_text(key, value)) for key, value in overrides.items()]
 
 
 def reload_arguments(recipe: Recipe | str | os.PathLike[str], overrides: Mapping[str, Any] | None) -> Iterable[str]:
@@ -223,6 +253,6 @@ def reload_arguments(recipe: Recipe | str | os.PathLike[str], overrides: Mapping
         # The program reads the file again: refused where that means something else by now.
         name, texts = recipe._name, list(Recipe._load(recipe._name, recipe._overrides, recipe.hash)._overrides)
     else:
-        name, texts = os.fspath(recipe), []
-    texts += [(key, override_text(key, value)) for key, value in (overrides or {}).items()]
+        name, texts = local("recipe", recipe, "copy the recipe to this machine"), []
+    texts += _texts(overrides or {})
     return ["--recipe", name, *(word for key, text in texts for word in ("--set", f"{key}={text}"))]

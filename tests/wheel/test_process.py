@@ -234,6 +234,54 @@ def test_a_validation_that_fails_is_told_and_runs_once(tmp_path, monkeypatch):
     assert len(calls()) == 2
 
 
+def test_a_report_that_cannot_be_kept_is_told(tmp_path):
+    out = tmp_path / "boards"
+    sheetlight.generate("wood-small", 1, out, overrides=SMALL)
+    (out / "reports").write_text("a file where the folder goes")
+    with pytest.raises(sheetlight.GenError, match="reports"):
+        sheetlight.validate(out, save=True)
+    # Without it the file is a fault like others.
+    assert [fault["place"] for fault in sheetlight.validate(out)["faults"]] == ["reports"]
+    (out / "reports").unlink()
+    assert sheetlight.validate(out, save=True)["faults"] == [] and list((out / "reports").iterdir())
+
+
+def test_urls_are_no_folders(boards, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for url in ("s3://bucket/boards", "simplecache::s3://bucket/boards", Path("gs://bucket/boards"), "file:///tmp/boards"):
+        for call, words in [
+            (lambda: sheetlight.generate("wood-small", 1, url, overrides=SMALL), "out: .*sheetlight.scale.generate"),
+            (lambda: sheetlight.validate(url), "folder: .*sheetlight.open"),
+            (lambda: sheetlight.report(url), "folder: .*sheetlight.open"),
+            (lambda: sheetlight.report(boards, out=url), "out: .*on this machine"),
+            (lambda: sheetlight.Recipe.load(url), "name: .*copy the recipe"),
+            (lambda: sheetlight.generate(url, 1, tmp_path / "out"), "recipe: .*copy the recipe"),
+        ]:
+            with pytest.raises(ValueError, match=words):
+                call()
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_seed_is_that_of_the_recipe_then_that_of_the_folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert sheetlight.generate("wood-small", 1, "five", overrides=SMALL, seed=5)["seed"] == 5
+    five = sheetlight.Recipe.load("five")
+    assert five.seed == 5
+    for place, recipe in [("loaded", five), ("named", "five"), ("path", Path("five")), ("changed", sheetlight.Recipe.load("five", name="mine"))]:
+        assert sheetlight.generate(recipe, 1, place)["seed"] == 5
+        made, shown = sheetlight.open(place)[0], recipe.sample(0) if isinstance(recipe, sheetlight.Recipe) else five.sample(0)
+        assert made.id == shown.id and made.parameters == shown.parameters and np.array_equal(made.label, shown.label)
+    # A dataset goes on with its own seed.
+    more = sheetlight.generate("wood-small", 2, "five", overrides=SMALL)
+    assert (more["seed"], more["samples"]) == (5, 2)
+    assert sheetlight.generate("wood-small", 1, "none", overrides=SMALL)["seed"] == 0
+    assert sheetlight.generate(five, 1, "six", seed=6)["seed"] == 6
+    # The recipe's seed is first: another dataset is refused and left as it is.
+    with pytest.raises(sheetlight.GenError, match="seed"):
+        sheetlight.generate(five, 2, "six")
+    assert len(sheetlight.open("six")) == 1
+
+
 def test_a_signal_while_the_program_starts_leaves_none_behind(tmp_path, monkeypatch):
     calls = _fake(tmp_path, monkeypatch, "exec sleep 300")
     start = threading.Thread.start
@@ -290,6 +338,17 @@ def test_another_program_can_be_named(tmp_path, monkeypatch):
     monkeypatch.setenv("SHEETLIGHT_GEN", str(tmp_path / "none"))
     with pytest.raises(FileNotFoundError, match="SHEETLIGHT_GEN"):
         sheetlight.validate(tmp_path)
+    # What ends well and is no gen.
+    for said in ("", "hello", "[1, 2]", "\\377"):
+        fake.write_text(f"#!/bin/sh\nprintf '{said}'\n")
+        monkeypatch.setenv("SHEETLIGHT_GEN", str(fake))
+        for call in (
+            lambda: sheetlight.validate(tmp_path),
+            lambda: sheetlight.generate("wood-small", 1, tmp_path / "out"),
+            lambda: sheetlight.report(tmp_path),
+        ):
+            with pytest.raises(sheetlight.GenError, match="other gen is no gen: .*let SHEETLIGHT_GEN name a gen"):
+                call()
 
 
 GENERATED = """

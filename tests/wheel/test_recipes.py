@@ -2,6 +2,7 @@
 
 import pickle
 
+import numpy as np
 import pytest
 import sheetlight
 from conftest import SMALL, gen
@@ -64,28 +65,54 @@ def test_what_is_no_recipe_is_told(tmp_path):
         sheetlight.Recipe.load("wood-small", {"camera.tilt_deg": float("nan")})
     with pytest.raises(ValueError, match="is no key"):
         sheetlight.Recipe.load("wood-small", {"camera tilt": 1})
+    for wrong, words in [(["camera.tilt_deg=3"], "overrides: give a mapping .* not list"), ({3: 4}, "overrides: 3 is no key")]:
+        with pytest.raises(TypeError, match=words):
+            sheetlight.Recipe.load("wood-small", wrong)
+    with pytest.raises(TypeError, match="name: give a path, not int"):
+        sheetlight.Recipe.load(3)
+    with pytest.raises(ValueError, match="name: the path is empty"):
+        sheetlight.Recipe.load("")
     with pytest.raises(TypeError, match="Recipe.load"):
         sheetlight.Recipe()
 
 
-@pytest.mark.parametrize("index, fault", [(-1, IndexError), (10**8, IndexError), (2**70, IndexError), (0.5, AttributeError)])
+@pytest.mark.parametrize("index, fault", [(-1, IndexError), (10**8, IndexError), (2**70, IndexError), (0.5, TypeError), ("3", TypeError), (True, TypeError)])
 def test_numbers_that_are_none_are_told(index, fault):
     recipe = sheetlight.Recipe.load("wood-small", SMALL)
-    with pytest.raises(fault):
+    with pytest.raises(fault, match="index: "):
         recipe.sample(index)
 
 
 def test_arguments_that_cannot_be_used_are_told():
     recipe = sheetlight.Recipe.load("wood-small", SMALL)
-    for wrong in ({"seed": -1}, {"seed": 2**64}, {"threads": 0}, {"threads": 10_000}):
+    for wrong in ({"seed": -1}, {"seed": 2**64}, {"threads": 0}, {"threads": -1}, {"threads": 10_000}, {"threads": 2**70}):
         with pytest.raises(ValueError, match=next(iter(wrong))):
             recipe.sample(0, **wrong)
         with pytest.raises(ValueError, match=next(iter(wrong))):
             recipe.samples(2, **wrong)
-    with pytest.raises(IndexError, match="-1"):
-        recipe.samples(range(-1, 2))
+    for wrong in ({"seed": "a"}, {"seed": 0.0}, {"threads": "2"}, {"threads": 2.0}):
+        with pytest.raises(TypeError, match=f"{next(iter(wrong))}: .* is no whole number"):
+            recipe.sample(0, **wrong)
+        with pytest.raises(TypeError, match=f"{next(iter(wrong))}: .* is no whole number"):
+            recipe.samples(2, **wrong)
+    assert recipe.sample(np.int64(1), np.uint64(3)).id == recipe.sample(1, 3).id
+    for wrong in (range(-1, 2), -1):
+        with pytest.raises(IndexError, match="numbers: -1"):
+            recipe.samples(wrong)
     with pytest.raises(TypeError, match="range"):
         recipe.samples([1, 2])
+
+
+def test_recipes_are_equal_where_their_samples_are(boards, tmp_path):
+    one, same = sheetlight.Recipe.load("wood-small", SMALL), sheetlight.Recipe.load("wood-small", dict(reversed(SMALL.items())))
+    assert one == same and hash(one) == hash(same) and one == pickle.loads(pickle.dumps(one)) and len({one, same}) == 1
+    other = sheetlight.Recipe.load("wood-small", {**SMALL, "camera.tilt_deg": 30})
+    read = sheetlight.Recipe.load(boards)
+    file = tmp_path / "boards.yaml"
+    file.write_text(read.text)
+    unseeded = sheetlight.Recipe.load(file)
+    assert one != other and one != "wood-small" and unseeded.hash == read.hash and unseeded != read
+    assert read == sheetlight.Recipe.load(boards)
 
 
 def test_recipes_go_to_other_processes(tmp_path, monkeypatch):
