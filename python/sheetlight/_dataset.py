@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import hashlib
 import json
 import os
@@ -18,6 +19,7 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from sheetlight import _sheetlight
+from sheetlight._arguments import is_url, local, whole
 from sheetlight._errors import DatasetError
 from sheetlight._need import needed
 from sheetlight._sample import Facts, Sample
@@ -29,6 +31,9 @@ ATTEMPTS = 5
 
 PAUSE_S = 0.25
 """Pause before the second attempt [s]; each further one is twice as long."""
+
+FULL = tuple(getattr(errno, name) for name in ("ENOSPC", "EDQUOT", "EROFS", "EFBIG") if hasattr(errno, name))
+"""Faults of this machine's disk."""
 
 REQUESTS = 16
 """Manifests that are asked for at the same time."""
@@ -47,9 +52,18 @@ class Dataset(Sequence[Sample]):
     def __init__(self, place: str | os.PathLike[str], split: str | None, dark: bool, cache: str | os.PathLike[str] | None):
         if split is not None and split not in SPLITS:
             raise ValueError(f"split: {split!r} is none, these are {', '.join(SPLITS)}, or None for all")
-        self._place, self._split, self._dark, self._cache = os.fspath(place), split, dark, cache
-        self._remote = _Remote(self._place, cache) if _is_url(self._place) else None
-        self._stored = _sheetlight.StoredDataset.open(self._remote.folder if self._remote else self._place)
+        self._remote: _Remote | None = None
+        # Where the working directory changes, or a worker has another one, it is the same folder.
+        if cache is not None:
+            cache = os.path.abspath(local("cache", cache, "name a folder on this machine"))
+        if isinstance(place, str) and is_url(place):
+            self._place, self._remote = place, _Remote(place, cache)
+        else:
+            self._place = os.path.abspath(local("place", place, "give it as a text with both slashes, such as 's3://bucket/boards'"))
+        self._split, self._dark, self._cache = split, dark, cache
+        self._reading = self._remote.reading if self._remote else contextlib.nullcontext
+        with self._reading():
+            self._stored = _sheetlight.StoredDataset.open(self._remote.folder if self._remote else self._place)
         self._facts = Facts(json.loads(self._stored.head()))
         listed = self._stored.samples()
         self._indices = [index for index, part, _ in listed if split in (None, part)]
@@ -102,6 +116,9 @@ class Dataset(Sequence[Sample]):
     def __getitem__(self, place: int) -> Sample:  # type: ignore[override]
         if isinstance(place, slice):
             raise TypeError("slices are not read at once: ask for one sample after the other")
+        place = whole("place", place)
+        if not -len(self) <= place < len(self):
+            raise IndexError(f"place: {place}: {self!r} has no such place")
         return self.sample(self._indices[place])
 
     def __iter__(self) -> Iterator[Sample]:
@@ -116,13 +133,16 @@ class Dataset(Sequence[Sample]):
 
         Raises:
             DatasetError: it is not there, or damaged.
+            IndexError, TypeError: `index` is no number of a sample.
         """
-        index = index.__index__()
+        index = whole("index", index)
         if index < 0:
             raise IndexError(f"index: {index} is no number of a sample, these begin at 0")
-        if self._remote:
-            self._remote.fetch(self._stored.files(index))
-        return Sample(self._stored.sample(index), self._facts, dark=self._dark if dark is None else dark)
+        with self._reading():
+            if self._remote:
+                self._remote.fetch(self._stored.files(index))
+            raw = self._stored.sample(index)
+        return Sample(raw, self._facts, dark=self._dark if dark is None else dark, reading=self._reading)
 
     def samples(self, numbers: Iterable[int], *, dark: bool | None = None) -> Iterator[Sample]:
         """Reads samples one after the other.
@@ -152,22 +172,18 @@ def open(
             one that is removed at the end
 
     Raises:
-        DatasetError: there is no dataset, it cannot be read here, or none of its shards is at the URL.
+        DatasetError: there is no dataset, it cannot be read here, or none of its shards is at the URL; or the cache cannot be
+            written.
+        TypeError, ValueError: an argument is nothing that can be opened.
     """
     return Dataset(place, split, dark, cache)
-
-
-def _is_url(place: str) -> bool:
-    # A drive letter of Windows is no protocol.
-    protocol, separator, _ = place.partition("://")
-    return bool(separator) and len(protocol) > 1
 
 
 class _Remote:
     """Files of a dataset at a URL, fetched into a folder."""
 
     def __init__(self, url: str, cache: str | os.PathLike[str] | None):
-        self._url = url.rstrip("/")
+        self._url, self._cache = url.rstrip("/"), cache
         protocol, _, rest = url.partition("://")
         if "@" in rest.partition("/")[0] or "?" in rest:
             raise DatasetError(
@@ -194,14 +210,40 @@ class _Remote:
             # Another URL, or what was made anew at this one, has other files of the same names.
             made_of = [self._url, head["recipe"]["hash"], head["seed"], head["generator"], head["samples_per_shard"]]
             self.folder = Path(cache) / hashlib.sha256(json.dumps(made_of, sort_keys=True).encode()).hexdigest()[:16]
-            self.folder.mkdir(parents=True, exist_ok=True)
         # The documents change while a dataset is made or grows: they are fetched anew.
-        _put(self.folder / "dataset.json", document)
+        with self._writing():
+            _put(self.folder / "dataset.json", document)
         if not self._fetch_manifests(head["shards"]):
             raise DatasetError(
                 f"{self._url}: none of its {head['shards']} shards has a manifest there, such as {_sheetlight.manifest_path(0)}; "
                 "finish the dataset, or copy its whole folder there"
             )
+
+    @contextlib.contextmanager
+    def reading(self) -> Iterator[None]:
+        """Faults of files name the URL that these are from, and the cache if there is one."""
+        try:
+            yield
+        except DatasetError as fault:
+            words = str(fault)
+            if str(self.folder) not in words:
+                raise
+            kept = f"; what was fetched of it is in {self.folder}" if self._cache else ""
+            raise DatasetError(words.replace(str(self.folder), self._url) + kept) from None
+
+    @contextlib.contextmanager
+    def _writing(self) -> Iterator[None]:
+        """Around what is written into the folder."""
+        try:
+            yield
+        except OSError as fault:
+            raise self._unwritable(fault) from None
+
+    def _unwritable(self, fault: OSError) -> DatasetError:
+        why = fault.strerror or _words(fault)
+        if self._cache:
+            return DatasetError(f"cache: cannot write in {self._cache} ({why}); free space there, or name another folder that is yours")
+        return DatasetError(f"cannot write in {self.folder} ({why}); free space there, or name a folder by `cache`")
 
     def after_fork(self) -> None:
         """In a forked process: connections and threads are the parent's, and somebody may have held the lock."""
@@ -248,13 +290,14 @@ class _Remote:
         if document == before:
             return
         kept = {} if document is None else _sums(document)
-        for file, sha256 in ({} if before is None else _sums(before)).items():
-            if kept.get(file) != sha256:
-                self._here(file).unlink(missing_ok=True)
-        if document is None:
-            manifest.unlink(missing_ok=True)
-        else:
-            _put(manifest, document)
+        with self._writing():
+            for file, sha256 in ({} if before is None else _sums(before)).items():
+                if kept.get(file) != sha256:
+                    self._here(file).unlink(missing_ok=True)
+            if document is None:
+                manifest.unlink(missing_ok=True)
+            else:
+                _put(manifest, document)
 
     def fetch(self, files: Iterable[tuple[str, int]]) -> None:
         """Fetches the files that are not here yet, each of so many bytes."""
@@ -267,8 +310,10 @@ class _Remote:
         here = self._here(file)
         if _size(here) == size:
             return
-        here.parent.mkdir(parents=True, exist_ok=True)
-        with _replacing(here) as part:
+        with self._writing(), _replacing(here) as part:
+            # What the store then raises is the store's.
+            here.parent.mkdir(parents=True, exist_ok=True)
+            part.touch()
             try:
                 self._again(file, lambda: self._download(file, part))
             except FileNotFoundError:
@@ -311,6 +356,8 @@ class _Remote:
             except FileNotFoundError:
                 raise
             except Exception as fault:  # every store has its own
+                if isinstance(fault, OSError) and fault.errno in FULL:
+                    raise self._unwritable(fault) from None
                 place, is_last = f"{self._url}/{file}", number + 1 == ATTEMPTS
                 if isinstance(fault, PermissionError) or "Credential" in type(fault).__name__:
                     remedy = "check the credentials in the environment, and that they may read there"

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -53,9 +54,18 @@ class Sample:
     the reason, and `maps` lists those that are there.
     """
 
-    __slots__ = ("_raw", "_facts", "_row", "_cache", "_dark")
+    __slots__ = ("_raw", "_facts", "_row", "_cache", "_dark", "_reading")
 
-    def __init__(self, raw: _sheetlight.Sample, facts: Facts, *, dark: bool = True) -> None:
+    def __init__(
+        self,
+        raw: _sheetlight.Sample,
+        facts: Facts,
+        *,
+        dark: bool = True,
+        reading: Callable[[], contextlib.AbstractContextManager[None]] = contextlib.nullcontext,
+    ) -> None:
+        # `reading` is put around what may raise.
+        self._reading = reading
         self._raw: _sheetlight.Sample | None = raw
         self._facts = facts
         self._row: dict[str, Any] = json.loads(raw.numbers)
@@ -71,6 +81,7 @@ class Sample:
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self._raw, self._facts, self._row, self._dark = None, state["facts"], state["row"], state["dark"]
+        self._reading = contextlib.nullcontext
         for array in (*state["maps"].values(), *state["frames"].values()):
             array.flags.writeable = False
         self._cache = {**state["maps"], "frames": state["frames"]}
@@ -178,7 +189,8 @@ class Sample:
     def frames(self) -> dict[int, NDArray[np.uint16]]:
         """Sensor frames that the recipe keeps (`output.sensor_stack`), by the number of the profile: uint16 `[sensor rows, sensor columns]` [DN]."""
         if "frames" not in self._cache:
-            self._cache["frames"] = self._there().frames()
+            with self._reading():
+                self._cache["frames"] = self._there().frames()
         return self._cache["frames"]
 
     # What is true.
@@ -296,7 +308,8 @@ class Sample:
         if name not in self._cache:
             if name not in self._names():
                 raise AttributeError(self._absent(name))
-            self._cache[name] = self._there().map(name)
+            with self._reading():
+                self._cache[name] = self._there().map(name)
         return self._cache[name]
 
     def _absent(self, name: str) -> str:

@@ -1,6 +1,7 @@
 """Datasets that were written: in folders, at URLs, unfinished, damaged."""
 
 import asyncio
+import errno
 import hashlib
 import http.server
 import io
@@ -42,6 +43,29 @@ def test_a_dataset_is_a_sequence_of_its_samples(boards):
         dataset.sample(-1)
     with pytest.raises(sheetlight.DatasetError, match="it has no sample 20, it has 20"):
         dataset.sample(20)
+
+
+def test_a_relative_folder_stays_the_same_one(boards, tmp_path, monkeypatch):
+    monkeypatch.chdir(boards.parent)
+    dataset = sheetlight.open(boards.name)
+    packed = pickle.dumps(dataset)
+    monkeypatch.chdir(tmp_path)
+    assert dataset.sample(1).index == 1 and pickle.loads(packed).sample(19).id == dataset.sample(19).id
+
+
+def test_places_and_numbers_that_cannot_be_used_are_told(boards):
+    dataset = sheetlight.open(boards)
+    for wrong in ("a", 1.5, True, None):
+        with pytest.raises(TypeError, match="index: .* is no whole number"):
+            dataset.sample(wrong)
+        with pytest.raises(TypeError, match="place: .* is no whole number"):
+            dataset[wrong]
+    assert dataset[np.int64(3)].index == 3
+    for wrong, words in [("", "place: the path is empty"), (Path("s3://bucket/boards"), "give it as a text")]:
+        with pytest.raises(ValueError, match=words):
+            sheetlight.open(wrong)
+    with pytest.raises(TypeError, match="place: give a path, not int"):
+        sheetlight.open(3)
 
 
 def test_images_become_mm_and_dn_where_there_is_no_exr_file(tmp_path):
@@ -387,6 +411,42 @@ def test_urls_that_cannot_be_used_are_told(bucket):
     with pytest.raises(sheetlight.DatasetError) as caught:
         sheetlight.open("s3://key:secret@bucket/boards")
     assert "secret" not in str(caught.value)
+
+
+def test_faults_of_files_name_the_url(bucket, tmp_path):
+    for cache in (None, tmp_path / "cache"):
+        far = sheetlight.open("memory://bucket/boards", cache=cache)
+        sample = far.sample(3)
+        folder = far._remote.folder
+        for path in [*folder.rglob("*.exr"), *folder.rglob("stacks/*")]:
+            path.write_bytes(bytes(path.stat().st_size))
+        for read in (lambda: sample.range_mm, lambda: sample.frames):
+            with pytest.raises(sheetlight.DatasetError, match="memory://bucket/boards/") as caught:
+                read()
+            assert (str(folder) in str(caught.value)) == (cache is not None)
+        with pytest.raises(sheetlight.DatasetError, match="memory://bucket/boards.* has no sample 20"):
+            far.sample(20)
+    bucket.pipe("/bucket/boards/shards/00001.json", b"{")
+    with pytest.raises(sheetlight.DatasetError, match="memory://bucket/boards/shards/00001.json") as caught:
+        sheetlight.open("memory://bucket/boards")
+    assert "sheetlight-" not in str(caught.value)
+
+
+def test_a_cache_that_cannot_be_written_is_told(bucket, tmp_path, monkeypatch):
+    (tmp_path / "file").write_text("no folder")
+    with pytest.raises(sheetlight.DatasetError, match=f"^cache: cannot write in {tmp_path}/file .*name another folder"):
+        sheetlight.open("memory://bucket/boards", cache=tmp_path / "file")
+    with pytest.raises(ValueError, match="cache: .* is a URL"):
+        sheetlight.open("memory://bucket/boards", cache="s3://bucket/cache")
+    far = sheetlight.open("memory://bucket/boards", cache=tmp_path / "cache")
+    full = OSError(errno.ENOSPC, "No space left on device")
+
+    def get_file(*_, **__):
+        raise full
+
+    monkeypatch.setattr(type(bucket), "get_file", get_file)
+    with pytest.raises(sheetlight.DatasetError, match=f"^cache: cannot write in {tmp_path}/cache .No space left on device.; free space"):
+        far.sample(0)
 
 
 def test_a_manifest_leads_nowhere_else(bucket, tmp_path):
