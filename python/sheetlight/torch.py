@@ -15,13 +15,15 @@ and ranks, and in any order.
 from __future__ import annotations
 
 import math
+import numbers
 import os
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
+from sheetlight._arguments import whole
 from sheetlight._dataset import Dataset
 from sheetlight._need import needed
-from sheetlight._recipe import Recipe
+from sheetlight._recipe import MOST_SAMPLES, Recipe
 from sheetlight._sample import TRUTH, Sample
 
 with needed("torch", "torch"):
@@ -36,6 +38,9 @@ if TYPE_CHECKING:
 
 MEASURED = ("range", "reflectance", "scatter")
 """Channels that are measured: "range" is in mm, or in px of uncalibrated scans."""
+
+LABELS = ("label", "instance")
+"""What is true of each pixel, which an item has where the dataset keeps it."""
 
 ROUNDING = 1e-9
 """Part of a square pixel that the rounding of its side against the scan may take away."""
@@ -53,6 +58,9 @@ class Scans(torch.utils.data.Dataset[dict[str, Any]]):  # type: ignore[misc, unu
     - `index`: number of the sample
     - `corner`: int64 `[2]`, first row and first column of the crop
     - `pixel_mm`: float64 `[2]`, distance between two rows and between two columns [mm]
+
+    Of a dataset that does not keep `label` or `instance` (`output.png` and `output.exr` of its recipe), or nothing measured for
+    `valid`, no item has that key.
     """
 
     def __init__(
@@ -65,7 +73,7 @@ class Scans(torch.utils.data.Dataset[dict[str, Any]]):  # type: ignore[misc, unu
         square_pixels: bool | float = False,
         seed: int | None = None,
         first: int = 0,
-        dark: bool = True,
+        dark: bool | None = None,
         missing: float = 0.0,
     ):
         """
@@ -75,38 +83,62 @@ class Scans(torch.utils.data.Dataset[dict[str, Any]]):  # type: ignore[misc, unu
             crop: rows and columns of a window at a place that follows from seed and number [px]; None for whole scans
             channels: "range", "reflectance", "scatter", and maps of `Sample.truth`
             square_pixels: True for pixels as long as wide, of the longer of the two sides; a number for pixels of that side [mm].
-                Maps are averaged over the area of a pixel, labels are taken at its middle.
+                Maps are averaged over the area of a pixel, labels are taken at its middle. Sides of pixels are drawn, so that scans
+                become of unlike size: `crop` makes them alike for batches, and must fit the smallest.
             seed: of the places of crops, and of a recipe's draws; None for that of the recipe or dataset
             first: number of the first sample of a recipe; another epoch of fresh samples begins at n, 2 n, ...
-            dark: whether Reflectance and Scatter keep the sensor's dark level
+            dark: whether Reflectance and Scatter keep the sensor's dark level; None as the dataset was opened, and True for a recipe
             missing: what maps hold where nothing is measured; `math.nan` is possible
+
+        Raises:
+            TypeError, ValueError: an argument cannot be used; where only a sample tells, when it is asked for.
         """
+        first = whole("first", first, 0)
         if isinstance(scans, Dataset):
             if first:
                 raise ValueError("first: the samples of a dataset are those that it has; open one split of it, or take a Subset")
-            n = len(scans) if n is None else n
+            n = len(scans) if n is None else whole("n", n, 0)
             if n > len(scans):
                 raise ValueError(f"n: {n} samples are asked for and {scans!r} has {len(scans)}")
+            self._kept = {*scans.head["images"]["png"], *scans.head["images"]["exr"]}
         elif isinstance(scans, Recipe):
             if n is None:
                 raise ValueError("n: a recipe has any number of samples; say how many")
+            n = whole("n", n, 0)
+            if first + n > MOST_SAMPLES:
+                raise ValueError(f"first, n: {first} + {n} is more than the {MOST_SAMPLES} samples that a recipe has")
+            self._kept = {*MEASURED, *LABELS}
         else:
             raise TypeError(f"scans: give a Recipe or a Dataset, not {type(scans).__name__}")
-        unknown = [name for name in channels if name not in MEASURED and name not in TRUTH]
+        if isinstance(channels, str) or not isinstance(channels, Sequence):
+            raise TypeError(f"channels: {channels!r}: give a list of names, such as ['range', 'scatter']")
+        unknown = [str(name) for name in channels if name not in MEASURED and name not in TRUTH]
         if unknown or not channels:
-            raise ValueError(f"channels: {', '.join(unknown) or 'none'}; there are {', '.join((*MEASURED, *TRUTH))}")
-        self.scans, self.n, self.first = scans, int(n), first
-        self.seed = scans.seed if seed is None else seed
-        self.channels, self.dark, self.missing = tuple(channels), dark, missing
-        self.crop = (crop, crop) if isinstance(crop, int) else crop
-        if self.crop is not None and min(self.crop) < 1:
-            raise ValueError(f"crop: {crop}: give rows and columns of 1 or more")
-        self.square_pixels = square_pixels
-        if not isinstance(square_pixels, bool) and not 0 < square_pixels < math.inf:
+            raise ValueError(
+                f"channels: {', '.join(unknown) or 'none'}; there are {', '.join((*MEASURED, *TRUTH))}; range is in mm, or in px of "
+                "uncalibrated scans"
+            )
+        absent = [name for name in channels if name in MEASURED and name not in self._kept]
+        if absent:
+            held = ", ".join(name for name in MEASURED if name in self._kept) or "none of those that are measured"
+            raise ValueError(f"channels: {scans!r} has no {', '.join(absent)}; it has {held}")
+        self.scans, self.n, self.first = scans, n, first
+        self.seed = scans._seed(seed) if isinstance(scans, Recipe) else scans.seed if seed is None else whole("seed", seed, 0)
+        self.dark = (scans._dark if isinstance(scans, Dataset) else True) if dark is None else dark
+        self.channels, self.missing = tuple(channels), missing
+        if isinstance(square_pixels, (bool, np.bool_)):
+            self.square_pixels: bool | float = bool(square_pixels)
+        elif isinstance(square_pixels, numbers.Real) and 0 < square_pixels < math.inf:
+            self.square_pixels = float(square_pixels)
+        else:
             raise ValueError(
                 f"square_pixels: {square_pixels}: give the side of a pixel in mm, above 0; or True for the longer side that pixels have, "
                 "False for pixels as they are"
             )
+        self.crop = None if crop is None else _crop(crop)
+        # With True, pixels only grow; with a side of their own, how many there are is known of each sample alone.
+        if self.crop is not None and isinstance(self.square_pixels, bool):
+            self._check_crop(scans.shape, repr(scans))
 
     @property
     def classes(self) -> list[str]:
@@ -122,6 +154,7 @@ class Scans(torch.utils.data.Dataset[dict[str, Any]]):  # type: ignore[misc, unu
         return self.n
 
     def __getitem__(self, number: int) -> dict[str, Any]:
+        number = whole("number", number)
         if not 0 <= number < self.n:
             raise IndexError(f"{number}: there are scans 0 to {self.n - 1}")
         return self.item(self.sample(number))
@@ -139,14 +172,19 @@ class Scans(torch.utils.data.Dataset[dict[str, Any]]):  # type: ignore[misc, unu
         grid = _Grid(sample, self.square_pixels)
         window = self._window(sample.index, grid.shape)
         grid.look_at(window)
-        valid = sample.valid
-        share = grid.averaged(valid.astype(np.float32))
+        kept: dict[str, Any] = {}
+        valid = share = None
+        if not self._kept.isdisjoint(MEASURED):
+            valid = sample.valid
+            share = grid.averaged(valid.astype(np.float32))
+            kept["valid"] = torch.from_numpy(share >= 0.5)
+        for name in LABELS:
+            if name in self._kept:
+                kept[name] = torch.from_numpy(grid.nearest(getattr(sample, name)).astype(np.int64))
         maps = [self._channel(sample, name, grid, valid, share) for name in self.channels]
         return {
             "maps": torch.from_numpy(np.stack(maps)),
-            "valid": torch.from_numpy(share >= 0.5),
-            "label": torch.from_numpy(grid.nearest(sample.label).astype(np.int64)),
-            "instance": torch.from_numpy(grid.nearest(sample.instance).astype(np.int64)),
+            **kept,
             "class": sample.class_index,
             "index": sample.index,
             "corner": torch.tensor([part.start for part in window]),
@@ -154,7 +192,7 @@ class Scans(torch.utils.data.Dataset[dict[str, Any]]):  # type: ignore[misc, unu
         }
 
     def _channel(
-        self, sample: Sample, name: str, grid: _Grid, valid: NDArray[np.bool_], share: NDArray[np.float32]
+        self, sample: Sample, name: str, grid: _Grid, valid: NDArray[np.bool_] | None, share: NDArray[np.float32] | None
     ) -> NDArray[np.float32]:
         """A map of which `share` of each pixel is there, if that is what is measured."""
         key = f"range_{sample.range_unit}" if name == "range" else name
@@ -163,7 +201,7 @@ class Scans(torch.utils.data.Dataset[dict[str, Any]]):  # type: ignore[misc, unu
         except KeyError:
             raise ValueError(f"channels: sample {sample.index} has no {name}; it has {', '.join(sample.maps)}") from None
         there = ~np.isnan(values)
-        if not np.array_equal(there, valid):
+        if valid is None or share is None or not np.array_equal(there, valid):
             share = grid.averaged(there.astype(np.float32))
         mean = grid.averaged(np.where(there, values, np.float32(0)))
         with np.errstate(invalid="ignore", divide="ignore"):
@@ -172,12 +210,34 @@ class Scans(torch.utils.data.Dataset[dict[str, Any]]):  # type: ignore[misc, unu
     def _window(self, index: int, shape: tuple[int, int]) -> tuple[range, range]:
         if self.crop is None:
             return range(shape[0]), range(shape[1])
-        if any(side > whole for side, whole in zip(self.crop, shape)):
-            raise ValueError(f"crop: {self.crop} does not fit scan {index} of {shape[0]} x {shape[1]} px; give a smaller one")
+        self._check_crop(shape, f"scan {index}")
         place = np.random.default_rng([self.seed, index])
-        starts = [int(place.integers(0, whole - side + 1)) for side, whole in zip(self.crop, shape)]
+        starts = [int(place.integers(0, length - side + 1)) for side, length in zip(self.crop, shape)]
         rows, cols = (range(start, start + side) for start, side in zip(starts, self.crop))
         return rows, cols
+
+    def _check_crop(self, shape: tuple[int, int], name: str) -> None:
+        """Refuses a crop that does not fit a scan of that shape."""
+        if self.crop is None or all(side <= length for side, length in zip(self.crop, shape)):
+            return
+        pixels = f"square pixels ({self.square_pixels})" if self.square_pixels else "px"
+        longer = ", or a smaller side of pixels" if self.square_pixels else ""
+        raise ValueError(f"crop: {self.crop} does not fit {name} of {shape[0]} x {shape[1]} {pixels}; give a smaller one{longer}")
+
+
+def _crop(crop: Any) -> tuple[int, int]:
+    """Rows and columns of a crop; one number is both."""
+    sides = tuple(crop) if isinstance(crop, (tuple, list)) else (crop, crop)
+    remedy = "give a whole number, or two as (rows, columns) [px]"
+    if len(sides) != 2:
+        raise ValueError(f"crop: {crop!r}: {remedy}")
+    try:
+        rows, cols = (whole("crop", side) for side in sides)
+    except TypeError:
+        raise TypeError(f"crop: {crop!r}: {remedy}") from None
+    if min(rows, cols) < 1:
+        raise ValueError(f"crop: {crop}: give rows and columns of 1 or more")
+    return rows, cols
 
 
 class ScansStream(torch.utils.data.IterableDataset[dict[str, Any]]):  # type: ignore[misc, unused-ignore]
@@ -194,10 +254,8 @@ class ScansStream(torch.utils.data.IterableDataset[dict[str, Any]]):  # type: ig
             n: how many; None for all of a dataset, and without end for a recipe
             **options: those of `Scans`
         """
-        from sheetlight._recipe import MOST_SAMPLES
-
         self._is_endless = n is None and isinstance(scans, Recipe)
-        most = MOST_SAMPLES - options.get("first", 0) if self._is_endless else n
+        most = MOST_SAMPLES - whole("first", options.get("first", 0), 0) if self._is_endless else n
         self.scans = Scans(scans, most, **options)
 
     def __len__(self) -> int:
@@ -211,9 +269,9 @@ class ScansStream(torch.utils.data.IterableDataset[dict[str, Any]]):  # type: ig
         if isinstance(scans.scans, Dataset):
             yield from (scans[number] for number in range(start, len(scans), step))
             return
-        numbers = range(scans.first + start, scans.first + len(scans), step)
+        shared = range(scans.first + start, scans.first + len(scans), step)
         threads = 1 if torch.utils.data.get_worker_info() else None
-        for sample in scans.scans.samples(numbers, scans.seed, threads=threads, dark=scans.dark):
+        for sample in scans.scans.samples(shared, scans.seed, threads=threads, dark=scans.dark):
             yield scans.item(sample)
 
 

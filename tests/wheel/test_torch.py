@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import sheetlight
 import torch
-from conftest import SMALL
+from conftest import SMALL, write
 from sheetlight.torch import Scans, ScansStream
 from torch.utils.data import DataLoader
 
@@ -108,6 +108,45 @@ def test_datasets_give_what_they_hold(recipe, boards):
     # EXR files hold heights in steps of 2^-13 mm; all else is the same.
     assert torch.equal(read["maps"][1:], rendered["maps"][1:]) and torch.equal(read["label"], rendered["label"])
     assert (read["maps"][0] - rendered["maps"][0]).abs().max() <= 2**-14 + 1e-6
+
+
+@pytest.mark.parametrize("of", [Scans, ScansStream])
+def test_the_dark_level_is_as_the_dataset_was_opened(recipe, boards, of):
+    lit, bare = sheetlight.open(boards), sheetlight.open(boards, dark=False)
+    for dataset, dark, taken in [(lit, None, lit), (bare, None, bare), (bare, True, lit), (lit, False, bare)]:
+        item = next(iter(of(dataset, 1, channels=["reflectance", "scatter"], missing=math.nan, **({} if dark is None else {"dark": dark}))))
+        for channel, name in enumerate(("reflectance", "scatter")):
+            assert np.array_equal(item["maps"][channel].numpy(), getattr(taken[0], name), equal_nan=True)
+    assert not np.array_equal(lit[0].scatter, bare[0].scatter, equal_nan=True)
+    item = next(iter(of(recipe, 1, channels=["scatter"], missing=math.nan)))
+    assert np.array_equal(item["maps"][0].numpy(), recipe.sample(0).scatter, equal_nan=True)
+
+
+@pytest.mark.parametrize(
+    "changes, channels, labels",
+    [
+        ({}, ("range", "reflectance", "scatter"), {"label"}),
+        ({"output.png": "[reflectance]"}, ("reflectance",), set()),
+        ({"output.png": "[reflectance, label]", "output.exr": "[scatter, instance]"}, ("reflectance", "scatter"), {"label", "instance"}),
+        ({"output.png": "[label]", "output.exr": "[instance]", "output.truth_maps": "true"}, ("height_mm",), {"label", "instance"}),
+    ],
+)
+def test_items_have_what_the_dataset_keeps(changes, channels, labels, tmp_path):
+    write("wood-train", 3, tmp_path / "out", {**SMALL, **changes})
+    dataset = sheetlight.open(tmp_path / "out")
+    scans = Scans(dataset, crop=16, seed=1, channels=channels)
+    always = {"maps", "class", "index", "corner", "pixel_mm"}
+    measured = set() if channels == ("height_mm",) else {"valid"}
+    [batch] = DataLoader(scans, batch_size=3)
+    assert set(batch) == always | labels | measured and batch["maps"].shape == (3, len(channels), 16, 16)
+    for item, sample in zip(scans, dataset):
+        row, col = item["corner"].tolist()
+        for name in labels:
+            assert np.array_equal(item[name].numpy(), sample.maps[name][row : row + 16, col : col + 16])
+    absent = [name for name in ("range", "reflectance", "scatter") if name not in channels]
+    for name in absent:
+        with pytest.raises(ValueError, match=f"channels: <Dataset .* has no {name}; it has"):
+            Scans(dataset, channels=[*channels, name])
 
 
 @pytest.mark.parametrize("name, side", [("wood-small", True), ("wood-small", 0.31), ("wood-small", 0.02), ("blister-small", True)])
@@ -215,7 +254,20 @@ def test_options_that_cannot_be_used_are_told(recipe, boards):
         (lambda: Scans(recipe, 1, channels=["scater"]), "channels: scater; there are range, reflectance"),
         (lambda: Scans(recipe, 1, channels=[]), "channels: none"),
         (lambda: Scans(recipe, 1, crop=0), "crop: 0"),
-        (lambda: Scans(recipe, 1, crop=(8, 97))[0], "does not fit scan 0 of 40 x 96 px"),
+        (lambda: Scans(recipe, -1), "n: -1: give 0 or more"),
+        (lambda: Scans(recipe, 1, first=-1), "first: -1: give 0 or more"),
+        (lambda: Scans(recipe, 1, first=10**8), "first, n: 100000000 [+] 1 is more"),
+        (lambda: ScansStream(recipe, first=-1), "first: -1: give 0 or more"),
+        (lambda: Scans(recipe, 1, seed=-1), "seed: -1"),
+        (lambda: Scans(recipe, 1, channels=["range_mm"]), "channels: range_mm; there are range, .* range is in mm"),
+        (lambda: Scans(recipe, 1, crop=(8, 97)), "does not fit <Recipe .* of 40 x 96 px"),
+        (lambda: Scans(dataset, crop=41), "does not fit <Dataset .* of 40 x 96 px"),
+        (lambda: Scans(recipe, 1, crop=41, square_pixels=True), "does not fit <Recipe"),
+        (lambda: Scans(recipe, 1, crop=(40, 96), square_pixels=True)[0], r"does not fit scan 0 of [0-9]+ x [0-9]+ square pixels"),
+        (lambda: Scans(recipe, 1, crop=64, square_pixels=0.31)[0], "does not fit scan 0 of .*smaller side of pixels"),
+        (lambda: Scans(recipe, 1, crop=(64,)), r"crop: \(64,\): give a whole number, or two"),
+        (lambda: Scans(recipe, 1, crop=(64, 32, 3)), r"crop: \(64, 32, 3\): give a whole number, or two"),
+        (lambda: Scans(recipe, 1, square_pixels="yes"), "square_pixels: yes: give the side"),
         (lambda: Scans(recipe, 1, square_pixels=-0.1), "square_pixels: -0.1: give the side"),
         (lambda: Scans(recipe, 1, square_pixels=math.nan), "square_pixels: nan: give the side"),
         (lambda: Scans(recipe, 1, square_pixels=math.inf), "square_pixels: inf: give the side"),
@@ -224,8 +276,23 @@ def test_options_that_cannot_be_used_are_told(recipe, boards):
         (lambda: Scans(recipe, 1, channels=["film_gap_mm"])[0], "has no film_gap_mm; it has range_mm"),
     ]
     for call, words in wrong:
-        with pytest.raises(ValueError, match=words.replace("(", r"\(")):
+        with pytest.raises(ValueError, match=words):
             call()
+    for call, words in [
+        (lambda: Scans(recipe, 2.7), "n: 2.7 is no whole number"),
+        (lambda: Scans(dataset, 2.7), "n: 2.7 is no whole number"),
+        (lambda: Scans(recipe, 1, first=1.5), "first: 1.5 is no whole number"),
+        (lambda: ScansStream(recipe, first=1.5), "first: 1.5 is no whole number"),
+        (lambda: Scans(recipe, 1, seed="a"), "seed: 'a' is no whole number"),
+        (lambda: Scans(recipe, 1, channels="scatter"), "channels: 'scatter': give a list"),
+        (lambda: Scans(recipe, 1, crop=64.0), "crop: 64.0: give a whole number"),
+        (lambda: Scans(recipe, 1, crop=True), "crop: True: give a whole number"),
+        (lambda: Scans(recipe, 1, crop=(8, "8")), r"crop: \(8, '8'\): give a whole number"),
+        (lambda: Scans(recipe, 1)["0"], "number: '0' is no whole number"),
+    ]:
+        with pytest.raises(TypeError, match=words):
+            call()
+    assert Scans(recipe, np.int64(1), crop=np.int64(16))[np.int64(0)]["maps"].shape == (3, 16, 16)
     with pytest.raises(TypeError, match="Recipe or a Dataset"):
         Scans("wood-small", 1)
     with pytest.raises(IndexError):
