@@ -104,6 +104,33 @@ def test_arrays_are_those_of_gen(name, tmp_path):
         assert read.defect_classes == sample.defect_classes and read.shape == sample.shape
 
 
+@pytest.mark.parametrize("form", ["calibrated", "rectified", "uncalibrated"])
+@pytest.mark.parametrize("bits", [8, 12])
+def test_files_round_what_the_page_says(form, bits, tmp_path):
+    """The table of docs/python.md: what is equal, and steps of what is not."""
+    changes = {**SMALL, "extraction.range": form, "exposure.bits": bits, "output.truth_maps": True}
+    recipe = sheetlight.Recipe.load("wood-small", changes)
+    images = {"output.png": "[range, reflectance, scatter, label, instance]", "output.exr": "[]", "output.truth_maps": "false"}
+    read = []
+    for place, more in [("exr", {"output.truth_maps": "true"}), ("png", images)]:
+        write("wood-small", 1, tmp_path / place, {**SMALL, "extraction.range": form, "exposure.bits": bits, **more})
+        read.append(sheetlight.open(tmp_path / place)[0])
+    (exr, png), sample = read, recipe.sample(0)
+    key, there = f"range_{sample.range_unit}", sample.valid
+    assert same(exr.scatter, sample.scatter) and same(exr.label, sample.label) and same(exr.instance, sample.instance)
+    assert same(png.label, sample.label) and same(png.instance, sample.instance)
+    is_whole = form != "rectified"
+    assert bool((sample.reflectance[there] == away(sample.reflectance[there])).all()) == is_whole
+    assert same(exr.reflectance, sample.reflectance if is_whole or bits == 12 else half(sample.reflectance))
+    assert same(exr.reflectance, sample.reflectance) == (is_whole or bits == 12)
+    assert same(png.reflectance[there].astype(float), away(sample.reflectance[there])) and same(png.scatter[there].astype(float), away(sample.scatter[there]))
+    assert same(exr.maps[key], stepped(sample.maps[key])) and same(exr.truth["height_mm"], stepped(sample.truth["height_mm"]))
+    step = png.to_arrow()[f"range_scale_{sample.range_unit}"][0].as_py()
+    assert np.nanmax(np.abs(png.maps[key].astype(float) - sample.maps[key])) <= step * 0.5001
+    for name in ("fibre_azimuth_deg", "fibre_dive_deg"):
+        assert same(exr.truth[name], half(sample.truth[name]))
+
+
 def test_sensor_frames_are_those_of_gen(boards):
     recipe = sheetlight.Recipe.load(boards)
     rows = pq.read_table(boards / "stacks" / "00001.parquet").to_pylist()
