@@ -48,7 +48,7 @@ wheel: $(WHEEL)/.ready ## build the Python package (target/wheels), which `pip i
 
 test-wheel: wheel venv ## tests of the installed wheel: SHEETLIGHT_WHEEL_FULL=1 compares 50 samples of each recipe
 	$(WHEEL)/bin/python -m pip install --quiet --disable-pip-version-check --force-reinstall --no-deps target/wheels/sheetlight-*.whl
-	$(WHEEL)/bin/mypy -m sheetlight -m sheetlight.torch
+	$(WHEEL)/bin/mypy -p sheetlight
 	PYTHONPATH=$$($(VENV)/bin/python -c 'import sysconfig; print(sysconfig.get_path("purelib"))') $(WHEEL)/bin/python -m pytest -q -p no:cacheprovider tests/wheel
 
 # Packages of clusters and of the S3 server, which exclude each other; pip takes minutes to find versions that go together.

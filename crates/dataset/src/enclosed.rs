@@ -5,7 +5,7 @@
 //! written is always a new file, never one that was there. The folder itself is named by the user: links that lead to it
 //! are followed.
 //!
-//! The system's part is [`Folder`]: on Unix an open folder, in which names cannot be exchanged between looking and opening; on
+//! The system's part is `Folder`: on Unix an open folder, in which names cannot be exchanged between looking and opening; on
 //! Windows a path that was looked at, which leaves that gap to somebody who may write in the folder at the same time.
 
 use std::fmt;
