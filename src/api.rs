@@ -68,7 +68,8 @@ pub enum LoadError {
 /// All faults of the recipe at once, each with line, key and remedy; or why the folder is of no use.
 pub fn load(name: &str, changes: &[Change]) -> Result<LoadedRecipe, LoadError> {
     let path = Path::new(name);
-    if holds_dataset(path) {
+    // No name is no recipe, wherever this runs.
+    if !name.is_empty() && holds_dataset(path) {
         let dataset = Dataset::open(path)?;
         let mut recipe = recipe_of(&dataset).map_err(LoadError::Folder)?;
         if !changes.is_empty() {

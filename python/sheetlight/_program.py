@@ -54,15 +54,19 @@ def generate(
 
     Raises:
         GenError: in the program's words; finished shards are kept, and the same call goes on. Ctrl-C keeps them too.
-        ValueError: `out` is a URL.
+        TypeError, ValueError: an argument cannot be used, such as a URL for `out`.
     """
     folder = local("out", out, "sheetlight.scale.generate makes datasets there")
+    if not isinstance(recipe, Recipe):
+        recipe = local("recipe", recipe, "copy the recipe to this machine")
     arguments = [*reload_arguments(recipe, overrides), "--n", str(n), "--out", folder]
     options = {"--seed": _seed(recipe, folder) if seed is None else seed, "--threads": threads, "--samples-per-shard": samples_per_shard}
     for option, value in options.items():
         if value is not None:
             arguments += [option, str(value)]
     if part is not None:
+        if not isinstance(part, (tuple, list)) or len(part) != 2:
+            raise ValueError(f"part: {part!r}: give (k, m), the k-th of m parts")
         arguments += ["--part", f"{part[0]}/{part[1]}"]
     if strict:
         arguments.append("--strict")
@@ -140,12 +144,9 @@ def report(
     return page
 
 
-def _seed(recipe: Recipe | str | os.PathLike[str], out: str) -> int | None:
+def _seed(recipe: Recipe | str, out: str) -> int | None:
     """The seed of the dataset that the recipe is of, else that of the dataset in `out`; None where there is neither."""
-    if isinstance(recipe, Recipe):
-        known = recipe._recipe.dataset_seed
-    else:
-        known = _seed_there(os.fspath(recipe))
+    known = recipe._recipe.dataset_seed if isinstance(recipe, Recipe) else _seed_there(recipe)
     return _seed_there(out) if known is None else known
 
 

@@ -57,9 +57,7 @@ class Recipe:
             DatasetError: the folder holds no dataset that can be read.
             TypeError, ValueError: the name is empty or a URL, or an override is nothing that a recipe can hold.
         """
-        if not isinstance(overrides or {}, Mapping):
-            raise TypeError(f"overrides: give a mapping such as {{'camera.tilt_deg': 30}}, not {type(overrides).__name__}")
-        changes = dict(overrides or {})
+        changes = _changes(overrides)
         for section, values in sections.items():
             if isinstance(values, Mapping):
                 changes.update({f"{section}.{key}": value for key, value in values.items()})
@@ -239,6 +237,13 @@ def _number(name: str, index: int) -> int:
     return index
 
 
+def _changes(overrides: Mapping[str, Any] | None) -> dict[str, Any]:
+    """Changes by the path of the key."""
+    if not isinstance(overrides, Mapping | None):
+        raise TypeError(f"overrides: give a mapping such as {{'camera.tilt_deg': 30}}, not {type(overrides).__name__}")
+    return dict(overrides or {})
+
+
 def _texts(overrides: Mapping[str, Any]) -> list[tuple[str, str]]:
     """Changes as keys and values in YAML."""
     for key in overrides:
@@ -253,6 +258,6 @@ def reload_arguments(recipe: Recipe | str | os.PathLike[str], overrides: Mapping
         # The program reads the file again: refused where that means something else by now.
         name, texts = recipe._name, list(Recipe._load(recipe._name, recipe._overrides, recipe.hash)._overrides)
     else:
-        name, texts = local("recipe", recipe, "copy the recipe to this machine"), []
-    texts += _texts(overrides or {})
+        name, texts = os.fspath(recipe), []
+    texts += _texts(_changes(overrides))
     return ["--recipe", name, *(word for key, text in texts for word in ("--set", f"{key}={text}"))]

@@ -262,6 +262,27 @@ def test_urls_are_no_folders(boards, tmp_path, monkeypatch):
     assert not list(tmp_path.iterdir())
 
 
+def test_arguments_of_generate_that_cannot_be_used_are_told(boards, tmp_path, monkeypatch):
+    out = tmp_path / "out"
+    for more, fault, words in [
+        ({"overrides": ["scan.columns=64"]}, TypeError, "overrides: give a mapping .* not list"),
+        ({"overrides": {3: 4}}, TypeError, "overrides: 3 is no key"),
+        ({"part": (1,)}, ValueError, r"part: \(1,\): give \(k, m\)"),
+        ({"part": 2}, ValueError, "part: 2: give"),
+        ({"n": 2.7}, sheetlight.GenError, "'2.7' for '--n"),
+        ({"seed": "a"}, sheetlight.GenError, "'a' for '--seed"),
+        ({"recipe": 3}, TypeError, "recipe: give a path, not int"),
+        ({"recipe": ""}, ValueError, "recipe: the path is empty"),
+        ({"out": ""}, ValueError, "out: the path is empty"),
+    ]:
+        with pytest.raises(fault, match=words):
+            sheetlight.generate(**{"recipe": "wood-small", "n": 1, "out": out, **more})
+    # Not the dataset that the program runs in.
+    monkeypatch.chdir(boards)
+    gen("--recipe", "", "--n", 1, "--out", out, status=1)
+    assert not out.exists()
+
+
 def test_the_seed_is_that_of_the_recipe_then_that_of_the_folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert sheetlight.generate("wood-small", 1, "five", overrides=SMALL, seed=5)["seed"] == 5

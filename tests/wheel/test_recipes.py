@@ -65,7 +65,7 @@ def test_what_is_no_recipe_is_told(tmp_path):
         sheetlight.Recipe.load("wood-small", {"camera.tilt_deg": float("nan")})
     with pytest.raises(ValueError, match="is no key"):
         sheetlight.Recipe.load("wood-small", {"camera tilt": 1})
-    for wrong, words in [(["camera.tilt_deg=3"], "overrides: give a mapping .* not list"), ({3: 4}, "overrides: 3 is no key")]:
+    for wrong, words in [(["camera.tilt_deg=3"], "overrides: give a mapping .* not list"), ([], "overrides: give a mapping .* not list"), ({3: 4}, "overrides: 3 is no key")]:
         with pytest.raises(TypeError, match=words):
             sheetlight.Recipe.load("wood-small", wrong)
     with pytest.raises(TypeError, match="name: give a path, not int"):
