@@ -43,9 +43,12 @@ def free_port() -> int:
 
 
 def wait_until(condition, limit_s: float = 60.0, every_s: float = 0.05) -> None:
-    """Waits until something is so, and fails where it never is."""
+    """Waits until something is so, and fails where it never is. Folders that it looks into may vanish meanwhile."""
     end = time.monotonic() + limit_s
-    while not condition():
+    while True:
+        with contextlib.suppress(FileNotFoundError):
+            if condition():
+                return
         assert time.monotonic() < end, "waited in vain"
         time.sleep(every_s)
 

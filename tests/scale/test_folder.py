@@ -135,11 +135,27 @@ def test_urls(tmp_path, monkeypatch):
         "s3://": "names no bucket",
         "gs://bucket/planks": "pip install 'sheetlight\\[gs\\]'",
         "hf://datasets/me/planks": "hf upload-large-folder",
+        "s3:///planks": "names no bucket",
+        "s3:/bucket/planks": "two slashes, s3://bucket/planks",
+        Path("hf://buckets/me/planks"): "two slashes, hf://buckets/me/planks",
+        "file:/planks": "two slashes",
+        "file://host/planks": "names another machine",
+        "": "names no folder",
+        "file://": "names no folder",
     }
     for url, words in refused.items():
         with pytest.raises(sheetlight.scale.Refusal, match=words) as fault:
             Store(url)
         assert "hidden" not in str(fault.value)
+
+
+def test_places_that_are_none_are_refused_before_anything_is_written(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for place in ("", "s3:/bucket/planks"):
+        for asked in ("begin", "generate"):
+            run(asked, place, *tiny_arguments(2), status=2)
+    assert list(tmp_path.iterdir()) == []
+    assert Store("./s3:/bucket").url == str(tmp_path / "s3:" / "bucket")
 
 
 def test_impossible_places_are_told_at_once(tmp_path):
@@ -206,6 +222,19 @@ def test_a_full_scratch_disk(tmp_path, small_disk, reference):
     assert str(small_disk) in said and "No space left on device; make room there, or name another folder" in said
     run(*begin, *tiny_arguments(40, 20))
     assert_same(files(url), reference(40, 20))
+
+
+def test_a_scratch_disk_that_is_full_before_the_first_task(tmp_path, small_disk):
+    """Whatever the step that finds no room, in `gen` or before it, it is the scratch disk that is told of, not the place."""
+    url, filler = tmp_path / "planks", small_disk / "filler"
+    size = shutil.disk_usage(small_disk).free
+    for free in (0, 1, 4, 8, 20, 50):
+        filler.write_bytes(b"7" * (size - 4096 * free))
+        said = run("begin", url, *tiny_arguments(2), "--scratch", small_disk, status=1).stderr
+        assert f"{small_disk}/" in said and "--scratch" in said and str(url) not in said, said
+        assert not url.exists()
+    filler.unlink()
+    run("begin", url, *tiny_arguments(2), "--scratch", small_disk)
 
 
 def test_a_full_or_read_only_place(tmp_path, small_disk):
@@ -407,11 +436,14 @@ def test_numbers_that_are_none(tmp_path):
         for name, number in (("retries", -1), ("threads", 0), ("threads", "two"), ("retries", None)):
             with pytest.raises(sheetlight.scale.Refusal, match=f"{name} {number!r}: give a whole number"):
                 sheetlight.scale.generate(**tiny(2), url=url, engine=engine, **{name: number})
-    for engine, options in (("local", {"workers": 0}), ("local", {"workers": -2}), ("ray", {"max_retries": -1})):
+    for engine, options in (("local", {"workers": 0}), ("local", {"workers": -2}), ("local", {"workers": "2"}), ("ray", {"max_retries": -1})):
         ((name, number),) = options.items()
-        with pytest.raises(sheetlight.scale.Refusal, match=f"{name} {number}: give a whole number"):
+        with pytest.raises(sheetlight.scale.Refusal, match=f"{name} {number!r}: give a whole number"):
             sheetlight.scale.generate(**tiny(2), url=tmp_path / "begun", engine=engine, engine_options=options)
     assert not url.exists()
+    for part in ("0/2", (1,), (0, 1, 2), None, (0, 2.0), (2, 2)):
+        with pytest.raises(sheetlight.scale.Refusal, match="^part .*: give .*, for instance "):
+            sheetlight.scale.make(tmp_path / "begun", part)
     with pytest.raises(sheetlight.scale.Refusal, match="threads 0"):
         sheetlight.scale.make_shard(str(tmp_path / "begun"), 0, threads=0)
 
@@ -431,6 +463,8 @@ def test_a_program_that_does_not_work(tmp_path):
         _writer.cache_clear()
         for asked in ("task", "finish"):
             assert words in run(asked, url, status=status, SHEETLIGHT_GEN=str(program)).stderr
+        if status == 2:
+            assert "is no gen" in run("begin", tmp_path / "other", *tiny_arguments(2), status=2, SHEETLIGHT_GEN=str(program)).stderr
     _writer.cache_clear()
     for missing in (tmp_path / "no-gen", tmp_path):
         assert "gen cannot be started" in run("task", url, status=2, SHEETLIGHT_GEN=str(missing)).stderr
@@ -481,6 +515,49 @@ def test_a_smaller_number_that_somebody_writes_meanwhile(tmp_path, reference):
     done = sheetlight.scale.generate(**tiny(6, samples_per_shard=2), url=url, engine="local", progress=meddle)
     assert written and done["samples"] == 6
     assert_same(files(url), reference(6, 2))
+
+
+def test_the_seed_is_that_of_the_recipe_or_of_the_dataset(tmp_path):
+    """Where none is given; one that differs from the dataset's is refused."""
+    first, second, url = tmp_path / "first", tmp_path / "second", tmp_path / "planks"
+    seed = random.randrange(1, 2**63)
+    begin, generate = sheetlight.scale.begin, sheetlight.scale.generate
+    assert begin(**tiny(1), url=first, seed=seed)["seed"] == seed
+    generate(**tiny(2), url=first, engine="local")
+    assert sheetlight.scale.status(first)["seed"] == seed and not sheetlight.scale.status(first)["missing"]
+    run("begin", first, *tiny_arguments(2))
+    for recipe in (sheetlight.Recipe.load(first), first, str(first)):
+        shutil.rmtree(second, ignore_errors=True)
+        generate(recipe, 2, second, "local", samples_per_shard=1)
+        assert {path: data for path, data in files(second).items() if path.startswith("data/")} == {
+            path: data for path, data in files(first).items() if path.startswith("data/")
+        }
+    for given in (0, seed - 1):
+        with pytest.raises(sheetlight.scale.Refusal, match=f"seed: {seed} -> {given}"):
+            begin(**tiny(2), url=first, seed=given)
+    begin(**tiny(2), url=url)
+    assert sheetlight.scale.status(url)["seed"] == 0
+    with pytest.raises(sheetlight.scale.Refusal, match=f"seed: 0 -> {seed}"):
+        begin(sheetlight.Recipe.load(first), 2, url, samples_per_shard=1)
+    assert "recipe: " in run("begin", tmp_path / "none", "--recipe", "s3://bucket/planks", "--n", "2", status=2).stderr
+
+
+def test_long_silence_is_told_once(tmp_path, monkeypatch, caplog):
+    failures = random.randrange(2, 5)
+    store, left = Store(tmp_path), iter(range(failures))
+
+    def read(_path):
+        if next(left, None) is not None:
+            raise OSError(errno.EIO, os.strerror(errno.EIO))
+        return b"7"
+
+    monkeypatch.setattr(store._place, "read", read)
+    monkeypatch.setattr("sheetlight.scale.store.FIRST_PAUSE_S", 0.01)
+    monkeypatch.setattr("sheetlight.scale.store.SILENCE_S", 0.004)
+    assert store.read("file") == b"7"
+    assert [record.getMessage() for record in caplog.records] == [
+        f"{tmp_path}/file: cannot read it yet: Input/output error; trying again"
+    ]
 
 
 def test_a_loaded_recipe_with_changes(tmp_path):

@@ -37,7 +37,7 @@ def generate(
     n: int,
     url: str | os.PathLike[str],
     engine: str = "ray",
-    seed: int = 0,
+    seed: int | None = None,
     samples_per_shard: int | None = None,
     *,
     overrides: Mapping[str, Any] | Sequence[str] = (),
@@ -55,7 +55,8 @@ def generate(
         url: a folder (that all machines see), `s3://`, `gs://`, `az://` or `hf://buckets/`. Credentials come from the
             environment of each machine, as the store's own tools find them
         engine: "ray", or "local" for the processes of one machine
-        seed: seed of all draws
+        seed: seed of all draws; None for that of the dataset whose folder the recipe was loaded from (`Recipe.seed`), else that
+            of the dataset that is there, else 0
         samples_per_shard: samples of a shard, which is a task: minutes are right. None leaves it to the dataset that is there,
             or to the recipe
         overrides: changed keys of the recipe, for instance {"camera.tilt_deg": 30}, or as `gen --set` takes them
@@ -78,16 +79,13 @@ def generate(
     engine_module = _engine(engine)
     threads, retries = check_number("threads", threads, 1), check_number("retries", retries, 0)
     show = progress or ProgressLine()
-    begun = {"seed": seed, "samples_per_shard": samples_per_shard, "overrides": overrides, "scratch": scratch}
-    seen = None
+    seen = Progress(Store(url).url, 0, 0)
     for left in reversed(range(ROUNDS)):
         # Somebody may have extended it meanwhile, or written a smaller number over ours.
-        head = begin(recipe, n, url, **begun)
+        head = begin(recipe, n, url, seed=seed, samples_per_shard=samples_per_shard, overrides=overrides, scratch=scratch)
         store = Store(url)
         missing = dataset.missing_shards(store, head)
         there = head["shards"] - len(missing)
-        if seen is None:
-            seen = Progress(store.url, head["shards"], there)
         seen.shards, seen.finished, seen.failed = head["shards"], there, 0
         show(seen)
         tasks = Tasks(store.url, missing, threads, retries, None if scratch is None else str(scratch), engine_options or {})

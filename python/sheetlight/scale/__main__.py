@@ -52,7 +52,7 @@ def _parser() -> argparse.ArgumentParser:
     def recipe(added: argparse.ArgumentParser) -> None:
         added.add_argument("--recipe", required=True, help="a YAML file, or the name of a built-in recipe")
         added.add_argument("--n", type=int, required=True, help="samples of the whole dataset; a larger number extends it")
-        added.add_argument("--seed", type=int, default=0, help="seed of all draws [0]")
+        added.add_argument("--seed", type=int, help="seed of all draws [that of the dataset, or 0]")
         added.add_argument("--samples-per-shard", type=int, help="samples of a shard [those of the dataset, or the recipe's]")
         added.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="change a key")
 
@@ -63,17 +63,21 @@ def _parser() -> argparse.ArgumentParser:
         added.add_argument("--threads", type=_whole(1), default=1, help="threads of a task [1]")
 
     added = command("begin", _begin, "Begin a dataset, or take up and extend the one that is there; renders nothing")
-    recipe(added), scratch(added)
+    recipe(added)
+    scratch(added)
     added = command("task", _task, "Make the missing shards of a part of a dataset that was begun")
     added.add_argument("--part", type=_part, default=(0, 1), metavar="K/M", help="shards K, K+M, K+2M, ... [0/1]")
-    threads(added), scratch(added)
+    threads(added)
+    scratch(added)
     added = command("finish", _finish, "Check that all is there, and write card and metadata")
     scratch(added)
     command("status", _status, "Say how far it is; exit status 1 where shards are missing")
     added = command("generate", _generate, "All of it: begin, a task for each missing shard, finish")
     added.add_argument("--engine", choices=ENGINES, default="ray", help="what runs the tasks [ray]")
     added.add_argument("--retries", type=_whole(0), default=5, help="how often a task is repeated at most [5]")
-    recipe(added), threads(added), scratch(added)
+    recipe(added)
+    threads(added)
+    scratch(added)
     return parser
 
 

@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import operator
 import os
 import socket
 import time
@@ -9,7 +10,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from sheetlight._arguments import local
 from sheetlight._gen import Stop
+from sheetlight._program import _seed as known_seed
 from sheetlight._recipe import Recipe, reload_arguments
 
 from . import program
@@ -30,7 +33,7 @@ def begin(
     n: int,
     url: str | os.PathLike[str],
     *,
-    seed: int = 0,
+    seed: int | None = None,
     samples_per_shard: int | None = None,
     overrides: Mapping[str, Any] | Sequence[str] = (),
     scratch: str | os.PathLike[str] | None = None,
@@ -43,7 +46,8 @@ def begin(
         recipe: a loaded one, or what `Recipe.load` takes: a YAML file, the name of a built-in recipe
         n: samples of the whole dataset
         url: a folder, or `s3://`, `gs://`, `az://`, `hf://buckets/`
-        seed: seed of all draws
+        seed: seed of all draws; None for that of the dataset whose folder the recipe was loaded from (`Recipe.seed`), else that
+            of the dataset that is there, else 0
         samples_per_shard: samples in a shard; None leaves it to the dataset that is there, or to the recipe
         overrides: changed keys of the recipe, for instance {"camera.tilt_deg": 30}, or as `gen --set` takes them,
             ["camera.tilt_deg=30"]
@@ -58,8 +62,13 @@ def begin(
     """
     store = Store(url)
     changes, texts = (overrides, ()) if isinstance(overrides, Mapping) else ({}, overrides)
-    asked = [*reload_arguments(recipe, changes), *(word for text in texts for word in ("--set", text))]
-    asked += ["--n", str(n), "--seed", str(seed), "--part", program.NO_SHARD]
+    try:
+        if not isinstance(recipe, Recipe):
+            recipe = local("recipe", recipe, "copy the recipe to this machine")
+        asked = [*reload_arguments(recipe, changes), *(word for text in texts for word in ("--set", text))]
+    except (TypeError, ValueError) as fault:
+        raise Refusal(str(fault)) from None
+    asked += ["--n", str(n), "--part", program.NO_SHARD]
     if samples_per_shard is not None:
         asked += ["--samples-per-shard", str(samples_per_shard)]
     while True:
@@ -67,11 +76,15 @@ def begin(
         with scratch_folder(scratch) as folder:
             if there is not None:
                 (folder / DATASET).write_bytes(there)
+            drawn = known_seed(recipe, str(folder)) if seed is None else seed
+            of_seed = [] if drawn is None else ["--seed", str(drawn)]
             try:
-                program.run([*asked, "--out", str(folder)], folder, store.url)
+                program.run([*asked, *of_seed, "--out", str(folder)], folder, store.url)
             except Interruption as fault:
                 # Nothing was rendered: what it says is of the recipe, or of the dataset that is there.
                 raise Refusal(str(fault)) from None
+            if not (folder / DATASET).is_file():
+                raise program.no_gen()
             document = (folder / DATASET).read_bytes()
             head = json.loads(document)
             if document == there:
@@ -192,7 +205,10 @@ def make(
     Raises:
         Refusal, Interruption: as `make_shard`.
     """
-    k, m = part
+    try:
+        k, m = (operator.index(number) for number in part)
+    except (TypeError, ValueError):
+        raise Refusal(f"part {part!r}: give two whole numbers (k, m), for instance (0, 4) for the first of four parts") from None
     if not 0 <= k < m:
         raise Refusal(f"part {k}/{m}: give k/m with 0 <= k < m, for instance 0/4 for the first of four parts")
     store = Store(url)

@@ -12,6 +12,7 @@ from sheetlight import _gen
 
 from .errors import Interruption, Refusal
 from .scratch import scratch_folder
+from .store import FULL
 
 NO_SHARD = "100000/100001"
 """The part of a dataset that holds no shard, as a dataset has at most 100 000: `gen` begins it and renders nothing."""
@@ -35,11 +36,14 @@ def run(arguments: Sequence[str], scratch: Path, place: str, stop: _gen.Stop | N
     Raises:
         Refusal: the arguments cannot be used.
         Interruption: it ended otherwise than well.
+        OSError: the disk of the scratch folder is full, which `scratch_folder` tells.
     """
     try:
         return _gen.run_json(arguments, stop=stop)
     except _gen.GenError as fault:
         said = str(fault).replace(str(scratch), place).strip()
+        if number := next((number for number in FULL if os.strerror(number) in said), None):
+            raise OSError(number, os.strerror(number)) from None
         if fault.status in (USAGE, 0):  # 0 of a program that is no gen
             raise Refusal(said) from None
         raise Interruption(said) from None
@@ -48,7 +52,7 @@ def run(arguments: Sequence[str], scratch: Path, place: str, stop: _gen.Stop | N
 
 
 @functools.lru_cache
-def _writer(command: tuple[str, ...], scratch: str | os.PathLike[str] | None) -> tuple[str, str]:
+def _writer(command: tuple[str, ...], scratch: str | None) -> tuple[str, str]:
     """Version and target of `gen` on this machine, as it writes them into a dataset that it begins."""
     with scratch_folder(scratch) as folder:
         asked = ["--recipe", "wood-small", "--n", "1", "--part", NO_SHARD, "--out", str(folder)]
@@ -57,10 +61,15 @@ def _writer(command: tuple[str, ...], scratch: str | os.PathLike[str] | None) ->
             head = json.loads((folder / "dataset.json").read_bytes())
             return head["generator"]["version"], head["target"]
         except (FileNotFoundError, ValueError, KeyError):
-            raise Refusal(
-                f"{' '.join(command)} on {socket.gethostname()} is no gen; install sheetlight again, or let {_gen.VARIABLE} "
-                "name the program"
-            ) from None
+            raise no_gen() from None
+
+
+def no_gen() -> Refusal:
+    """The fault of a program that ends well and writes no dataset."""
+    return Refusal(
+        f"{' '.join(_gen.command())} on {socket.gethostname()} is no gen; install sheetlight again, or let {_gen.VARIABLE} "
+        "name the program"
+    )
 
 
 def check_writer(head: dict[str, Any], url: str, scratch: str | os.PathLike[str] | None) -> None:
@@ -76,7 +85,7 @@ def check_writer(head: dict[str, Any], url: str, scratch: str | os.PathLike[str]
         Interruption: it ended otherwise than well, or the scratch folder is full.
     """
     version, target = head["generator"]["version"], head["target"]
-    here = _writer(tuple(_gen.command()), scratch)
+    here = _writer(tuple(_gen.command()), None if scratch is None else os.fspath(scratch))
     if here == (version, target):
         return
     remedy = f"install sheetlight {version}" if here[0] != version else "take machines of one kind"

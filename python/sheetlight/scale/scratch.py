@@ -15,7 +15,7 @@ from .errors import Interruption, Refusal
 try:
     import fcntl
 except ImportError:  # no Linux, no macOS: what a killed task leaves stays
-    fcntl = None
+    fcntl = None  # type: ignore[assignment]
 
 VARIABLE = "SHEETLIGHT_SCRATCH"
 """Environment variable that names the folder of scratch folders, where it is not said otherwise."""
@@ -71,7 +71,7 @@ def _check_owner(base: Path) -> None:
         return
     raise Refusal(
         f"{base} on {socket.gethostname()}: {what}, and is not used for scratch folders; remove it, or name another folder "
-        f"(scratch, {VARIABLE})"
+        f"(--scratch, {VARIABLE})"
     )
 
 
@@ -129,7 +129,7 @@ def _sweep(base: Path) -> None:
 
 def _told(base: Path, fault: OSError) -> Interruption:
     what = f"{base} on {socket.gethostname()}: cannot use it for scratch folders: {fault.strerror}"
-    return Interruption(f"{what}; make room there, or name another folder (scratch, {VARIABLE})")
+    return Interruption(f"{what}; make room there, or name another folder (--scratch, {VARIABLE})")
 
 
 def _user() -> str:

@@ -6,11 +6,13 @@ is locked: whoever writes a file of a dataset writes the same bytes.
 
 import errno
 import itertools
+import logging
 import os
 import random
 import re
 import shutil
 import threading
+import time
 import uuid
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
@@ -22,6 +24,8 @@ from .errors import Interruption, Refusal
 
 Result = TypeVar("Result")
 
+LOG = logging.getLogger("sheetlight.scale")
+
 ATTEMPTS = 6
 """How often a request is tried."""
 
@@ -31,11 +35,17 @@ FIRST_PAUSE_S = 0.25
 MOST_PAUSE_S = 8.0
 """Longest pause between attempts [s]."""
 
+SILENCE_S = 2.0
+"""How long attempts may fail before that is logged [s]; Python writes it to standard error unless logging is set up otherwise."""
+
 REQUESTS = 8
 """Requests at the same time. An upload holds up to 100 MB of its file in memory."""
 
 TEMPORARY = re.compile(r"^\.tmp-.+\.[0-9a-f]{32}$")
 """Names that files of a folder have while they are written."""
+
+ONE_SLASH = re.compile(r"([A-Za-z][A-Za-z0-9+.-]+):/")
+"""How URLs begin that lack a slash; a drive letter of Windows is no protocol."""
 
 EXTRAS = {"s3": "s3", "s3a": "s3", "gs": "gs", "gcs": "gs", "az": "az", "abfs": "az", "abfss": "az", "hf": "hf"}
 """Protocols of object stores, and the extra of this package that brings what they need."""
@@ -143,6 +153,7 @@ class Store:
         self, what: str, path: str, attempt: Callable[[], Result], passing: tuple[type[Exception], ...] = ()
     ) -> Result:
         """Tries until it works or trying does not help; `passing` exceptions are results."""
+        begun, told = time.monotonic(), False
         for number in range(ATTEMPTS):
             if self._stop.is_set():
                 raise Interruption(f"{self.at(path)}: stopped, and did not {what} it; run the same again")
@@ -155,6 +166,9 @@ class Store:
                     raise self._refusal(what, path, fault) from None
                 last = fault
             if number + 1 < ATTEMPTS:
+                if not told and time.monotonic() - begun > SILENCE_S:
+                    told = True
+                    LOG.warning("%s: cannot %s it yet: %s; trying again", self.at(path), what, _words(last))
                 self._stop.wait(min(FIRST_PAUSE_S * 2**number, MOST_PAUSE_S) * random.uniform(0.5, 1))
         raise Interruption(
             f"{self.at(path)}: cannot {what} it after {ATTEMPTS} attempts: {_words(last)}; "
@@ -223,7 +237,15 @@ def _place(url: str) -> tuple[str, _Place]:
     """The URL without what depends on the working folder, and what reads and writes there."""
     protocol, separator, rest = url.partition("://")
     if not separator or protocol == "file":
-        path = Path(unquote(urlsplit(url).path) if separator else url).expanduser().absolute()
+        named = unquote(urlsplit(url).path) if separator else url
+        if not named:
+            raise Refusal(f"{url!r} names no folder; give a path, . for the working directory, or a URL such as s3://bucket/planks")
+        if separator and not rest.startswith(("/", "localhost/")):
+            raise Refusal(f"{url}: names another machine; give file:///PATH, three slashes, or the path alone")
+        if not separator and (lacking := ONE_SLASH.match(url)):
+            meant = f"{lacking[1]}://{url[lacking.end():]}"
+            raise Refusal(f"{url}: a URL has two slashes, {meant}, which pathlib makes one; give it as a text, or ./{url} for a folder")
+        path = Path(named).expanduser().absolute()
         return str(path), _Folder(path)
     host = rest.partition("/")[0]
     if ":" in host.rpartition("@")[0] or "?" in rest:
@@ -239,7 +261,7 @@ def _place(url: str) -> tuple[str, _Place]:
             f"{url}: each file written to a repository of the hub is a commit of its own; write to a bucket, "
             "hf://buckets/OWNER/NAME/..., or to a folder and run `hf upload-large-folder`"
         )
-    if not rest.strip("/"):
+    if not host:
         raise Refusal(f"{url}: names no bucket; give for instance {protocol}://bucket/planks")
     try:
         import fsspec

@@ -1,7 +1,7 @@
 """What runs the tasks. An engine is a module with a function `run`, which makes shards and yields what came of each."""
 
 import importlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Generator, Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -44,7 +44,7 @@ class Outcome:
 class Engine(Protocol):
     """What a module of an engine offers."""
 
-    def run(self, tasks: Tasks) -> Iterator[Outcome]:
+    def run(self, tasks: Tasks) -> Generator[Outcome, None, None]:
         """Makes shards and yields as they are done. A Refusal stops all and is raised; shards whose retries are used up are
         outcomes with a fault. Stops what it started when the iterator is closed."""
 

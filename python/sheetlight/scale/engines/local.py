@@ -2,7 +2,7 @@
 
 import concurrent.futures
 import os
-from collections.abc import Iterator
+from collections.abc import Generator
 from typing import Any
 
 from sheetlight import _gen
@@ -15,7 +15,7 @@ PAUSE_S = 0.5
 """Pause before a task is repeated [s]."""
 
 
-def run(tasks: Tasks) -> Iterator[Outcome]:
+def run(tasks: Tasks) -> Generator[Outcome, None, None]:
     """Makes shards. Option "workers": tasks side by side, else as many as the cores allow."""
     options = dict(tasks.options)
     workers = options.pop("workers", None)
@@ -25,13 +25,15 @@ def run(tasks: Tasks) -> Iterator[Outcome]:
     stop = _gen.Stop()
 
     def task(shard: int) -> dict[str, Any]:
-        for left in reversed(range(tasks.retries + 1)):
+        left = tasks.retries
+        while True:
             try:
                 return make_one(tasks.url, shard, tasks.threads, tasks.scratch, stop)
             except Interruption:
                 # Ctrl-C stops `gen` too, perhaps before it is known here.
                 if not left or stop.wait(PAUSE_S):
                     raise
+                left -= 1
 
     with concurrent.futures.ThreadPoolExecutor(workers) as pool:
         shards = {pool.submit(task, shard): shard for shard in tasks.shards}

@@ -1,6 +1,6 @@
 """Ray: one task for each shard, with Ray's own retries and resources."""
 
-from collections.abc import Iterator
+from collections.abc import Generator
 
 import ray
 
@@ -12,7 +12,7 @@ WINDOW = 2000
 """Tasks that Ray knows of at a time: enough to make a cluster grow, few enough to hold."""
 
 
-def run(tasks: Tasks) -> Iterator[Outcome]:
+def run(tasks: Tasks) -> Generator[Outcome, None, None]:
     """Makes shards on the cluster that this process is connected to, or else on the one that `ray.init()` finds or starts.
 
     Options are those of `ray.remote`, for instance {"memory": 2e9, "resources": {"render": 1}}.
@@ -29,7 +29,7 @@ def run(tasks: Tasks) -> Iterator[Outcome]:
             ray.shutdown()
 
 
-def _run(tasks: Tasks) -> Iterator[Outcome]:
+def _run(tasks: Tasks) -> Generator[Outcome, None, None]:
     asked = {"num_cpus": tasks.threads, "max_retries": tasks.retries, "retry_exceptions": [Interruption]}
     try:
         task = ray.remote(make_shard).options(name="sheetlight shard", **(asked | dict(tasks.options)))
