@@ -244,7 +244,9 @@ def _place(url: str) -> tuple[str, _Place]:
             raise Refusal(f"{url}: names another machine; give file:///PATH, three slashes, or the path alone")
         if not separator and (lacking := ONE_SLASH.match(url)):
             meant = f"{lacking[1]}://{url[lacking.end():]}"
-            raise Refusal(f"{url}: a URL has two slashes, {meant}, which pathlib makes one; give it as a text, or ./{url} for a folder")
+            raise Refusal(
+                f"{url}: a URL has two slashes, {meant}, of which pathlib leaves one; give it as a text, or ./{url} for a folder"
+            )
         path = Path(named).expanduser().absolute()
         return str(path), _Folder(path)
     host = rest.partition("/")[0]
