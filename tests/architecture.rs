@@ -4,7 +4,7 @@ use std::fs;
 use std::path::PathBuf;
 
 /// Crate, and the crates of this workspace that it may use. What is not here may use all.
-const CRATES: [(&str, &[&str]); 16] = [
+const CRATES: [(&str, &[&str]); 17] = [
     ("procedural", &[]),
     ("output_schema", &[]),
     ("crates/numerics", &[]),
@@ -19,6 +19,22 @@ const CRATES: [(&str, &[&str]); 16] = [
     ("crates/dataset", &["bench", "numerics", "output_schema", "procedural"]),
     ("crates/tools", &["bench", "dataset", "drawing", "output_schema", "procedural", "recipe", "yaml"]),
     ("crates/pipeline", &["bench", "dataset", "procedural", "recipe", "reference", "scanner", "transport"]),
+    (
+        "crates/fit",
+        &[
+            "bench",
+            "dataset",
+            "drawing",
+            "numerics",
+            "output_schema",
+            "pipeline",
+            "procedural",
+            "recipe",
+            "scanner",
+            "tools",
+            "yaml",
+        ],
+    ),
     ("crates/python", &["sheetlight"]),
     (
         "crates/study",

@@ -1,5 +1,5 @@
 //! The command line: `gen --recipe R --n N`, `gen preview`, `gen rig`, `gen list`, `gen validate`, `gen recipe`, `gen schema`,
-//! `gen transport`, `gen study`, `gen compare`, `gen finish`, `gen icon`, `gen fibres`, `gen check`, `gen export`, `gen report`, `gen completions`, `gen man`.
+//! `gen transport`, `gen study`, `gen compare`, `gen fit`, `gen finish`, `gen icon`, `gen fibres`, `gen check`, `gen export`, `gen report`, `gen completions`, `gen man`.
 //!
 //! Exit status: 0 done, 1 faults or refusal, 2 unusable arguments, 3 an accuracy below what was asked for, 130 stopped by Ctrl-C.
 
@@ -10,6 +10,7 @@ mod console;
 mod export;
 mod fibres;
 mod finish;
+mod fit;
 mod generate;
 mod icon;
 mod list;
@@ -53,6 +54,7 @@ use progress::Progress;
   gen transport --medium clear-wood --model path               light inside plane layers
   gen study point                                              a point of light on wood, by every model
   gen compare planks scans                                     simulated beside real: noise, speckle, plots
+  gen fit --recipe mine.yaml --real scans               the recipe's numbers from scans of a real camera
   gen check planks --model knots.onnx                          what a trained model makes of it
   gen export coco planks --out planks-coco                     in other people's formats, without rendering again
   gen report planks                                            one page for people, planks/reports/report.html
@@ -98,6 +100,8 @@ enum Command {
     },
     /// Put the statistics of a simulated and a real scan side by side: noise, speckle, distances, plots
     Compare(compare::CompareArgs),
+    /// Turn scans of a real camera into a recipe: which values of its keys make simulated scans look like them
+    Fit(Box<fit::FitArgs>),
     /// Run a trained model (ONNX) over a dataset: confusion, accuracy, calibration, slices, the worst answers
     Check(check::CheckArgs),
     /// Write a dataset in other people's formats: COCO, MVTec AD folders, WebDataset, PNG, files of the real camera
@@ -262,6 +266,7 @@ fn obey(cli: Cli, console: &Console) -> CommandResult {
         Some(Command::Transport(arguments)) => transport::run(&arguments, console),
         Some(Command::Study { what }) => study::run(&what, console),
         Some(Command::Compare(arguments)) => compare::run(&arguments, console),
+        Some(Command::Fit(arguments)) => fit::run(&arguments, console),
         Some(Command::Check(arguments)) => check::run(&arguments, console),
         Some(Command::Export { format }) => export::run(&format, console),
         Some(Command::Report(arguments)) => report::run(&arguments, console),

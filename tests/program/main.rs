@@ -7,6 +7,7 @@ mod determinism;
 mod engines;
 mod faults;
 mod files;
+mod fit;
 mod options;
 mod output;
 mod progress;

@@ -335,7 +335,7 @@ fn nothing_is_guessed() {
     let run = sample.place.done(&format!("compare {png} {png} {counts}"));
     assert!(run.err.contains("holds for both"), "{}", run.err);
     let run = sample.place.run(&format!("compare {png} {png} {counts} --scatter maps/scatter/00000000.png"));
-    assert!(run.code == 2 && run.err.contains("both sides are one file of Range"), "{}", run.err);
+    assert!(run.code == 2 && run.err.contains("several sides are one file of Range"), "{}", run.err);
 }
 
 /// Files that claim more than can be compared, that never end or are no files, are refused before they take memory.

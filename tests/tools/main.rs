@@ -2,6 +2,7 @@
 
 mod compare;
 mod compare_files;
+mod compare_gap;
 mod export_faults;
 mod export_parts;
 mod icon;

@@ -34,6 +34,11 @@ impl std::str::FromStr for Change {
     }
 }
 
+/// A recipe's text with changes, in a section `set` where it has none that names them.
+pub fn changed_text(text: &str, changes: &[Change]) -> String {
+    changed(text, changes).text
+}
+
 /// A text with changes, and the first line that is not its own.
 pub(super) struct ChangedText {
     pub text: String,

@@ -31,7 +31,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use procedural::wood::Stem;
-use procedural::{Mesh, Stream};
+use procedural::{Mesh, Parameter, Stream};
 
 use self::correlation::ScoreMixture;
 use self::keys::settings::Settings;
@@ -44,7 +44,7 @@ use bench::settings::{
 use bench::split::Split;
 
 pub use self::canonical::differences;
-pub use self::changes::Change;
+pub use self::changes::{Change, changed_text};
 pub use self::class::Class;
 pub use self::distribution::Distribution;
 pub use self::embedded::{BuiltInRecipe, RecipeError};
@@ -297,6 +297,36 @@ impl Recipe {
     pub fn distribution(&self, class: &str, path: &str) -> Option<&Distribution> {
         let class = self.classes.iter().find(|known| known.name == class)?;
         class.overrides.get(path).or_else(|| self.parameters.get(path))
+    }
+
+    /// Every parameter of its objects and its bench with the distribution that classes change, in the order of sections.
+    pub fn parameters(&self) -> impl Iterator<Item = (&'static Parameter, &Distribution)> {
+        let of_subject = keys::parameters(Some(self.subject));
+        of_subject.filter_map(|parameter| Some((parameter, self.parameters.get(&parameter.path())?)))
+    }
+
+    /// Whether the key at `path` goes with others in its draws.
+    pub fn is_correlated(&self, path: &str) -> bool {
+        self.mixtures.iter().any(|mixture| mixture.of(path).is_some())
+    }
+
+    /// Whether a class has a distribution of its own for the key at `path`.
+    pub fn is_changed_by_class(&self, path: &str) -> bool {
+        self.classes.iter().any(|class| class.overrides.contains_key(path))
+    }
+
+    /// The same recipe with one value for some keys, each within the bounds of its distribution here, in every class. Text and hash
+    /// remain those of this one, so what is drawn has its ids; it is meant for samples that nobody keeps.
+    #[must_use]
+    pub fn with_values<'a>(&self, values: impl IntoIterator<Item = (&'a str, f64)>) -> Self {
+        let mut fixed = self.clone();
+        for (path, value) in values {
+            fixed.parameters.insert(path.to_owned(), Distribution::Fixed(value));
+            fixed.classes.iter_mut().for_each(|class| {
+                class.overrides.remove(path);
+            });
+        }
+        fixed
     }
 
     /// The text that the recipe was read from.

@@ -1,6 +1,6 @@
 //! `gen compare`: a simulated and a real scan side by side.
 
-mod scale;
+pub(super) mod scale;
 
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
@@ -13,7 +13,12 @@ use super::progress::Progress;
 use super::{CommandResult, DONE, UsageError, output, print};
 use dataset::{Dataset, Fault};
 use scale::ScaleArgs;
-use tools::compare::{Comparison, ScanSource, ScanStatistics, StatisticsBuilder};
+use tools::compare::{Comparison, Gap, GapJob, GapSide, GapStop, ScanSource, ScanStatistics, StatisticsBuilder};
+
+/// Names the Python of `--gap`.
+const PYTHON_VARIABLE: &str = "SHEETLIGHT_PYTHON";
+/// The Python of `--gap` where none is named.
+const DEFAULT_PYTHON: &str = if cfg!(windows) { "python" } else { "python3" };
 
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
@@ -23,6 +28,8 @@ use tools::compare::{Comparison, ScanSource, ScanStatistics, StatisticsBuilder};
   gen compare planks real.json --json > both.json  for programs
   gen compare planks part.png --um-per-count 2.5 --missing 0 --reflectance light.png --bits 10
                                                    heights as counts of a picture, with reflectance
+  gen compare planks scans/ --gap --python .venv/bin/python
+                                                   how well a classifier tells them apart
   gen compare planks cloud.ply --mm-per-count 1    points of a scan
 
 Either side is a dataset, a folder of scans, or one scan: .exr of a dataset, .xml with .dat of
@@ -44,6 +51,13 @@ pub(super) struct CompareArgs {
     /// Print JSON instead of the table
     #[arg(long)]
     json: bool,
+    /// Train a classifier to tell both sides apart, and print its accuracy on windows that it has not seen: 0.5 where
+    /// it cannot. Takes a minute or two, and Python with numpy and torch
+    #[arg(long)]
+    gap: bool,
+    /// Python for --gap [default: $SHEETLIGHT_PYTHON, else python3]
+    #[arg(long, value_name = "PROGRAM", requires = "gap")]
+    python: Option<PathBuf>,
     #[command(flatten)]
     scale: ScaleArgs,
 }
@@ -65,9 +79,11 @@ pub(super) fn run(arguments: &CompareArgs, console: &Console) -> CommandResult {
     arguments.scale.apply(&stated, &mut sides, console)?;
     let [sim, real] = sides;
     let is_stated = [&sim, &real].map(|side| !side.stated_forms().is_empty());
+    let mut windows = [&sim, &real].map(|side| arguments.gap.then(|| GapSide::new(side.len())));
     let [sim, real] = {
         let progress = Progress::new(console, "scans", Some((sim.len() + real.len()) as u64));
-        [statistics(&sim, &arguments.sim, &progress)?, statistics(&real, &arguments.real, &progress)?]
+        let [ours, theirs] = windows.each_mut().map(Option::as_mut);
+        [statistics(&sim, &arguments.sim, ours, &progress)?, statistics(&real, &arguments.real, theirs, &progress)?]
     };
     let is_dark = |side: &ScanStatistics| side.least_reflectance.is_none() && side.scatter.is_none();
     if stated.bits.is_some() && [&sim, &real].into_iter().zip(is_stated).all(|(side, stated)| !stated || is_dark(side))
@@ -83,7 +99,11 @@ pub(super) fn run(arguments: &CompareArgs, console: &Console) -> CommandResult {
                       the recipe)";
         return Err(Fault::at(&arguments.real, what, remedy).into());
     }
-    let comparison = Comparison { sim, real };
+    let gap = match &windows {
+        [Some(sim), Some(real)] => Some(gap(arguments, sim, real, console)?),
+        _ => None,
+    };
+    let comparison = Comparison { sim, real, gap };
     print(&if arguments.json { format!("{:#}\n", comparison.json()) } else { comparison.table() })?;
     if let Some(out) = &arguments.out {
         let page = comparison.page();
@@ -95,7 +115,33 @@ pub(super) fn run(arguments: &CompareArgs, console: &Console) -> CommandResult {
     Ok(DONE)
 }
 
-fn statistics(source: &ScanSource, path: &Path, progress: &Progress) -> Result<ScanStatistics, Fault> {
+/// Trains and judges the classifier, and says what is good to know about it.
+fn gap(arguments: &CompareArgs, sim: &GapSide, real: &GapSide, console: &Console) -> Result<Gap, Fault> {
+    let named = std::env::var_os(PYTHON_VARIABLE).filter(|name| !name.is_empty()).map(PathBuf::from);
+    let python = arguments.python.clone().or(named).unwrap_or_else(|| DEFAULT_PYTHON.into());
+    let job = GapJob::new(sim, real, [&arguments.sim, &arguments.real])?;
+    let stop = GapStop::default();
+    console.on_stop({
+        let stop = stop.clone();
+        move || {
+            stop.now();
+            "nothing is written".into()
+        }
+    });
+    let found = {
+        let progress = Progress::new(console, "networks", Some(job.folds()));
+        job.run(&python, &stop, &|folds| progress.add(folds))?
+    };
+    found.notes.iter().for_each(|note| console.note(&format!("note: {note}")));
+    Ok(found)
+}
+
+fn statistics(
+    source: &ScanSource,
+    path: &Path,
+    mut windows: Option<&mut GapSide>,
+    progress: &Progress,
+) -> Result<ScanStatistics, Fault> {
     let mut builder = StatisticsBuilder::new(source.name());
     let mut unit = None;
     for i in 0..source.len() {
@@ -106,6 +152,9 @@ fn statistics(source: &ScanSource, path: &Path, progress: &Progress) -> Result<S
             return Err(Fault::new(frame.name, what, "compare scans of one kind"));
         }
         builder.add(&frame);
+        if let Some(windows) = &mut windows {
+            windows.add(&frame);
+        }
         progress.add(1);
     }
     let found = builder.statistics();

@@ -11,7 +11,7 @@ use tools::compare::{CountScale, CsvForm, MissingNumber, ScanSource, StatedScale
 
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Files of bare numbers (.png, .tif, .csv, .ply)")]
-pub(super) struct ScaleArgs {
+pub(in crate::cli) struct ScaleArgs {
     /// What one count of Range is, in mm; 1 where the numbers are mm already
     #[arg(long, value_name = "MM", value_parser = positive, conflicts_with_all = ["um_per_count", "px_per_count"])]
     mm_per_count: Option<f64>,
@@ -58,7 +58,7 @@ enum CsvChoice {
 
 impl ScaleArgs {
     /// What is stated of Range and digital numbers.
-    pub(super) fn stated(&self) -> StatedScale {
+    pub(in crate::cli) fn stated(&self) -> StatedScale {
         let mm = self.mm_per_count.or(self.um_per_count.map(|um| um * 1e-3)).map(CountScale::Mm);
         StatedScale {
             count: mm.or(self.px_per_count.map(CountScale::Px)),
@@ -76,19 +76,18 @@ impl ScaleArgs {
     }
 
     /// Gives the side that is one map its other maps; refuses what has no effect, and says where one scale holds for both sides.
-    pub(super) fn apply(
+    pub(in crate::cli) fn apply(
         &self,
         stated: &StatedScale,
-        sides: &mut [ScanSource; 2],
+        sides: &mut [ScanSource],
         console: &Console,
     ) -> Result<(), Box<dyn Error + Send + Sync>> {
-        let forms = sides.each_ref().map(ScanSource::stated_forms);
+        let forms: Vec<_> = sides.iter().map(ScanSource::stated_forms).collect();
         if let Some(what) = stated.without_effect(&forms.concat()) {
             return Err(UsageError(what).into());
         }
-        if forms.iter().all(|forms| !forms.is_empty()) && *stated != StatedScale::default() {
-            console
-                .note("note: both sides are files of bare numbers, and what is stated of their scale holds for both");
+        if forms.len() > 1 && forms.iter().all(|forms| !forms.is_empty()) && *stated != StatedScale::default() {
+            console.note("note: all sides are files of bare numbers, and what is stated of their scale holds for each");
         }
         let option = if self.reflectance.is_some() { "--reflectance" } else { "--scatter" };
         if self.reflectance.is_some() || self.scatter.is_some() {
@@ -99,7 +98,7 @@ impl ScaleArgs {
                     return Err(UsageError(format!("{option}: {what}")).into());
                 }
                 _ => {
-                    let what = "both sides are one file of Range; name them NAME.range.png and NAME.reflectance.png, so that each has \
+                    let what = "several sides are one file of Range; name them NAME.range.png and NAME.reflectance.png, so that each has \
                                 its own";
                     return Err(UsageError(format!("{option}: {what}")).into());
                 }

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use super::distribution::{DistributionDistance, EmpiricalDistribution};
 use super::noise::ScanDirection;
-use super::{ScanStatistics, plots};
+use super::{Gap, ScanStatistics, plots};
 
 /// Version of the document's layout.
 const SCHEMA_VERSION: u32 = 1;
@@ -19,6 +19,8 @@ pub struct Comparison {
     pub sim: ScanStatistics,
     /// The real one, as a rule.
     pub real: ScanStatistics,
+    /// How well a classifier tells them apart; `None` where nobody asked.
+    pub gap: Option<Gap>,
 }
 
 /// How far the two sides lie apart in one statistic.
@@ -106,6 +108,9 @@ impl Comparison {
             let counts = format!("{} and {}", d.counts[0], d.counts[1]);
             let _ = writeln!(text, "{name:20}{:>10.4}{p:>10}{:>24}{counts:>28}", d.ks, apart.trim());
         }
+        if let Some(gap) = &self.gap {
+            let _ = write!(text, "\n{}", gap.table());
+        }
         text
     }
 
@@ -120,13 +125,17 @@ impl Comparison {
                 (key.replace(' ', "_").to_lowercase(), found.map_or(Value::Null, distance))
             })
             .collect();
-        json!({
+        let mut document = json!({
             "schema_version": SCHEMA_VERSION,
             "program": format!("gen {}", env!("CARGO_PKG_VERSION")),
             "sim": side(&self.sim),
             "real": side(&self.real),
             "distances": distances,
-        })
+        });
+        if let Some(gap) = &self.gap {
+            document["gap"] = gap.json();
+        }
+        document
     }
 
     /// The page of plots.
@@ -200,7 +209,7 @@ mod tests {
     fn unknown_is_told_as_unknown() {
         let real =
             ScanStatistics { name: "a name that is far too long for its column".into(), ..ScanStatistics::default() };
-        let comparison = Comparison { sim: ScanStatistics::default(), real };
+        let comparison = Comparison { sim: ScanStatistics::default(), real, gap: None };
         let table = comparison.table();
         assert_eq!(table.lines().next(), Some(format!("{:>92}", ".. long for its column").as_str()), "{table}");
         assert!(!table.contains("NaN") && table.lines().all(|line| line.chars().count() <= 92), "{table}");

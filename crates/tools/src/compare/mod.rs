@@ -12,6 +12,9 @@ mod csv_frame;
 mod dataset_frame;
 pub mod distribution;
 mod exr_frame;
+mod gap;
+mod gap_process;
+mod gap_windows;
 mod grey_image;
 mod json_frame;
 pub(crate) mod line_width;
@@ -26,9 +29,13 @@ pub mod speckle;
 mod stated_frame;
 mod stated_scale;
 mod statistics;
+pub mod summary;
 
 pub use comparison::{Comparison, StatisticDistance};
 pub(crate) use dataset_frame::frame_of;
+pub use gap::{Gap, GapAccuracy, GapJob};
+pub use gap_process::GapStop;
+pub use gap_windows::{GapPart, GapSide};
 pub use source::ScanSource;
 pub use stated_scale::{CountScale, CsvForm, MissingNumber, StatedForm, StatedScale};
 pub use statistics::{ScanStatistics, StatisticsBuilder};
@@ -104,6 +111,6 @@ pub struct ScanMaps {
 }
 
 /// What a digital number of `bits` is on the scale of 8 bits [1].
-fn to_eight_bits(bits: u64) -> f32 {
+pub fn to_eight_bits(bits: u64) -> f32 {
     if (9..=16).contains(&bits) { 255.0 / ((1u32 << bits) - 1) as f32 } else { 1.0 }
 }

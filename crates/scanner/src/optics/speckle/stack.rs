@@ -53,23 +53,30 @@ pub struct PatternCache {
     stream: Stream,
     /// Pairs of unlike patterns in its stacks, after which they begin again.
     unlike_pairs: usize,
+    /// Most stacks that are kept.
+    most: usize,
     kept: Mutex<Vec<(PatternKey, Arc<PatternStack>)>>,
 }
 
 impl PatternCache {
     /// An empty cache.
     pub fn new(seed: u64) -> Self {
-        Self::of_pairs(seed, STACK_PATTERNS / 2)
+        Self::of_pairs(seed, STACK_PATTERNS / 2, MAX_CACHED_STACKS)
     }
 
     /// An empty cache whose stacks repeat one pair of patterns: each is the speckle that it is in [`Self::new`], but changes
     /// with the height only between two patterns. For a look at few profiles, at one transform in place of sixteen.
     pub fn repeating(seed: u64) -> Self {
-        Self::of_pairs(seed, 1)
+        Self::of_pairs(seed, 1, MAX_CACHED_STACKS)
     }
 
-    fn of_pairs(seed: u64, unlike_pairs: usize) -> Self {
-        Self { stream: Stream::root(seed).child("speckle"), unlike_pairs, kept: Mutex::new(Vec::new()) }
+    /// An empty cache that keeps the stack used last alone, for where there are many caches.
+    pub fn keeping_one(seed: u64) -> Self {
+        Self::of_pairs(seed, STACK_PATTERNS / 2, 1)
+    }
+
+    fn of_pairs(seed: u64, unlike_pairs: usize, most: usize) -> Self {
+        Self { stream: Stream::root(seed).child("speckle"), unlike_pairs, most, kept: Mutex::new(Vec::new()) }
     }
 
     /// The stack for speckle of `grain` pixels; `patterns` are the numbers of independent ones in light from the
@@ -93,7 +100,7 @@ impl PatternCache {
             }
         };
         kept.insert(0, (key, stack.clone()));
-        kept.truncate(MAX_CACHED_STACKS);
+        kept.truncate(self.most);
         stack
     }
 }

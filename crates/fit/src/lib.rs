@@ -1,0 +1,28 @@
+//! Fitting a recipe to scans of a real camera: simulation-based inference over the summary statistics of scans.
+//!
+//! ```text
+//! recipe -> keys with priors -> scores -> simulated scans -> statistics --.
+//! real scans -> statistics, spreads of halves ----------------------------+-> Emulator -> Posterior -> scores of the next round
+//!                                                                          '-> Fit: keys, statistics before and after, misfit
+//! ```
+//!
+//! The first round draws scores from the prior, that is, from the recipe's own distributions; each further round draws them from the posterior
+//! so far, widened by a half, with a tenth from the prior. The posterior at the end is checked on simulated scans whose
+//! scores are known, and widened where they scatter more than it says ([`rounds`]). docs/fit.md has the equations and sources.
+
+mod emulator;
+mod observation;
+mod page;
+mod posterior;
+mod prior;
+mod recipe_text;
+mod result;
+mod rounds;
+mod simulator;
+mod store;
+
+pub use observation::{RealScan, ScanMask, ScanRegion};
+pub use prior::{FitKey, KeyFault, fit_keys};
+pub use recipe_text::{NewValue, with_new_values};
+pub use result::{Fit, FittedKey, KeyState, MapsOfScan, ScanFit, StatisticFit};
+pub use rounds::{FitOptions, FitProgress, fit};

@@ -1,0 +1,279 @@
+//! Posterior of the scores given the statistics of real scans: density, mode, draws.
+//!
+//! ln p(u | s) = -u^2 / 2 + sum over scans ln t_n(s; m(u), (1 + h(u)) V), where m and h are mean and doubt of the [`Emulator`] and t_n is Student's
+//! law that a covariance estimated from n + 1 scans calls for (Sellentin and Heavens 2016).
+//!
+//! **Misfit.** A real scan has things that no key of the recipe makes. V is therefore the emulator's scatter C with more variance
+//! in those of its principal directions in which the scan lies beyond what any scores reach: v' = max(v, z^2 / 4) for a residual z of more than
+//! 3.5 deviations at the mode, found by turns with the mode. This is the variance adjustment of robust synthetic likelihood (Frazier and
+//! Drovandi 2021) with its greatest value in place of a draw. Without it, one statistic out of reach would outvote all others.
+//!
+//! **Several scans.** Scores of the bench are one for all scans, scores of matter each scan's own, unless all scans are of one object.
+
+use hammer_and_sample::{DifferentialEvolution, MinChainLen, Mixture, Model, Serial, Stretch, sample};
+use nalgebra::{DMatrix, DVector};
+use procedural::{Stream, normal};
+
+use crate::emulator::{Emulator, cholesky};
+use crate::prior::MOST_SCORE;
+
+/// Residual beyond which a direction is out of reach [standard deviations].
+const OUT_OF_REACH: f64 = 3.5;
+/// Turns of mode and misfit.
+const TURNS: usize = 8;
+/// Steps of the search of a mode.
+const MODE_STEPS: usize = 60;
+/// Walkers for each score, and fewest of them.
+const WALKERS_PER_SCORE: usize = 6;
+const FEWEST_WALKERS: usize = 64;
+/// Steps of each walker that are forgotten, and those that are kept.
+const FORGOTTEN_STEPS: usize = 600;
+const KEPT_STEPS: usize = 900;
+/// Of the kept steps one in so many is handed out.
+const THINNED: usize = 15;
+
+/// Which scores belong to which scan.
+#[derive(Debug, Clone)]
+pub(crate) struct Layout {
+    /// For each scan, the place of each key's score in the whole vector.
+    places: Vec<Vec<usize>>,
+    /// Length of the whole vector.
+    pub length: usize,
+}
+
+impl Layout {
+    /// For so many scans; keys for which `is_shared` says so have one score for all of them.
+    pub fn new(is_shared: &[bool], scans: usize) -> Self {
+        let mut length = 0;
+        let mut shared = Vec::new();
+        for is_shared in is_shared {
+            shared.push(is_shared.then(|| {
+                length += 1;
+                length - 1
+            }));
+        }
+        let places = (0..scans)
+            .map(|_| {
+                let place = |shared: &Option<usize>| {
+                    shared.unwrap_or_else(|| {
+                        length += 1;
+                        length - 1
+                    })
+                };
+                shared.iter().map(place).collect()
+            })
+            .collect();
+        Self { places, length }
+    }
+
+    /// The scores of one scan.
+    pub fn of_scan(&self, scan: usize, whole: &[f64]) -> Vec<f64> {
+        self.places[scan].iter().map(|&place| whole[place]).collect()
+    }
+
+    /// Scans.
+    pub fn scans(&self) -> usize {
+        self.places.len()
+    }
+
+    /// The whole vector in which every scan has these scores.
+    pub fn repeated(&self, scores: &[f64]) -> Vec<f64> {
+        let mut whole = vec![0.0; self.length];
+        for places in &self.places {
+            places.iter().zip(scores).for_each(|(&place, &score)| whole[place] = score);
+        }
+        whole
+    }
+}
+
+/// Statistics of a scan in the directions in which they scatter independently.
+struct Whitened {
+    /// `[directions, terms]`: terms to means.
+    means: DMatrix<f64>,
+    /// What the scan has.
+    target: DVector<f64>,
+    /// Variance of each direction over its scatter.
+    widened: Vec<f64>,
+}
+
+/// The posterior near the region of an emulator.
+pub(crate) struct Posterior<'a> {
+    emulator: &'a Emulator,
+    layout: &'a Layout,
+    scans: Vec<Whitened>,
+    /// Steps at which the search for a mode has ended, best first.
+    pub mode: Vec<f64>,
+}
+
+impl<'a> Posterior<'a> {
+    /// Given what scans have, from the best of some places to start at.
+    pub fn new(
+        emulator: &'a Emulator,
+        layout: &'a Layout,
+        observed: &[Vec<Option<f64>>],
+        starts: &[Vec<f64>],
+        robust: bool,
+    ) -> Self {
+        let scans = observed.iter().map(|statistics| Whitened::new(emulator, statistics)).collect();
+        let mut posterior = Self { emulator, layout, scans, mode: vec![0.0; layout.length] };
+        let best = |posterior: &Self, starts: &[Vec<f64>]| {
+            let modes = starts.iter().map(|start| posterior.climb(start));
+            let ranked = modes.map(|mode| (posterior.log_density(&mode), mode));
+            ranked
+                .max_by(|a, b| a.0.total_cmp(&b.0))
+                .map_or_else(|| vec![0.0; posterior.layout.length], |(_, mode)| mode)
+        };
+        posterior.mode = best(&posterior, starts);
+        for _ in 0..if robust { TURNS } else { 0 } {
+            for scan in 0..posterior.scans.len() {
+                let scores = layout.of_scan(scan, &posterior.mode);
+                let f = emulator.features(&scores);
+                posterior.scans[scan].widen(&f, 1.0 + emulator.doubt(&f));
+            }
+            let mut again: Vec<Vec<f64>> = starts.iter().take(2).cloned().collect();
+            again.push(posterior.mode.clone());
+            posterior.mode = best(&posterior, &again);
+        }
+        posterior
+    }
+
+    fn log_density(&self, whole: &[f64]) -> f64 {
+        if whole.iter().any(|score| score.abs() > MOST_SCORE || !score.is_finite()) {
+            return f64::NEG_INFINITY;
+        }
+        let mut sum = -0.5 * whole.iter().map(|score| score * score).sum::<f64>();
+        let n = self.emulator.freedom;
+        for (scan, whitened) in self.scans.iter().enumerate() {
+            let f = self.emulator.features(&self.layout.of_scan(scan, whole));
+            let h = 1.0 + self.emulator.doubt(&f);
+            let q = (&whitened.target - &whitened.means * &f).norm_squared() / h;
+            let count = whitened.target.len() as f64;
+            sum -= 0.5 * count * libm::log(h) + 0.5 * (n + count) * libm::log1p(q / n);
+        }
+        sum
+    }
+
+    /// Gradient of the squares and its normal matrix at a place (Gauss and Newton).
+    fn squares(&self, whole: &[f64]) -> (DVector<f64>, DMatrix<f64>) {
+        let mut gradient = DVector::from_column_slice(whole);
+        let mut normal = DMatrix::identity(whole.len(), whole.len());
+        for (scan, whitened) in self.scans.iter().enumerate() {
+            let scores = self.layout.of_scan(scan, whole);
+            let f = self.emulator.features(&scores);
+            let h = 1.0 + self.emulator.doubt(&f);
+            let rest = &whitened.means * &f - &whitened.target;
+            let slopes = &whitened.means * self.emulator.slopes(&scores);
+            let (g, m) = (slopes.tr_mul(&rest) / h, slopes.tr_mul(&slopes) / h);
+            let places = &self.layout.places[scan];
+            for (i, &a) in places.iter().enumerate() {
+                gradient[a] += g[i];
+                for (j, &b) in places.iter().enumerate() {
+                    normal[(a, b)] += m[(i, j)];
+                }
+            }
+        }
+        (gradient, normal)
+    }
+
+    /// A place of greatest density near `start` (Levenberg and Marquardt).
+    fn climb(&self, start: &[f64]) -> Vec<f64> {
+        let limit = MOST_SCORE - 0.01;
+        let mut here: Vec<f64> = start.iter().map(|score| score.clamp(-limit, limit)).collect();
+        let mut value = self.log_density(&here);
+        let mut damping = 1e-2;
+        for _ in 0..MODE_STEPS {
+            let (gradient, normal) = self.squares(&here);
+            let damped = &normal + DMatrix::from_diagonal(&normal.diagonal()) * damping;
+            let step = cholesky(&damped).solve(&gradient);
+            let next: Vec<f64> = here.iter().zip(step.iter()).map(|(u, s)| (u - s).clamp(-limit, limit)).collect();
+            let found = self.log_density(&next);
+            if found > value {
+                let gain = found - value;
+                (here, value, damping) = (next, found, damping * 0.3);
+                if gain < 1e-9 {
+                    break;
+                }
+            } else {
+                damping *= 4.0;
+                if damping > 1e8 {
+                    break;
+                }
+            }
+        }
+        here
+    }
+
+    /// Standard deviation of each score by the curvature at the mode.
+    pub fn deviations(&self) -> Vec<f64> {
+        let (_, normal) = self.squares(&self.mode);
+        cholesky(&normal).inverse().diagonal().iter().map(|variance| variance.sqrt()).collect()
+    }
+
+    /// Draws, by an ensemble of walkers that starts about the mode.
+    pub fn draws(&self, stream: Stream) -> Vec<Vec<f64>> {
+        let walkers = (WALKERS_PER_SCORE * self.layout.length).max(FEWEST_WALKERS) / 2 * 2;
+        let (_, normal) = self.squares(&self.mode);
+        let spread = cholesky(&cholesky(&normal).inverse());
+        let start = |w: usize| {
+            let mut rng = stream.child("walker").index(w as u64).rng();
+            let z = DVector::from_fn(self.layout.length, |_, _| normal_number(&mut rng));
+            let limit = MOST_SCORE - 0.05;
+            let place = spread.l() * z;
+            let place = self.mode.iter().zip(place.iter()).map(|(mode, d)| (mode + d).clamp(-limit, limit)).collect();
+            (place, rng)
+        };
+        let gamma = 2.38 / (2.0 * self.layout.length as f64).sqrt();
+        let moves = Mixture::from(((DifferentialEvolution::new(gamma, 1e-3), 2), (Stretch::default(), 1)));
+        let steps = FORGOTTEN_STEPS + KEPT_STEPS;
+        let (chain, _) = sample(self, &moves, (0..walkers).map(start), MinChainLen(steps * walkers), Serial);
+        chain.chunks(walkers).skip(FORGOTTEN_STEPS).step_by(THINNED).flatten().cloned().collect()
+    }
+}
+
+fn normal_number(rng: &mut impl rand::Rng) -> f64 {
+    normal(rng)
+}
+
+impl Model for Posterior<'_> {
+    type Params = Vec<f64>;
+
+    fn log_prob(&self, whole: &Self::Params) -> f64 {
+        self.log_density(whole)
+    }
+}
+
+impl Whitened {
+    fn new(emulator: &Emulator, statistics: &[Option<f64>]) -> Self {
+        let which: Vec<usize> = (0..statistics.len())
+            .filter(|&j| statistics[j].is_some() && emulator.known[j] && emulator.covariance[(j, j)] > 0.0)
+            .collect();
+        let n = which.len();
+        let deviation = |a: usize| emulator.covariance[(which[a], which[a])].sqrt();
+        let correlation =
+            DMatrix::from_fn(n, n, |a, b| emulator.covariance[(which[a], which[b])] / (deviation(a) * deviation(b)));
+        let eigen = correlation.symmetric_eigen();
+        let directions = DMatrix::from_fn(n, n, |e, a| {
+            eigen.eigenvectors[(a, e)] / (eigen.eigenvalues[e].max(1e-9).sqrt() * deviation(a))
+        });
+        let observed = DVector::from_fn(n, |a, _| statistics[which[a]].unwrap_or(0.0));
+        let coefficients =
+            DMatrix::from_fn(n, emulator.coefficients.nrows(), |a, t| emulator.coefficients[(t, which[a])]);
+        let (means, target) = (&directions * coefficients, &directions * observed);
+        Self { means, target, widened: vec![1.0; n] }
+    }
+
+    /// Gives each direction in which the residual at terms `f` is out of reach the variance that it needs; `h` is the mean's doubt.
+    fn widen(&mut self, f: &DVector<f64>, h: f64) {
+        let rest = &self.target - &self.means * f;
+        for e in 0..rest.len() {
+            // Residual in units of the scatter, whatever was given before.
+            let before = self.widened[e];
+            let z = rest[e] * before.sqrt() / h.sqrt();
+            let now = if z.abs() > OUT_OF_REACH { (0.25 * z * z).max(1.0) } else { 1.0 };
+            let factor = (before / now).sqrt();
+            self.target[e] *= factor;
+            self.means.row_mut(e).scale_mut(factor);
+            self.widened[e] = now;
+        }
+    }
+}

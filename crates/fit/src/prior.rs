@@ -1,0 +1,151 @@
+//! Keys that are fitted, and what a recipe says of them beforehand.
+//!
+//! A key is handled by its **score** u: with F the distribution function of its draws and G that of the standard normal law, its value is
+//! F^-1(G(u)). Beforehand all scores are then independent standard normal numbers, whatever the recipe's distributions are, and no
+//! value leaves the bounds of its distribution.
+
+use numerics::chance::{normal_below, normal_quantile};
+use procedural::Parameter;
+use recipe::{Distribution, Recipe};
+
+/// Sections that describe the bench.
+const BENCH: [&str; 5] = ["motion", "laser", "camera", "exposure", "speckle"];
+/// Sections that describe matter.
+const MATTER: [&str; 6] = ["media", "moisture", "material", "film", "foil", "tablet"];
+/// Scores farther away than this are not asked for.
+pub(crate) const MOST_SCORE: f64 = 3.5;
+
+/// A key that is fitted.
+#[derive(Debug, Clone)]
+pub struct FitKey {
+    /// Path in the recipe: `laser.waist_mm`.
+    pub path: String,
+    /// Its declaration.
+    pub parameter: &'static Parameter,
+    /// What the recipe draws it from.
+    pub prior: Distribution,
+    /// Whether it belongs to the bench, which all scans have in common.
+    pub is_bench: bool,
+}
+
+/// Why a key cannot be fitted: what is wrong, and what to do.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct KeyFault {
+    /// Path of the key, empty where it is about all.
+    pub key: String,
+    /// What is wrong.
+    pub problem: String,
+    /// What to do.
+    pub remedy: String,
+}
+
+impl FitKey {
+    /// The value at a score.
+    pub fn value(&self, score: f64) -> f64 {
+        self.prior.quantile(self.parameter, normal_below(score.clamp(-MOST_SCORE, MOST_SCORE)))
+    }
+
+    /// The score of a value: the middle of scores that have it.
+    pub fn score(&self, value: f64) -> f64 {
+        let below = |level: f64| {
+            let (mut low, mut high) = (0.0, 1.0);
+            for _ in 0..60 {
+                let middle = 0.5 * (low + high);
+                if self.prior.quantile(self.parameter, middle) < level {
+                    low = middle;
+                } else {
+                    high = middle;
+                }
+            }
+            0.5 * (low + high)
+        };
+        let step = 1e-12 * value.abs().max(1e-12);
+        let share = 0.5 * (below(value - step) + below(value + step));
+        normal_quantile(share.clamp(1e-6, 1.0 - 1e-6)).clamp(-MOST_SCORE, MOST_SCORE)
+    }
+
+    /// Whether it is best seen in a logarithmic scale.
+    pub fn is_log(&self) -> bool {
+        fn of(distribution: &Distribution) -> bool {
+            match distribution {
+                Distribution::LogUniform { .. } | Distribution::Lognormal { .. } => true,
+                Distribution::Truncated { of: inner, .. } => of(inner),
+                _ => false,
+            }
+        }
+        of(&self.prior)
+    }
+}
+
+/// Whether a distribution can draw more than one number.
+fn is_spread(distribution: &Distribution, parameter: &'static Parameter) -> bool {
+    let (min, max) = distribution.bounds(parameter);
+    min < max
+}
+
+/// The keys to fit: those that are named, else every key of bench and matter that the recipe draws from a distribution.
+///
+/// # Errors
+/// Every name at fault with its remedy; or that there is nothing to fit.
+pub fn fit_keys(recipe: &Recipe, named: &[String]) -> Result<Vec<FitKey>, Vec<KeyFault>> {
+    let key = |(parameter, distribution): (&'static Parameter, &Distribution)| FitKey {
+        path: parameter.path(),
+        parameter,
+        prior: distribution.clone(),
+        is_bench: BENCH.contains(&parameter.group),
+    };
+    if named.is_empty() {
+        let of_light = |parameter: &Parameter| BENCH.contains(&parameter.group) || MATTER.contains(&parameter.group);
+        let is_free = |path: &str| !recipe.is_correlated(path) && !recipe.is_changed_by_class(path);
+        let found: Vec<FitKey> = recipe
+            .parameters()
+            .filter(|(parameter, distribution)| of_light(parameter) && is_spread(distribution, parameter))
+            .filter(|(parameter, _)| is_free(&parameter.path()))
+            .map(key)
+            .collect();
+        if found.is_empty() {
+            let problem = "no key of bench and matter has a distribution that is the same for all classes: there is nothing to fit";
+            let remedy = "give those that you don't know one that holds all you believe in, for instance \
+                          --set 'laser.waist_mm={log_uniform: [0.03, 0.3]}'";
+            return Err(vec![KeyFault { key: String::new(), problem: problem.into(), remedy: remedy.into() }]);
+        }
+        return Ok(found);
+    }
+    let (mut found, mut faults) = (Vec::<FitKey>::new(), Vec::new());
+    for name in named {
+        let mut fault = |problem: String, remedy: String| faults.push(KeyFault { key: name.clone(), problem, remedy });
+        let Some((parameter, distribution)) = recipe.parameters().find(|(parameter, _)| parameter.path() == *name)
+        else {
+            let all: Vec<String> = recipe.parameters().map(|(parameter, _)| parameter.path()).collect();
+            let near = yaml::nearest_spelling(name, all.iter().map(String::as_str));
+            let problem = format!("no key of a recipe about {} that is drawn has this name", recipe.subject().name());
+            let remedy = match near {
+                Some(near) => format!("did you mean `{near}`?"),
+                None => "gen schema --reference lists them".into(),
+            };
+            fault(problem, remedy);
+            continue;
+        };
+        if found.iter().any(|known| known.path == *name) {
+            fault("it is named twice".into(), "name it once".into());
+        } else if recipe.is_correlated(name) {
+            fault(
+                "it is correlated with another key, and keys are fitted as independent ones".into(),
+                "take its pair out of `correlations`".into(),
+            );
+        } else if recipe.is_changed_by_class(name) {
+            fault(
+                "a class gives it a distribution of its own".into(),
+                "give --set classes with a class that does not, or leave the key out".into(),
+            );
+        } else if !is_spread(distribution, parameter) {
+            fault(
+                "the recipe gives it one value, which leaves nothing to fit".into(),
+                format!("give it a distribution that holds all you believe in: --set '{name}={{uniform: [a, b]}}'"),
+            );
+        } else {
+            found.push(key((parameter, distribution)));
+        }
+    }
+    if faults.is_empty() { Ok(found) } else { Err(faults) }
+}

@@ -1,0 +1,412 @@
+//! Rounds: simulate, emulate, infer, and again nearer to the real scans.
+
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use dataset::Fault;
+use procedural::{Stream, normal};
+use rand::RngExt;
+use rayon::prelude::*;
+use recipe::Recipe;
+use serde_json::json;
+use sha2::{Digest, Sha256};
+
+use crate::emulator::{Emulator, Region, Shape, Simulation};
+use crate::observation::RealScan;
+use crate::posterior::{Layout, Posterior};
+use crate::prior::{FitKey, MOST_SCORE};
+use crate::result::{Fit, Prediction};
+use crate::simulator::Simulator;
+use crate::store::{KeptScan, ScanStore};
+
+/// Share of the scans that the first round, from the prior, takes.
+const FIRST_SHARE: f64 = 0.2;
+/// How much wider than the posterior a round is.
+const WIDER: f64 = 1.5;
+/// Share of a round that is drawn from the prior.
+const PRIOR_SHARE: f64 = 0.1;
+/// Scans that are simulated side by side before they are kept.
+const BATCH: usize = 16;
+/// Scans at the end that show what fitted recipes make.
+const PREDICTIONS: usize = 48;
+/// Numbers of scans of different rounds lie so far apart.
+const ROUND_STEP: u64 = 1_000_000;
+/// Parts into which scans are cut to check the posterior.
+const FOLDS: usize = 4;
+/// Most scans on which it is checked.
+const MOST_CHECKED: usize = 400;
+/// Posterior widths are never multiplied by more.
+const MOST_WIDENING: f64 = 3.0;
+/// Places from which modes are searched.
+const STARTS: usize = 6;
+
+/// How a fit is done.
+#[derive(Debug, Clone)]
+pub struct FitOptions {
+    /// Seed of all that is drawn.
+    pub seed: u64,
+    /// Simulated scans, all rounds together.
+    pub simulations: usize,
+    /// Rounds, the first among them.
+    pub rounds: usize,
+    /// No round begins that would not end within this time.
+    pub time: Duration,
+    /// Whether several scans are of one object, so that matter is common to them too.
+    pub one_object: bool,
+    /// Where simulated scans are kept meanwhile.
+    pub store: PathBuf,
+}
+
+/// What is told while a fit runs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum FitProgress {
+    /// A fit of so many scans begins, of which some are kept from before.
+    Begin {
+        /// Scans to simulate.
+        simulations: usize,
+        /// Scans that an earlier run left.
+        kept: usize,
+    },
+    /// A round begins.
+    Round {
+        /// Its number, from 1.
+        round: usize,
+        /// Rounds.
+        rounds: usize,
+        /// How far the nearest simulated scan lies from the real one: root mean square over statistics, in deviations of the
+        /// scatter between simulated scans; `None` before the first round.
+        distance: Option<f64>,
+    },
+    /// So many more scans are simulated.
+    Scans(usize),
+    /// Simulation has ended, and what fitted recipes make is looked at.
+    Predicts,
+}
+
+/// Fits `keys` of a recipe to real scans.
+///
+/// # Errors
+/// Where the scans are of another geometry, or the disk refuses; the real scans' statistics must be such that some simulated scan has them too.
+pub fn fit(
+    recipe: &Recipe,
+    keys: &[FitKey],
+    real: &[RealScan],
+    options: &FitOptions,
+    watch: &(dyn Fn(FitProgress) + Sync),
+) -> Result<Fit, Fault> {
+    let object_alone = real.iter().any(|scan| scan.ignored.is_some());
+    let frames = real.iter().any(|scan| !scan.maps.exposures.is_empty());
+    let simulator = Simulator::new(recipe, keys, options.seed, object_alone, frames)?;
+    let geometry = simulator.geometry();
+    real.iter().try_for_each(|scan| scan.check_geometry(geometry))?;
+    let stream = Stream::root(options.seed).child("fit");
+    let observed: Vec<Vec<Option<f64>>> =
+        real.iter().map(|scan| scan.statistics.iter().map(|statistic| statistic.scaled).collect()).collect();
+    let mut fitter = Fitter {
+        keys,
+        simulator: &simulator,
+        layout: Layout::new(&keys.iter().map(|key| key.is_bench || options.one_object).collect::<Vec<_>>(), real.len()),
+        store: ScanStore::open(&options.store, &described(recipe, keys, &observed, options))?,
+        observed,
+        simulations: Vec::new(),
+        stream,
+    };
+    watch(FitProgress::Begin { simulations: options.simulations + PREDICTIONS, kept: fitter.store.len() });
+    let begin = Instant::now();
+    let first = ((FIRST_SHARE * options.simulations as f64) as usize).clamp(1, options.simulations);
+    let later = (options.simulations - first) / (options.rounds - 1).max(1);
+    watch(FitProgress::Round { round: 1, rounds: options.rounds, distance: None });
+    let prior = |index: u64| -> Vec<f64> {
+        let mut rng = stream.child("prior").index(index).rng();
+        keys.iter().map(|_| normal(&mut rng).clamp(-MOST_SCORE, MOST_SCORE)).collect()
+    };
+    let scores = (0..first as u64).map(prior).collect();
+    fitter.simulate(0, scores, watch)?;
+    let mut region = Region::prior(keys.len());
+    let (mut done, mut longest) = (1, begin.elapsed());
+    for round in 1..options.rounds {
+        // A round costs what the longest before it has cost, per scan; inference is a small part of it.
+        let per_scan = longest.as_secs_f64() / if done == 1 { first } else { later }.max(1) as f64;
+        if begin.elapsed().as_secs_f64() + per_scan * (later + PREDICTIONS) as f64 > options.time.as_secs_f64() {
+            break;
+        }
+        let since = Instant::now();
+        let (draws, _) = fitter.infer(&mut region, round as u64);
+        watch(FitProgress::Round { round: round + 1, rounds: options.rounds, distance: fitter.distance(&region) });
+        let scores = fitter.proposals(&draws, later, round as u64);
+        fitter.simulate(round as u64, scores, watch)?;
+        (done, longest) = (done + 1, since.elapsed());
+    }
+    watch(FitProgress::Predicts);
+    // The kernel follows the posterior once more, now that all scans are there.
+    fitter.infer(&mut region, options.rounds as u64);
+    let (draws, widening) = fitter.final_draws(&mut region, options.rounds as u64 + 1);
+    let predictions = fitter.predict(&draws, watch)?;
+    Ok(fitter.result(recipe, real, &region, Outcome { draws, widening, predictions, rounds: done, options }))
+}
+
+/// What inference ended with.
+pub(crate) struct Outcome<'a> {
+    pub draws: Vec<Vec<f64>>,
+    pub widening: Vec<f64>,
+    pub predictions: Vec<Prediction>,
+    pub rounds: usize,
+    pub options: &'a FitOptions,
+}
+
+/// A fit on its way.
+pub(crate) struct Fitter<'a> {
+    pub keys: &'a [FitKey],
+    pub simulator: &'a Simulator<'a>,
+    pub layout: Layout,
+    store: ScanStore,
+    pub observed: Vec<Vec<Option<f64>>>,
+    pub simulations: Vec<Simulation>,
+    stream: Stream,
+}
+
+impl Fitter<'_> {
+    /// Simulates a scan at each of these scores, or takes those that were kept.
+    fn simulate(
+        &mut self,
+        round: u64,
+        scores: Vec<Vec<f64>>,
+        watch: &(dyn Fn(FitProgress) + Sync),
+    ) -> Result<(), Fault> {
+        let mut numbered: Vec<(u64, Vec<f64>)> =
+            scores.into_iter().enumerate().map(|(i, scores)| (round * ROUND_STEP + i as u64, scores)).collect();
+        while !numbered.is_empty() {
+            let rest = numbered.split_off(numbered.len().min(BATCH));
+            let batch = std::mem::replace(&mut numbered, rest);
+            for scan in self.batch(batch, watch)? {
+                self.simulations.push(Simulation { scores: scan.scores, statistics: scan.statistics });
+            }
+        }
+        Ok(())
+    }
+
+    fn batch(
+        &mut self,
+        batch: Vec<(u64, Vec<f64>)>,
+        watch: &(dyn Fn(FitProgress) + Sync),
+    ) -> Result<Vec<KeptScan>, Fault> {
+        let mut scans = Vec::with_capacity(batch.len());
+        let mut missing = Vec::new();
+        for (index, scores) in batch {
+            match self.store.take(index, &scores) {
+                Some(statistics) => {
+                    watch(FitProgress::Scans(1));
+                    scans.push(KeptScan { index, scores, statistics });
+                }
+                None => missing.push((index, scores)),
+            }
+        }
+        let made: Vec<KeptScan> = missing
+            .into_par_iter()
+            .map(|(index, scores)| {
+                let statistics = self.simulator.statistics(&scores, index).into_iter().map(|s| s.scaled).collect();
+                watch(FitProgress::Scans(1));
+                KeptScan { index, scores, statistics }
+            })
+            .collect();
+        self.store.keep(&made)?;
+        scans.extend(made);
+        Ok(scans)
+    }
+
+    /// Root mean square distance of the nearest scan to the nearest real one, in deviations of the scatter near the region.
+    fn distance(&self, region: &Region) -> Option<f64> {
+        let weights = region.weights(&self.simulations, Emulator::wanted(self.keys.len()));
+        let emulator = Emulator::new(&self.simulations, &weights, Shape::Linear);
+        let of = |simulation: &Simulation, observed: &[Option<f64>]| {
+            let (mut sum, mut n) = (0.0, 0_u32);
+            for (j, (ours, real)) in simulation.statistics.iter().zip(observed).enumerate() {
+                let variance = emulator.covariance[(j, j)];
+                if let (Some(ours), Some(real), true) = (ours, real, variance > 0.0) {
+                    (sum, n) = (sum + (ours - real) * (ours - real) / variance, n + 1);
+                }
+            }
+            (n > 0).then(|| (sum / f64::from(n)).sqrt())
+        };
+        let all = self.simulations.iter().flat_map(|scan| self.observed.iter().filter_map(move |real| of(scan, real)));
+        all.min_by(f64::total_cmp)
+    }
+
+    /// Scores of simulated scans that are most like the real ones, for each real scan the best: places to start at.
+    fn starts(&self, emulator: &Emulator, observed: &[Vec<Option<f64>>]) -> Vec<Vec<f64>> {
+        let mut ranked: Vec<(f64, usize)> = self
+            .simulations
+            .iter()
+            .enumerate()
+            .map(|(n, scan)| {
+                let (mut sum, mut count) = (0.0, 1.0_f64);
+                for real in observed {
+                    for (j, (ours, real)) in scan.statistics.iter().zip(real).enumerate() {
+                        let variance = emulator.covariance[(j, j)];
+                        if let (Some(ours), Some(real), true) = (ours, real, variance > 0.0) {
+                            // One wild statistic shall not decide.
+                            sum += libm::log1p((ours - real) * (ours - real) / variance);
+                            count += 1.0;
+                        }
+                    }
+                }
+                (sum / count, n)
+            })
+            .collect();
+        ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut starts = vec![vec![0.0; self.layout.length]];
+        starts.extend(ranked.iter().take(STARTS).map(|(_, n)| self.layout.repeated(&self.simulations[*n].scores)));
+        starts
+    }
+
+    /// Draws from the posterior by an emulator about the region, which moves to them.
+    fn infer(&self, region: &mut Region, turn: u64) -> (Vec<Vec<f64>>, Emulator) {
+        let weights = region.weights(&self.simulations, Emulator::wanted(self.keys.len()));
+        let (emulator, _) = Emulator::best(&self.simulations, &weights);
+        let starts = self.starts(&emulator, &self.observed);
+        let posterior = Posterior::new(&emulator, &self.layout, &self.observed, &starts, true);
+        let draws = posterior.draws(self.stream.child("draws").index(turn));
+        *region = self.region(&draws);
+        (draws, emulator)
+    }
+
+    /// Where the scores of single scans lie in draws.
+    fn region(&self, draws: &[Vec<f64>]) -> Region {
+        let of_scans: Vec<Vec<f64>> = draws
+            .iter()
+            .flat_map(|draw| (0..self.layout.scans()).map(|scan| self.layout.of_scan(scan, draw)))
+            .collect();
+        Region::of(of_scans.iter().map(Vec::as_slice), self.keys.len())
+    }
+
+    /// Scores for a round: draws, farther from their mean, and some of the prior.
+    fn proposals(&self, draws: &[Vec<f64>], count: usize, round: u64) -> Vec<Vec<f64>> {
+        let scans = self.layout.scans();
+        let means: Vec<Vec<f64>> = (0..scans)
+            .map(|scan| {
+                let of_scan: Vec<Vec<f64>> = draws.iter().map(|draw| self.layout.of_scan(scan, draw)).collect();
+                (0..self.keys.len()).map(|k| of_scan.iter().map(|u| u[k]).sum::<f64>() / of_scan.len() as f64).collect()
+            })
+            .collect();
+        (0..count)
+            .map(|i| {
+                let mut rng = self.stream.child("round").index(round).index(i as u64).rng();
+                if rng.random::<f64>() < PRIOR_SHARE {
+                    return self.keys.iter().map(|_| normal(&mut rng).clamp(-MOST_SCORE, MOST_SCORE)).collect();
+                }
+                let (draw, scan) = (&draws[rng.random_range(0..draws.len())], i % scans);
+                let scores = self.layout.of_scan(scan, draw);
+                let wide = |(k, score): (usize, f64)| {
+                    (means[scan][k] + WIDER * (score - means[scan][k])).clamp(-MOST_SCORE, MOST_SCORE)
+                };
+                scores.into_iter().enumerate().map(wide).collect()
+            })
+            .collect()
+    }
+
+    /// Draws at the end, with the widths that a check on simulated scans calls for, and the factors of these.
+    fn final_draws(&self, region: &mut Region, turn: u64) -> (Vec<Vec<f64>>, Vec<f64>) {
+        let widening = self.check(region);
+        let (draws, _) = self.infer(region, turn);
+        let length = self.layout.length;
+        let mean: Vec<f64> =
+            (0..length).map(|k| draws.iter().map(|draw| draw[k]).sum::<f64>() / draws.len() as f64).collect();
+        // The factor of a key holds for each of its scores.
+        let mut factors = vec![1.0; length];
+        for scan in 0..self.layout.scans() {
+            let places: Vec<f64> = (0..length).map(|place| place as f64).collect();
+            for (key, place) in self.layout.of_scan(scan, &places).into_iter().enumerate() {
+                factors[place as usize] = widening[key];
+            }
+        }
+        let wide = |draw: Vec<f64>| -> Vec<f64> {
+            let place =
+                |(k, score): (usize, f64)| (mean[k] + factors[k] * (score - mean[k])).clamp(-MOST_SCORE, MOST_SCORE);
+            draw.into_iter().enumerate().map(place).collect()
+        };
+        (draws.into_iter().map(wide).collect(), widening)
+    }
+
+    /// How much wider than told the posterior must be: simulated scans that lie as the posterior does stand for the real one, by an emulator
+    /// that has not seen them; the root mean square error of the scores at the mode, in their told deviations, is 1 where the posterior is right.
+    fn check(&self, region: &Region) -> Vec<f64> {
+        let keys = self.keys.len();
+        let weights = region.weights(&self.simulations, Emulator::wanted(keys));
+        let (_, shape) = Emulator::best(&self.simulations, &weights);
+        let layout = Layout::new(&vec![true; keys], 1);
+        // Scans of a round are wider than the posterior; these weights leave those that lie as it does.
+        let narrower = 1.0 - 1.0 / (WIDER * WIDER);
+        let like = region.like(&self.simulations, narrower);
+        let mut ranked: Vec<usize> = (0..like.len()).collect();
+        ranked.sort_by(|&a, &b| like[b].total_cmp(&like[a]).then(a.cmp(&b)));
+        ranked.truncate(MOST_CHECKED);
+        let errors: Vec<(f64, Vec<f64>)> = (0..FOLDS)
+            .into_par_iter()
+            .flat_map(|fold| {
+                let left: Vec<f64> =
+                    weights.iter().enumerate().map(|(n, w)| if n % FOLDS == fold { 0.0 } else { *w }).collect();
+                let emulator = Emulator::new(&self.simulations, &left, shape);
+                let of = |n: usize| {
+                    let simulation = &self.simulations[n];
+                    let observed = [simulation.statistics.clone()];
+                    let starts = [simulation.scores.clone(), region.mean.as_slice().to_vec()];
+                    let posterior = Posterior::new(&emulator, &layout, &observed, &starts, false);
+                    let errors = posterior.mode.iter().zip(&simulation.scores).zip(posterior.deviations());
+                    (like[n], errors.map(|((mode, score), deviation)| (mode - score) / deviation).collect())
+                };
+                ranked.iter().copied().filter(|n| n % FOLDS == fold).map(of).collect::<Vec<_>>()
+            })
+            .collect();
+        let sum: f64 = errors.iter().map(|(weight, _)| weight).sum();
+        (0..keys)
+            .map(|k| {
+                let square = errors.iter().map(|(weight, z)| weight * (z[k] * z[k]).min(16.0)).sum::<f64>();
+                (square / sum.max(1e-300)).sqrt().clamp(1.0, MOST_WIDENING)
+            })
+            .collect()
+    }
+
+    /// Scans at draws of the posterior.
+    fn predict(&mut self, draws: &[Vec<f64>], watch: &(dyn Fn(FitProgress) + Sync)) -> Result<Vec<Prediction>, Fault> {
+        let scans = self.layout.scans();
+        let mut rng = self.stream.child("predictions").rng();
+        let mut wanted = Vec::new();
+        for i in 0..PREDICTIONS {
+            let draw = &draws[rng.random_range(0..draws.len())];
+            wanted.push((900 * ROUND_STEP + i as u64, self.layout.of_scan(i % scans, draw)));
+        }
+        let mut found = Vec::new();
+        while !wanted.is_empty() {
+            let rest = wanted.split_off(wanted.len().min(BATCH));
+            let batch = std::mem::replace(&mut wanted, rest);
+            found.extend(self.batch(batch, watch)?);
+        }
+        found.sort_by_key(|scan| scan.index);
+        Ok(found
+            .into_iter()
+            .enumerate()
+            .map(|(i, scan)| Prediction { scan: i % scans, statistics: scan.statistics })
+            .collect())
+    }
+}
+
+/// What a fit depends on; a kept scan is of use where all of it is the same.
+fn described(
+    recipe: &Recipe,
+    keys: &[FitKey],
+    observed: &[Vec<Option<f64>>],
+    options: &FitOptions,
+) -> serde_json::Value {
+    let numbers = serde_json::to_vec(observed).unwrap_or_default();
+    let real: String = Sha256::digest(&numbers).iter().map(|byte| format!("{byte:02x}")).collect();
+    json!({
+        "program": env!("CARGO_PKG_VERSION"),
+        "recipe": recipe.hash(),
+        "keys": keys.iter().map(|key| key.path.as_str()).collect::<Vec<_>>(),
+        "real": real,
+        "seed": options.seed,
+        "simulations": options.simulations,
+        "rounds": options.rounds,
+        "one_object": options.one_object,
+    })
+}

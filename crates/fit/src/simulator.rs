@@ -1,0 +1,109 @@
+//! Simulated scans: values of keys in, statistics of a scan out.
+
+use bench::settings::{RangeForm, SensorStack, Transport};
+use dataset::Fault;
+use dataset::record::{Record, StackFrame};
+use procedural::Class;
+use recipe::Recipe;
+use scanner::optics::speckle::PatternCache;
+use tools::compare::summary::{SummaryStatistic, summary};
+use tools::compare::{RangeUnit, ScanMaps, SensorFrame, to_eight_bits};
+
+use crate::observation::ScanGeometry;
+use crate::prior::FitKey;
+
+/// Sets of speckle patterns. Samples of a dataset share one set, which a real scan does not: with one set alone what is common to a
+/// column, or the noise of Scatter, would scatter up to two times too little from scan to scan.
+const PATTERN_SETS: u64 = 12;
+
+/// Makes scans of a recipe with some keys held.
+#[derive(Debug)]
+pub(crate) struct Simulator<'a> {
+    recipe: &'a Recipe,
+    keys: &'a [FitKey],
+    seed: u64,
+    patterns: Vec<PatternCache>,
+    /// Whether only the object counts, not what lies around it.
+    object_alone: bool,
+    /// Whether frames of the sensor are wanted.
+    frames: bool,
+}
+
+impl<'a> Simulator<'a> {
+    /// Of a recipe.
+    ///
+    /// # Errors
+    /// Where a scan takes too long for a fit.
+    pub fn new(
+        recipe: &'a Recipe,
+        keys: &'a [FitKey],
+        seed: u64,
+        object_alone: bool,
+        frames: bool,
+    ) -> Result<Self, Fault> {
+        if recipe.transport() != Transport::Kernel {
+            let remedy = "set `transport: kernel`: thousands of scans are needed";
+            return Err(Fault::new(recipe.name().to_owned(), "its model of light is slow".to_owned(), remedy));
+        }
+        let patterns = recipe.streams(seed).child("patterns");
+        let patterns = (0..PATTERN_SETS).map(|set| PatternCache::keeping_one(patterns.index(set).key())).collect();
+        Ok(Self { recipe, keys, seed, patterns, object_alone, frames })
+    }
+
+    /// Simulated scan `index` at these scores: all that is not fitted is drawn anew for each index.
+    pub fn scan(&self, scores: &[f64], index: u64) -> (ScanMaps, Option<Vec<bool>>) {
+        let values: Vec<(&str, f64)> =
+            self.keys.iter().zip(scores).map(|(key, &score)| (key.path.as_str(), key.value(score))).collect();
+        let mut scene = self.recipe.with_values(values).draw(self.seed, index);
+        scene.output.truth_maps = false;
+        if !self.frames {
+            scene.output.sensor_stack = SensorStack::None;
+        }
+        let record = pipeline::render(&scene, &self.patterns[(index % PATTERN_SETS) as usize], &|_| ());
+        let ignored = self
+            .object_alone
+            .then(|| record.labels.class.iter().map(|&class| class == Class::Background as u8).collect());
+        (scan_maps(record, self.recipe.size().columns, self.recipe.output().bits), ignored)
+    }
+
+    /// Its statistics.
+    pub fn statistics(&self, scores: &[f64], index: u64) -> Vec<SummaryStatistic> {
+        let (maps, ignored) = self.scan(scores, index);
+        summary(&maps, ignored.as_deref())
+    }
+
+    /// The geometry of its scans, from the middle of what is believed beforehand.
+    pub fn geometry(&self) -> ScanGeometry {
+        let (maps, _) = self.scan(&vec![0.0; self.keys.len()], 0);
+        ScanGeometry {
+            pitch_mm: [maps.col_mm, maps.row_mm].map(|mm| mm.unwrap_or(f64::NAN)),
+            is_uncalibrated: maps.unit != RangeUnit::Mm,
+        }
+    }
+}
+
+/// A simulated scan in the form of real ones.
+fn scan_maps(record: Record, sensor_cols: usize, bits: u32) -> ScanMaps {
+    let scale = to_eight_bits(u64::from(bits));
+    let eight = |map: Vec<f32>| if scale == 1.0 { map } else { map.into_iter().map(|dn| dn * scale).collect() };
+    let frame = |StackFrame { dn, .. }: StackFrame| SensorFrame {
+        cols: sensor_cols,
+        dn: dn.into_iter().map(|dn| (f32::from(dn) * scale).round() as u8).collect(),
+    };
+    ScanMaps {
+        name: format!("simulated scan {}", record.index),
+        cols: record.cols,
+        rows: record.rows,
+        col_mm: Some(record.col_mm),
+        row_mm: Some(record.row_mm),
+        unit: match record.range {
+            RangeForm::Uncalibrated => RangeUnit::Px { sensor_rows: record.sensor_rows as u32 },
+            _ => RangeUnit::Mm,
+        },
+        exposures: record.stack.iter().cloned().map(frame).collect(),
+        range: record.maps.range.iter().map(|&z| f64::from(z)).collect(),
+        reflectance: Some(eight(record.maps.reflectance)),
+        scatter: Some(eight(record.maps.scatter)),
+        ..ScanMaps::default()
+    }
+}

@@ -1,0 +1,156 @@
+//! Simulated scans that are kept on disk while a fit runs: one JSON document a line, so that a fit that was killed goes on where
+//! it was. The first line says what is fitted; a scan is taken from the file only where its number and its scores are those that the fit
+//! asks for, so a kept file can save time and never change a result. A last line that a kill cut short is dropped.
+
+use std::fs::{File, OpenOptions};
+use std::io::{BufRead, BufReader, ErrorKind, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+use dataset::Fault;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+/// What kept scans are of.
+const KIND: &str = "sheetlight fit";
+
+/// A kept scan.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(crate) struct KeptScan {
+    /// Its number.
+    pub index: u64,
+    /// Scores of the keys.
+    pub scores: Vec<f64>,
+    /// Statistics, null where there is none.
+    pub statistics: Vec<Option<f64>>,
+}
+
+/// The file, with what it held.
+#[derive(Debug)]
+pub(crate) struct ScanStore {
+    path: PathBuf,
+    file: File,
+    kept: std::collections::VecDeque<KeptScan>,
+}
+
+impl ScanStore {
+    /// Opens the file of a fit that `what` describes, or begins it.
+    ///
+    /// # Errors
+    /// Where it is of another fit, or cannot be written.
+    pub fn open(path: &Path, what: &Value) -> Result<Self, Fault> {
+        let refused = |e: &std::io::Error| Fault::at(path, format!("it cannot be used: {e}"), "give --out elsewhere");
+        let head = serde_json::json!({ "kind": KIND, "fit": what });
+        let file = OpenOptions::new().read(true).append(true).create(true).open(path).map_err(|e| refused(&e))?;
+        let mut store = Self { path: path.into(), file, kept: Default::default() };
+        let mut reader = BufReader::new(&store.file);
+        reader.seek(SeekFrom::Start(0)).map_err(|e| refused(&e))?;
+        let (mut whole, mut line, mut first) = (0_u64, String::new(), true);
+        loop {
+            line.clear();
+            let read = match reader.read_line(&mut line) {
+                Ok(read) => read,
+                Err(e) if e.kind() == ErrorKind::InvalidData => 0,
+                Err(e) => return Err(refused(&e)),
+            };
+            if read == 0 || !line.ends_with('\n') {
+                break;
+            }
+            if first {
+                let found: Option<Value> = serde_json::from_str(&line).ok();
+                if found.as_ref() != Some(&head) {
+                    let is_fit = found.is_some_and(|found| found["kind"] == KIND);
+                    let what = if is_fit {
+                        "it keeps the scans of another fit (recipe, keys, seed or real scans differ)"
+                    } else {
+                        "it keeps no scans of a fit"
+                    };
+                    return Err(Fault::at(path, what, "give another --out, or remove that file to begin anew"));
+                }
+                first = false;
+            } else {
+                let Ok(scan) = serde_json::from_str(&line) else { break };
+                store.kept.push_back(scan);
+            }
+            whole += read as u64;
+        }
+        drop(reader);
+        store.file.set_len(whole).map_err(|e| refused(&e))?;
+        if first {
+            store.line(&head)?;
+        }
+        Ok(store)
+    }
+
+    /// Scans that it holds and that were not asked for yet.
+    pub fn len(&self) -> usize {
+        self.kept.len()
+    }
+
+    /// The kept scan of this number at these scores. Where the next one is another, the rest is of no use.
+    pub fn take(&mut self, index: u64, scores: &[f64]) -> Option<Vec<Option<f64>>> {
+        let next = self.kept.front()?;
+        if next.index == index && next.scores == scores {
+            return self.kept.pop_front().map(|scan| scan.statistics);
+        }
+        self.kept.clear();
+        None
+    }
+
+    /// Keeps scans.
+    ///
+    /// # Errors
+    /// Where the disk refuses.
+    pub fn keep(&mut self, scans: &[KeptScan]) -> Result<(), Fault> {
+        scans.iter().try_for_each(|scan| self.line(scan))
+    }
+
+    fn line(&mut self, document: &impl Serialize) -> Result<(), Fault> {
+        let path = &self.path;
+        let told = |e: &dyn std::fmt::Display| {
+            Fault::at(
+                path,
+                format!("it cannot be written: {e}"),
+                "make room, and give the same command again: it goes on",
+            )
+        };
+        let mut line = serde_json::to_vec(document).map_err(|e| told(&e))?;
+        line.push(b'\n');
+        self.file.write_all(&line).map_err(|e| told(&e))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    fn scan(index: u64) -> KeptScan {
+        KeptScan { index, scores: vec![0.1 * index as f64, -1.0 / 3.0], statistics: vec![Some(1e-7), None] }
+    }
+
+    /// What was kept comes back bit for bit, also after a line was cut short; what is not asked for ends it; another fit is refused.
+    #[test]
+    fn kept_scans_come_back() {
+        let folder = std::env::temp_dir().join(format!("fit-store-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).expect("a folder");
+        let path = folder.join("kept.jsonl");
+        let _ = std::fs::remove_file(&path);
+        let what = json!({ "seed": 1 });
+        let mut store = ScanStore::open(&path, &what).expect("it is new");
+        store.keep(&[scan(0), scan(1), scan(2)]).expect("there is room");
+        let whole = std::fs::read(&path).expect("it is there");
+        std::fs::write(&path, &whole[..whole.len() - 5]).expect("it can be cut");
+        let mut store = ScanStore::open(&path, &what).expect("it goes on");
+        assert_eq!(store.len(), 2);
+        assert_eq!(store.take(0, &scan(0).scores), Some(scan(0).statistics));
+        store.keep(&[scan(2)]).expect("there is room");
+        let mut again = ScanStore::open(&path, &what).expect("it goes on");
+        assert_eq!(again.len(), 3);
+        assert_eq!(again.take(7, &scan(7).scores), None);
+        assert_eq!(again.take(0, &scan(0).scores), None);
+        let other = ScanStore::open(&path, &json!({ "seed": 2 })).expect_err("it is another");
+        assert!(other.to_string().contains("another fit"), "{other}");
+        std::fs::remove_dir_all(&folder).expect("it goes");
+    }
+}

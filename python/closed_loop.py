@@ -1,0 +1,78 @@
+"""Closed loop of `gen fit`: scans whose keys are known, fitted as if they were real; how often intervals hold the truth.
+
+    python python/closed_loop.py out/closed-loop --loops 20
+
+Each loop takes one sample of the recipe (its keys drawn from the prior by a seed of its own), fits the recipe to it with another seed, and
+asks for every key whether the 90 % interval holds the value that was drawn. With the right intervals the number of hits in n
+loops is binomial with p = 0.9: of 20, 16 to 20 in 95.7 % of all cases. Finished loops are kept in the folder and not made again.
+"""
+
+import argparse
+import json
+import pathlib
+import subprocess
+import sys
+
+import pyarrow.parquet as pq
+
+
+def truth(dataset: pathlib.Path) -> dict[str, float]:
+    """The numbers that were drawn for the one sample of a dataset, by key."""
+    (table,) = dataset.glob("data/**/*.parquet")
+    row = pq.read_table(table).to_pylist()[0]
+    found: dict[str, float] = {}
+
+    def walk(value: object, path: str) -> None:
+        if isinstance(value, dict):
+            for name, below in value.items():
+                walk(below, f"{path}.{name}" if path else name)
+        elif isinstance(value, (int, float)):
+            found[path.removeprefix("draws.")] = float(value)
+
+    walk(row, "")
+    return found
+
+
+def loop(arguments: argparse.Namespace, number: int) -> dict:
+    """One hidden recipe and its fit."""
+    folder: pathlib.Path = arguments.folder / f"{number:03}"
+    result = folder / "result.json"
+    if not result.is_file():
+        folder.mkdir(parents=True, exist_ok=True)
+        make = [arguments.gen, "--recipe", arguments.recipe, "--n", "1", "--seed", str(1000 + number), "-q"]
+        subprocess.run([*make, "--out", folder / "real"], check=True)
+        fit = [arguments.gen, "fit", "--recipe", arguments.recipe, "--real", folder / "real", "--json", "-q"]
+        fit += ["--seed", str(number), "--simulations", str(arguments.simulations), "--time", "2h"]
+        found = json.loads(subprocess.run([*fit, "--out", folder / "fitted.yaml"], check=True, stdout=subprocess.PIPE).stdout)
+        found["truth"] = truth(folder / "real")
+        result.write_text(json.dumps(found))
+    return json.loads(result.read_text())
+
+
+def main() -> None:
+    """Runs the loops and prints the table."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("folder", type=pathlib.Path)
+    parser.add_argument("--recipe", default="recipes/fit/plate.yaml")
+    parser.add_argument("--gen", default="target/release/gen")
+    parser.add_argument("--loops", type=int, default=20)
+    parser.add_argument("--simulations", type=int, default=3000)
+    arguments = parser.parse_args()
+    found = []
+    for number in range(arguments.loops):
+        found.append(loop(arguments, number))
+        print(f"loop {number + 1} of {arguments.loops}", file=sys.stderr)
+    print(f"{'key':32} {'hits':>10} {'undetermined':>14} {'median width':>14}")
+    for key in found[0]["keys"]:
+        fits = [(run["keys"][key], run["truth"][key]) for run in found]
+        told = [(fit, true) for fit, true in fits if fit["state"] != "undetermined"]
+        hits = sum(fit["posterior"]["p05"] <= true <= fit["posterior"]["p95"] for fit, true in told)
+        widths = sorted(fit["width"] for fit, _ in fits)
+        print(f"{key:32} {f'{hits} of {len(told)}':>10} {len(fits) - len(told):>14} {widths[len(widths) // 2]:>14.2f}")
+    missed = sum(s["out_of_reach"] for run in found for s in run["scans"][0]["statistics"].values())
+    told = sum(s["real"] is not None for run in found for s in run["scans"][0]["statistics"].values())
+    print(f"statistics out of reach: {missed} of {told}")
+
+
+if __name__ == "__main__":
+    main()

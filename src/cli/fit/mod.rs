@@ -1,0 +1,331 @@
+//! `gen fit`: a recipe from scans of a real camera.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::time::Duration;
+
+use clap::Args;
+
+use super::compare::scale::ScaleArgs;
+use super::console::Console;
+use super::generate::threads;
+use super::progress::{Progress, counted};
+use super::{CommandResult, DONE, RecipeArgs, UsageError, output, print, whole};
+use dataset::Fault;
+use fit::{Fit, FitOptions, FitProgress, RealScan, ScanMask, ScanRegion, fit, fit_keys, with_new_values};
+use recipe::Recipe;
+use recipe::asset::{AssetSource, KeptAsset};
+use tools::compare::ScanSource;
+
+/// Longest mask that is read [bytes].
+const MAX_MASK_BYTES: u64 = 1 << 28;
+
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  gen fit --recipe plate.yaml --real scan.json     every key of bench and matter that has a distribution
+  gen fit --recipe plate.yaml --real scan.xml --keys laser.waist_mm,exposure.time_us
+  gen fit --recipe plate.yaml --set 'camera.f_number={log_uniform: [4, 16]}' --real scans/ --out mine.yaml
+  gen fit --recipe plate.yaml --real part.png --um-per-count 2.5 --missing 0 --region 100,0,256,256
+
+What the recipe's distributions hold is what is believed beforehand; what they don't hold is not found.
+Written are the recipe with posterior distributions (mine.yaml), a page that shows what was found and what
+stays out of reach (mine.html), and, while it runs, the simulated scans (mine.fit.jsonl): the same command
+goes on where it was stopped. docs/fit.md says how it works and when not to trust it.")]
+pub(super) struct FitArgs {
+    #[command(flatten)]
+    recipe: RecipeArgs,
+    /// Scans of the real camera: whatever gen compare reads
+    #[arg(long, value_name = "SCAN", num_args = 1.., required = true)]
+    real: Vec<PathBuf>,
+    /// Keys to fit [default: every key of bench and matter that the recipe draws from a distribution]
+    #[arg(long, value_name = "KEY,...", value_delimiter = ',')]
+    keys: Vec<String>,
+    /// Where the recipe goes; the page beside it [default: <recipe name>-fitted.yaml]
+    #[arg(short, long, value_name = "FILE", value_parser = output::file("yaml"))]
+    out: Option<PathBuf>,
+    /// Begin no round of simulated scans that would not end within this time: 90s, 20m, 2h
+    #[arg(long, value_name = "TIME", default_value = "20m", value_parser = duration)]
+    time: Duration,
+    /// Simulated scans, all rounds together
+    #[arg(long, value_name = "N", default_value_t = 3000, value_parser = clap::value_parser!(u32).range(400..=1_000_000))]
+    simulations: u32,
+    /// Rounds in which they are made, each nearer to the real scans
+    #[arg(long, value_name = "N", default_value_t = 7, value_parser = clap::value_parser!(u32).range(2..=50))]
+    rounds: u32,
+    /// Most scans of each --real, spread evenly
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u64).range(1..=64))]
+    scans: u64,
+    /// All scans are of one object: matter, too, is common to them
+    #[arg(long)]
+    one_object: bool,
+    /// The part of each real scan that counts [px]; of simulated scans the object alone then counts
+    #[arg(long, value_name = "LEFT,TOP,COLUMNS,PROFILES", value_parser = ScanRegion::parse)]
+    region: Option<ScanRegion>,
+    /// Picture (PNG) of the real scans' size; where it is black, nothing counts; of simulated scans the object alone then does
+    #[arg(long, value_name = "FILE")]
+    mask: Option<PathBuf>,
+    /// Seed of all that is drawn
+    #[arg(long, default_value_t = 0, value_parser = whole::<u64>)]
+    seed: u64,
+    /// Threads [default: all cores]
+    #[arg(short = 'j', long, value_name = "T", value_parser = whole::<usize>)]
+    threads: Option<usize>,
+    /// Print what was found as JSON in place of a table
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    scale: ScaleArgs,
+}
+
+pub(super) fn run(arguments: &FitArgs, console: &Console) -> CommandResult {
+    let recipe = arguments.recipe.load(console)?.recipe;
+    let keys = fit_keys(&recipe, &arguments.keys).map_err(|faults| {
+        let lines: Vec<String> = faults
+            .iter()
+            .map(|fault| {
+                let place = if fault.key.is_empty() { String::new() } else { format!("`{}`: ", fault.key) };
+                format!("{place}{}; {}", fault.problem, fault.remedy)
+            })
+            .collect();
+        UsageError(format!("--keys: {}", lines.join("\n")))
+    })?;
+    let out = arguments.out.clone().unwrap_or_else(|| PathBuf::from(format!("{}-fitted.yaml", recipe.name())));
+    let page = out.with_extension("html");
+    check_replaceable(&out)?;
+    output::check_writable(&out)?;
+    output::check_replaceable(&page, output::Written::Html)?;
+    let real = real_scans(arguments, console)?;
+    let store = out.with_extension("fit.jsonl");
+    let options = FitOptions {
+        seed: arguments.seed,
+        simulations: arguments.simulations as usize,
+        rounds: arguments.rounds as usize,
+        time: arguments.time,
+        one_object: arguments.one_object,
+        store: store.clone(),
+    };
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads(arguments.threads)?).build()?;
+    let found = {
+        let progress = FitWatch::new(console);
+        pool.install(|| fit(&recipe, &keys, &real, &options, &|event| progress.show(event)))?
+    };
+    let text = fitted_text(&recipe, &found);
+    let whole = Recipe::parse_with(&out.display().to_string(), &text, &kept_assets(&recipe));
+    if let Err(faults) = whole {
+        let what = format!("the fitted recipe does not read back: {faults}");
+        return Err(Fault::at(&out, what, "write the values that --json gives into the recipe by hand").into());
+    }
+    output::write(&out, text.as_bytes())?;
+    output::write(&page, found.page(recipe.text(), &text).as_bytes())?;
+    // What is found is written: the scans have done their work.
+    fs::remove_file(&store).map_err(|e| Fault::at(&store, format!("it cannot be removed: {e}"), "remove it"))?;
+    if recipe.files().next().is_some() && out.parent() != Path::new(&arguments.recipe.recipe).parent() {
+        console.note(&format!(
+            "note: {} names files that lie beside {}; keep both in one folder",
+            out.display(),
+            arguments.recipe.recipe
+        ));
+    }
+    if found.rounds[0] < found.rounds[1] {
+        console.note(&format!(
+            "note: --time ended the fit after {} of {}; --rounds {} gives the same recipe again",
+            counted(found.rounds[0] as u64, "round"),
+            found.rounds[1],
+            found.rounds[0]
+        ));
+    }
+    let wrote = format!("{} and {}", out.display(), page.display());
+    print(&if arguments.json { format!("{:#}\n", found.json()) } else { table(&found, &wrote) })?;
+    Ok(DONE)
+}
+
+/// What a fitted recipe begins with, in its first line or behind that of an editor.
+const HEAD: &str = "# Fitted by gen ";
+
+/// Refuses to write over what is no fitted recipe: the recipe that is fitted for one.
+fn check_replaceable(out: &Path) -> Result<(), UsageError> {
+    let Ok(before) = fs::read(out) else { return Ok(()) };
+    let text = String::from_utf8_lossy(&before);
+    if text.lines().take(2).any(|line| line.starts_with(HEAD)) {
+        return Ok(());
+    }
+    let what = "it is there, and no recipe that gen fit wrote; give another --out, or remove it";
+    Err(UsageError(format!("{}: {what}", out.display())))
+}
+
+/// The files that a recipe names, as they were read.
+fn kept_assets(recipe: &Recipe) -> AssetSource {
+    let kept = recipe.files().map(|(key, file)| KeptAsset {
+        key: key.to_owned(),
+        name: file.name().to_owned(),
+        content: Ok(file.bytes().to_vec()),
+    });
+    AssetSource::Kept(kept.collect())
+}
+
+fn real_scans(
+    arguments: &FitArgs,
+    console: &Console,
+) -> Result<Vec<RealScan>, Box<dyn std::error::Error + Send + Sync>> {
+    let stated = arguments.scale.stated();
+    let mut sources = arguments
+        .real
+        .iter()
+        .map(|path| ScanSource::open(path, arguments.scans, &stated))
+        .collect::<Result<Vec<_>, Fault>>()?;
+    arguments.scale.apply(&stated, &mut sources, console)?;
+    let mask = arguments.mask.as_deref().map(mask).transpose()?;
+    let mut real = Vec::new();
+    for (source, path) in sources.iter().zip(&arguments.real) {
+        for i in 0..source.len() {
+            let mut maps = source.frame(i)?;
+            // Samples are numbered in their own dataset.
+            if maps.name.starts_with("sample ") {
+                maps.name = format!("{} {}", source.name(), maps.name);
+            }
+            let scan = RealScan::new(maps, arguments.region, mask.as_ref());
+            real.push(scan.map_err(|fault| fault.of_part(path.display()))?);
+        }
+    }
+    Ok(real)
+}
+
+/// The mask in a picture.
+fn mask(path: &Path) -> Result<ScanMask, Fault> {
+    let remedy = "give a grey PNG of the scan's size, black where nothing counts";
+    let bytes = dataset::atomic_file::read(path, MAX_MASK_BYTES)
+        .map_err(|e| Fault::at(path, format!("it cannot be read: {e}"), remedy))?;
+    let picture = image::load_from_memory_with_format(&bytes, image::ImageFormat::Png)
+        .map_err(|e| Fault::at(path, format!("it is no PNG that can be read: {e}"), remedy))?;
+    let grey = picture.to_luma16();
+    let counts: Vec<bool> = grey.pixels().map(|pixel| pixel.0[0] > 0).collect();
+    if !counts.contains(&true) {
+        return Err(Fault::at(path, "all of it is black: nothing counts", remedy));
+    }
+    Ok(ScanMask { cols: grey.width() as usize, rows: grey.height() as usize, counts })
+}
+
+/// The recipe's text with what was found, under a line that says so.
+fn fitted_text(recipe: &Recipe, found: &Fit) -> String {
+    let text = with_new_values(recipe.text(), &found.new_values());
+    let names: Vec<&str> = found.scans.iter().map(|scan| scan.name.as_str()).collect();
+    let head = format!(
+        "{HEAD}{} to {}: seed {}, {} scans in {} rounds.\n",
+        env!("CARGO_PKG_VERSION"),
+        dataset::one_line(names.join(", ")),
+        found.seed,
+        found.simulations,
+        found.rounds[0]
+    );
+    // An editor looks for the schema in the first line.
+    match text.split_once('\n') {
+        Some((first, rest)) if first.starts_with("# yaml-language-server") => format!("{first}\n{head}{rest}"),
+        _ => head + &text,
+    }
+}
+
+/// What was found, for people.
+fn table(found: &Fit, wrote: &str) -> String {
+    let mut lines = vec![format!("{:<34} {:>12}  {:>26}  {:>26}", "key", "", "before, 90 %", "after, 90 %")];
+    let ends = |three: [f64; 3]| format!("{} to {}", number(three[0]), number(three[2]));
+    for key in &found.keys {
+        let after = if key.is_written() { ends(key.after) } else { "as before".into() };
+        lines.push(format!("{:<34} {:>12}  {:>26}  {after:>26}", key.path, key.state.word(), ends(key.before)));
+    }
+    for ([a, b], r) in &found.pairs {
+        lines.push(format!("{a} and {b} cannot be told apart (correlation {r:.2})"));
+    }
+    for scan in &found.scans {
+        let missed: Vec<_> = scan.statistics.iter().filter(|statistic| statistic.is_out_of_reach()).collect();
+        let told = scan.statistics.iter().filter(|statistic| statistic.real.is_some()).count();
+        lines.push(format!("\n{}: {} of {told} statistics out of reach", scan.name, missed.len()));
+        for statistic in missed {
+            let real = statistic.real.map_or("-".into(), number);
+            let made = statistic.after.map_or("-".into(), ends);
+            lines.push(format!("  {:<62} real {real}, simulated {made} {}", statistic.name, unit(statistic.unit)));
+        }
+    }
+    lines.push(format!("\n{wrote}"));
+    lines.join("\n") + "\n"
+}
+
+fn unit(unit: &str) -> &str {
+    if unit == "1" { "" } else { unit }
+}
+
+/// A number with three digits.
+fn number(x: f64) -> String {
+    let digits =
+        if x == 0.0 || !x.is_finite() { 0 } else { (2 - libm::floor(libm::log10(x.abs())) as i32).clamp(0, 9) };
+    format!("{x:.*}", digits as usize)
+}
+
+fn duration(text: &str) -> Result<Duration, String> {
+    let expected = || "give a time such as 90s, 20m or 2h".to_owned();
+    let (number, factor) = match text.char_indices().last() {
+        Some((i, 's')) => (&text[..i], 1.0),
+        Some((i, 'm')) => (&text[..i], 60.0),
+        Some((i, 'h')) => (&text[..i], 3600.0),
+        _ => return Err(expected()),
+    };
+    let number: f64 = number.parse().map_err(|_| expected())?;
+    let seconds = number * factor;
+    if (1.0..=1e7).contains(&seconds) { Ok(Duration::from_secs_f64(seconds)) } else { Err(expected()) }
+}
+
+/// Shows how a fit goes on.
+struct FitWatch<'c> {
+    progress: Progress<'c>,
+    console: &'c Console,
+    done: Mutex<usize>,
+}
+
+impl<'c> FitWatch<'c> {
+    fn new(console: &'c Console) -> Self {
+        Self { progress: Progress::new(console, "scans", None), console, done: Mutex::new(0) }
+    }
+
+    fn show(&self, event: FitProgress) {
+        match event {
+            FitProgress::Begin { simulations, kept } => {
+                self.progress.set_total(simulations as u64);
+                if kept > 0 {
+                    self.console.note(&format!(
+                        "{} are there already, of a run that was stopped",
+                        counted(kept as u64, "scan")
+                    ));
+                }
+            }
+            FitProgress::Round { round, rounds, distance } => {
+                let near = distance.map_or_else(String::new, |d| format!(", nearest scan {d:.2} deviations away"));
+                let words = format!("round {round} of {rounds}{near}");
+                self.console.detail(&words);
+                self.progress.say(&words);
+            }
+            FitProgress::Scans(n) => {
+                if let Ok(mut done) = self.done.lock() {
+                    *done += n;
+                }
+                self.progress.add(n as u64);
+            }
+            FitProgress::Predicts => self.progress.say("what the fitted recipe makes"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Times with their units; nothing else.
+    #[test]
+    fn times_are_read() {
+        assert_eq!(duration("90s"), Ok(Duration::from_secs(90)));
+        assert_eq!(duration("1.5m"), Ok(Duration::from_secs(90)));
+        assert_eq!(duration("2h"), Ok(Duration::from_secs(7200)));
+        for wrong in ["", "20", "m", "-1m", "1e99h", "nans", "20 min"] {
+            assert!(duration(wrong).is_err(), "{wrong}");
+        }
+    }
+}
