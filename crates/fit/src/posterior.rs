@@ -1,6 +1,6 @@
 //! Posterior of the scores given the statistics of real scans: density, mode, draws.
 //!
-//! ln p(u | s) = -u^2 / 2 + sum over scans ln t_n(s; m(u), (1 + h(u)) V), where m and h are mean and doubt of the [`Emulator`] and t_n is Student's
+//! ln p(u | s) = -u^2 / 2 + sum over scans ln t_n(s; m(u), (1 + h) V), where m and h are mean and doubt of the [`Emulator`], and t_n is Student's
 //! law that a covariance estimated from n + 1 scans calls for (Sellentin and Heavens 2016).
 //!
 //! **Misfit.** A real scan has things that no key of the recipe makes. V is therefore the emulator's scatter C with more variance
@@ -126,9 +126,8 @@ impl<'a> Posterior<'a> {
         posterior.mode = best(&posterior, starts);
         for _ in 0..if robust { TURNS } else { 0 } {
             for scan in 0..posterior.scans.len() {
-                let scores = layout.of_scan(scan, &posterior.mode);
-                let f = emulator.features(&scores);
-                posterior.scans[scan].widen(&f, 1.0 + emulator.doubt(&f));
+                let f = emulator.features(&layout.of_scan(scan, &posterior.mode));
+                posterior.scans[scan].widen(&f, 1.0 + emulator.doubt);
             }
             let mut again: Vec<Vec<f64>> = starts.iter().take(2).cloned().collect();
             again.push(posterior.mode.clone());
@@ -145,10 +144,10 @@ impl<'a> Posterior<'a> {
         let n = self.emulator.freedom;
         for (scan, whitened) in self.scans.iter().enumerate() {
             let f = self.emulator.features(&self.layout.of_scan(scan, whole));
-            let h = 1.0 + self.emulator.doubt(&f);
+            let h = 1.0 + self.emulator.doubt;
             let q = (&whitened.target - &whitened.means * &f).norm_squared() / h;
             let count = whitened.target.len() as f64;
-            sum -= 0.5 * count * libm::log(h) + 0.5 * (n + count) * libm::log1p(q / n);
+            sum -= 0.5 * (n + count) * libm::log1p(q / n);
         }
         sum
     }
@@ -160,9 +159,9 @@ impl<'a> Posterior<'a> {
         for (scan, whitened) in self.scans.iter().enumerate() {
             let scores = self.layout.of_scan(scan, whole);
             let f = self.emulator.features(&scores);
-            let h = 1.0 + self.emulator.doubt(&f);
+            let h = 1.0 + self.emulator.doubt;
             let rest = &whitened.means * &f - &whitened.target;
-            let slopes = &whitened.means * self.emulator.slopes(&scores);
+            let slopes = &whitened.means * self.emulator.slopes();
             let (g, m) = (slopes.tr_mul(&rest) / h, slopes.tr_mul(&slopes) / h);
             let places = &self.layout.places[scan];
             for (i, &a) in places.iter().enumerate() {

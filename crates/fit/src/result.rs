@@ -165,7 +165,7 @@ impl Fitter<'_> {
     /// Puts together what was found.
     pub(crate) fn result(&self, recipe: &Recipe, real: &[RealScan], region: &Region, outcome: Outcome) -> Fit {
         let weights = region.weights(&self.simulations, Emulator::wanted(self.keys.len()));
-        let (emulator, _) = Emulator::best(&self.simulations, &weights);
+        let emulator = Emulator::new(&self.simulations, &weights);
         let names: Vec<&SummaryStatistic> = real.first().map_or_else(Vec::new, |scan| scan.statistics.iter().collect());
         let of_scan: Vec<Vec<Vec<f64>>> = (0..real.len())
             .map(|scan| outcome.draws.iter().map(|draw| self.layout.of_scan(scan, draw)).collect())

@@ -11,7 +11,7 @@ use recipe::Recipe;
 use serde_json::json;
 use sha2::{Digest, Sha256};
 
-use crate::emulator::{Emulator, Region, Shape, Simulation};
+use crate::emulator::{Emulator, Region, Simulation};
 use crate::observation::RealScan;
 use crate::posterior::{Layout, Posterior};
 use crate::prior::{FitKey, MOST_SCORE};
@@ -217,7 +217,7 @@ impl Fitter<'_> {
     /// Root mean square distance of the nearest scan to the nearest real one, in deviations of the scatter near the region.
     fn distance(&self, region: &Region) -> Option<f64> {
         let weights = region.weights(&self.simulations, Emulator::wanted(self.keys.len()));
-        let emulator = Emulator::new(&self.simulations, &weights, Shape::Linear);
+        let emulator = Emulator::new(&self.simulations, &weights);
         let of = |simulation: &Simulation, observed: &[Option<f64>]| {
             let (mut sum, mut n) = (0.0, 0_u32);
             for (j, (ours, real)) in simulation.statistics.iter().zip(observed).enumerate() {
@@ -262,7 +262,7 @@ impl Fitter<'_> {
     /// Draws from the posterior by an emulator about the region, which moves to them.
     fn infer(&self, region: &mut Region, turn: u64) -> (Vec<Vec<f64>>, Emulator) {
         let weights = region.weights(&self.simulations, Emulator::wanted(self.keys.len()));
-        let (emulator, _) = Emulator::best(&self.simulations, &weights);
+        let emulator = Emulator::new(&self.simulations, &weights);
         let starts = self.starts(&emulator, &self.observed);
         let posterior = Posterior::new(&emulator, &self.layout, &self.observed, &starts, true);
         let draws = posterior.draws(self.stream.child("draws").index(turn));
@@ -332,7 +332,6 @@ impl Fitter<'_> {
     fn check(&self, region: &Region) -> Vec<f64> {
         let keys = self.keys.len();
         let weights = region.weights(&self.simulations, Emulator::wanted(keys));
-        let (_, shape) = Emulator::best(&self.simulations, &weights);
         let layout = Layout::new(&vec![true; keys], 1);
         // Scans of a round are wider than the posterior; these weights leave those that lie as it does.
         let narrower = 1.0 - 1.0 / (WIDER * WIDER);
@@ -345,7 +344,7 @@ impl Fitter<'_> {
             .flat_map(|fold| {
                 let left: Vec<f64> =
                     weights.iter().enumerate().map(|(n, w)| if n % FOLDS == fold { 0.0 } else { *w }).collect();
-                let emulator = Emulator::new(&self.simulations, &left, shape);
+                let emulator = Emulator::new(&self.simulations, &left);
                 let of = |n: usize| {
                     let simulation = &self.simulations[n];
                     let observed = [simulation.statistics.clone()];
