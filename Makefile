@@ -4,12 +4,23 @@
 GEN := target/release/gen
 VENV := .venv
 TRAIN = $(VENV)/bin/python python/train_baseline.py
+GAP = $(VENV)/bin/python python/gap.py
 ABLATE = $(VENV)/bin/python python/ablate_baselines.py
 DIR ?= out/wood-small
 RECIPE ?= recipes/wood.yaml
 INDEX ?= 0
 N ?= 2
 FUZZ_SECONDS ?= 600
+# Of `make gap`: fresh boards and packs, and photons that the reference walks in each of their profiles.
+GAP_BOARDS ?= 40
+GAP_PACKS ?= 40
+GAP_BOARD_PHOTONS ?= 56000
+GAP_PACK_PHOTONS ?= 80000
+GAP_FRESH = --seed 5 --samples-per-shard 4
+# Neither speckle nor noise of the sensor, but for the least that the recipe allows.
+GAP_QUIET = --set speckle.strength=0 $(patsubst %,--set exposure.%,shot_noise=0 dark_noise_dn=0.3 row_noise_dn=0 row_pattern_dn=0 column_pattern_dn=0 dsnu_dn=0 prnu=0)
+# Photons per profile of the transport to take.
+GAP_PATH = --set "transport={model: path, photons_per_profile: $(1)}"
 ALL = --release --locked --workspace
 WHEEL := .venv-wheel
 SCALE := .venv-scale
@@ -17,7 +28,7 @@ MOTO := .venv-moto
 # Tests that take seconds and need neither .venv nor Chromium; those of the reference models take a minute.
 QUICK = architecture dataset dictionary matter numerics recipe recipe_schema transport
 
-.PHONY: help defect-maps build dist wheel test-wheel test-scale test quick prepare built check bench same-bytes wood wood-small blister blister-small sawtooth sawtooth-small mesh-small preview validate report bench-check check-onnx baselines gallery schema kernel-table film-table bless judge fuzz doc clean venv
+.PHONY: help defect-maps build dist wheel test-wheel test-scale test quick prepare built check bench same-bytes wood wood-small blister blister-small sawtooth sawtooth-small mesh-small preview validate report bench-check check-onnx baselines gap gallery schema kernel-table film-table bless judge fuzz doc clean venv
 
 help: ## print this help
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1\t/' | expand -t 14
@@ -153,6 +164,21 @@ baselines: check-onnx ## train all of docs/baselines.md anew, controls and ablat
 	$(ABLATE) --task wood --train out/train/wood --fresh out/fresh/wood --patches 6000 --shuffles 10
 	$(ABLATE) --task presence --train out/train/packs --fresh out/fresh/packs --seeds 1 --shuffles 10
 	$(ABLATE) --task grading --train out/train/grading --fresh out/fresh/grading --patches 3000 --shuffles 5
+
+gap: build venv ## what networks lose from the kernel to the reference Monte Carlo, on boards and packs in out/gap: an hour; goes on where it was stopped
+	$(GEN) --recipe recipes/gap/wood.yaml --n 2000 --seed 1 --out out/gap/wood/train
+	$(GEN) --recipe recipes/gap/wood.yaml --n $(GAP_BOARDS) $(GAP_FRESH) --out out/gap/wood/kernel
+	$(GEN) --recipe recipes/gap/wood.yaml --n $(GAP_BOARDS) $(GAP_FRESH) $(GAP_QUIET) --out out/gap/wood/quiet
+	$(GEN) --recipe recipes/gap/wood.yaml --n $(GAP_BOARDS) $(GAP_FRESH) --set transport=thesis --out out/gap/wood/thesis
+	$(GEN) --recipe recipes/gap/wood.yaml --n $(GAP_BOARDS) $(GAP_FRESH) $(call GAP_PATH,$(GAP_BOARD_PHOTONS)) --out out/gap/wood/path
+	$(GEN) --recipe recipes/gap/wood.yaml --n $(GAP_BOARDS) $(GAP_FRESH) $(call GAP_PATH,$$(($(GAP_BOARD_PHOTONS) / 8))) --out out/gap/wood/fewer
+	$(GEN) --recipe recipes/gap/blister.yaml --n 4000 --seed 1 --out out/gap/packs/train
+	$(GEN) --recipe recipes/gap/blister.yaml --n $(GAP_PACKS) $(GAP_FRESH) --out out/gap/packs/kernel
+	$(GEN) --recipe recipes/gap/blister.yaml --n $(GAP_PACKS) $(GAP_FRESH) $(GAP_QUIET) --out out/gap/packs/quiet
+	$(GEN) --recipe recipes/gap/blister.yaml --n $(GAP_PACKS) $(GAP_FRESH) $(call GAP_PATH,$(GAP_PACK_PHOTONS)) --out out/gap/packs/path
+	$(GEN) --recipe recipes/gap/blister.yaml --n $(GAP_PACKS) $(GAP_FRESH) $(call GAP_PATH,$$(($(GAP_PACK_PHOTONS) / 8))) --out out/gap/packs/fewer
+	$(GAP) --task wood $(foreach set,train kernel path fewer quiet,--$(set) out/gap/wood/$(set)) --control out/gap/wood/thesis
+	$(GAP) --task presence --epochs 25 $(foreach set,train kernel path fewer quiet,--$(set) out/gap/packs/$(set))
 
 gallery: build venv ## 40 boards, every defect and six kinds of wood, with their labels, as docs/gallery.md shows them: a minute
 	$(GEN) --recipe recipes/wood-grading-train.yaml --n 51 --seed 4 --out out/gallery/grading

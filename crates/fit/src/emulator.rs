@@ -267,7 +267,7 @@ mod tests {
         for place in [[0.0, 0.0], [1.0, -1.5], [-2.0, 0.5]] {
             let [x, y] = place;
             // The variance of a line's mean: (1 + x^2 + y^2) / n.
-            let error = 3.9 * 0.3 * ((1.0 + x * x + y * y) / 2000.0).sqrt();
+            let error = 3.9 * 0.3 * ((1.0_f64 + x * x + y * y) / 2000.0_f64).sqrt();
             for (found, expected) in emulator.mean(&place).iter().zip([1.0 + 2.0 * x, -y]) {
                 assert!((found - expected).abs() < error, "{found} for {expected} +- {error} at {place:?}");
             }

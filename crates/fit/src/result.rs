@@ -22,6 +22,10 @@ const NO_NARROWER: f64 = 0.95;
 const MOVES: f64 = 1.0;
 /// Correlation of two scores from which they cannot be told apart.
 const ALIKE: f64 = 0.8;
+/// Correlation of two scores from which the recipe says it.
+const TOGETHER: f64 = 0.5;
+/// Rank correlation of two such keys below which it goes without saying.
+const SAID: f64 = 0.1;
 /// Deviations of what fitted recipes make from which a real statistic is out of reach.
 const OUT_OF_REACH: f64 = 3.0;
 /// Draws of a key that are kept for its histogram.
@@ -138,6 +142,8 @@ pub struct Fit {
     pub keys: Vec<FittedKey>,
     /// Pairs of keys that cannot be told apart, with the correlation of their scores.
     pub pairs: Vec<([String; 2], f64)>,
+    /// Spearman's rank correlation of keys that go together by a half or more, and of all pairs among these; of keys that the scans share.
+    pub correlations: Vec<([String; 2], f64)>,
     /// The real scans.
     pub scans: Vec<ScanFit>,
 }
@@ -170,7 +176,7 @@ impl Fitter<'_> {
         let of_scan: Vec<Vec<Vec<f64>>> = (0..real.len())
             .map(|scan| outcome.draws.iter().map(|draw| self.layout.of_scan(scan, draw)).collect())
             .collect();
-        let keys = self
+        let keys: Vec<FittedKey> = self
             .keys
             .iter()
             .enumerate()
@@ -209,6 +215,7 @@ impl Fitter<'_> {
             simulations: self.simulations.len(),
             rounds: [outcome.rounds, outcome.options.rounds],
             pairs: self.pairs(&outcome.draws),
+            correlations: self.correlations(&keys, &outcome.draws),
             keys,
             scans,
         }
@@ -252,6 +259,34 @@ impl Fitter<'_> {
                 }
             })
             .collect()
+    }
+
+    /// Rank correlations that the recipe is written with: of keys that are written, have a scale and one score for all scans.
+    fn correlations(&self, keys: &[FittedKey], draws: &[Vec<f64>]) -> Vec<([String; 2], f64)> {
+        let can = |k: usize| {
+            let (key, is_own) = (&self.keys[k], !keys[k].of_scans.is_empty());
+            keys[k].is_written() && !is_own && !key.parameter.integer && key.prior.values().is_none()
+        };
+        let scores = |k: usize| -> Vec<f64> { draws.iter().map(|draw| self.layout.of_scan(0, draw)[k]).collect() };
+        let all: Vec<Vec<f64>> = (0..keys.len()).map(scores).collect();
+        let r = |a: usize, b: usize| {
+            let pairs: Vec<[f64; 2]> = all[a].iter().zip(&all[b]).map(|(x, y)| [*x, *y]).collect();
+            correlation(&pairs)
+        };
+        let could: Vec<usize> = (0..keys.len()).filter(|&k| can(k)).collect();
+        let goes_along = |a: usize| could.iter().any(|&b| b != a && r(a, b).abs() >= TOGETHER);
+        let together: Vec<usize> = could.iter().copied().filter(|&a| goes_along(a)).collect();
+        let mut found = Vec::new();
+        for (i, &a) in together.iter().enumerate() {
+            for &b in &together[i + 1..] {
+                // Of normal scores (Pearson 1907).
+                let spearman = 6.0 / std::f64::consts::PI * libm::asin(0.5 * r(a, b));
+                if spearman.abs() >= SAID {
+                    found.push(([keys[a].path.clone(), keys[b].path.clone()], (1000.0 * spearman).round() / 1000.0));
+                }
+            }
+        }
+        found
     }
 
     /// Pairs of keys whose scores go together.
@@ -465,6 +500,7 @@ impl Fit {
             "rounds_asked": self.rounds[1],
             "keys": keys,
             "pairs": self.pairs.iter().map(|(keys, r)| json!({ "keys": keys, "correlation": r })).collect::<Vec<_>>(),
+            "correlations": self.correlations.iter().map(|(keys, r)| json!({ "keys": keys, "spearman": r })).collect::<Vec<_>>(),
             "scans": self.scans.iter().map(scan).collect::<Vec<_>>(),
         })
     }

@@ -110,9 +110,17 @@ pub(super) fn run(arguments: &FitArgs, console: &Console) -> CommandResult {
         let progress = FitWatch::new(console);
         pool.install(|| fit(&recipe, &keys, &real, &options, &|event| progress.show(event)))?
     };
-    let text = fitted_text(&recipe, &found);
-    let whole = Recipe::parse_with(&out.display().to_string(), &text, &kept_assets(&recipe));
-    if let Err(faults) = whole {
+    let parse = |text: &str| Recipe::parse_with(&out.display().to_string(), text, &kept_assets(&recipe));
+    let mut text = fitted_text(&recipe, &found);
+    let together = correlations(&found);
+    if !together.is_empty() {
+        let both = text.clone() + &together;
+        match parse(&both) {
+            Ok(_) => text = both,
+            Err(_) => console.note("note: the recipe cannot hold how keys go together; --json has it"),
+        }
+    }
+    if let Err(faults) = parse(&text) {
         let what = format!("the fitted recipe does not read back: {faults}");
         return Err(Fault::at(&out, what, "write the values that --json gives into the recipe by hand").into());
     }
@@ -223,6 +231,20 @@ fn fitted_text(recipe: &Recipe, found: &Fit) -> String {
         Some((first, rest)) if first.starts_with("# yaml-language-server") => format!("{first}\n{head}{rest}"),
         _ => head + &text,
     }
+}
+
+/// How keys go together, as a section of a recipe; nothing where none do.
+fn correlations(found: &Fit) -> String {
+    if found.correlations.is_empty() {
+        return String::new();
+    }
+    let mut text = String::from(
+        "\n# What the scans tell of keys together: each alone may lie anywhere in its distribution.\ncorrelations:\n",
+    );
+    for ([a, b], spearman) in &found.correlations {
+        text.push_str(&format!("  - {{keys: [{a}, {b}], spearman: {spearman}}}\n"));
+    }
+    text
 }
 
 /// What was found, for people.

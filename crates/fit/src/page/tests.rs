@@ -77,6 +77,7 @@ fn example() -> Fit {
         simulations: 2400,
         rounds: [3, 7],
         keys: states.map(|state| key(&format!("laser.{}", state.word()), state)).to_vec(),
+        correlations: Vec::new(),
         pairs: vec![(["laser.waist_mm".into(), "camera.blur_um".into()], -0.91)],
         scans: vec![scan("first.exr"), scan("second.exr")],
     }

@@ -61,6 +61,8 @@ use transport::stack::PIGMENT_G;
 
 /// Meetings with surfaces after which light is given up: it is caught in a wedge.
 const MAX_MEETINGS: u32 = 10_000;
+/// Openings that a ray towards the lens passes over; packs have a few holes.
+const MAX_OPENINGS: usize = 64;
 /// Light enters at least so far towards the lens; less is grazing, and optics sends hardly any [1].
 const MIN_FACING: f64 = 0.02;
 /// Push that brings light on a solid's surface back inside [mm].
@@ -528,9 +530,23 @@ impl PackGeometry {
         }
     }
 
-    /// Whether nothing stands between a point above the film and the lens.
+    /// Whether nothing stands between a point above the film and the lens. Beside the card, and over its holes, the ray leaves the air
+    /// above the film for that below it and may come back.
     fn visible(&self, position: DVec3) -> bool {
-        matches!(self.shape.march(position, self.view, PackRegion::Above, f64::INFINITY).1, PackRayEnd::Beyond)
+        let (mut position, mut region) = (position, PackRegion::Above);
+        for _ in 0..MAX_OPENINGS {
+            let (length, stop) = self.shape.march(position, self.view, region, f64::INFINITY);
+            let is_under = region == PackRegion::Under;
+            if is_under && self.shape.solid(position, self.view, None).is_some_and(|(_, blocked)| blocked < length) {
+                return false;
+            }
+            match stop {
+                PackRayEnd::Beyond => return true,
+                PackRayEnd::Region(other) => (position, region) = (position + self.view * length, other),
+                _ => return false,
+            }
+        }
+        false
     }
 
     /// What a collision in a solid sends.

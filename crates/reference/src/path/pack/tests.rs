@@ -92,6 +92,36 @@ fn entered(answer: &Answer, share: Estimate) -> Estimate {
     Estimate { value: share.value * scale, error: share.error * scale }
 }
 
+/// The lens sees the low flange of a card up to its edges and beside its holes, where the ray passes over bare ground below the height of
+/// the highest pocket; behind a pocket that is high enough it sees nothing, whatever lies between.
+#[test]
+fn edges_and_holes_hide_nothing() {
+    let corners = [DVec2::splat(-30.0), DVec2::splat(30.0)];
+    let level = |z: f32| Surface { z, slope_x: 0.0, slope_y: 0.0 };
+    let sheet = |z: f32| CardFilm { surface: level(z), thickness_mm: 0.2, sealed: true, medium: film(0.02, 12.0) };
+    // A flange of 40 x 40 mm in a field of 60, a hole of 2 x 4 mm, and a block of 6 x 8 mm that stands 5 mm high.
+    let shape = PackShape::new(corners, corners, Vec::new(), |x, y| {
+        let is_hole = (x - 10.0).abs() < 1.0 && y.abs() < 2.0;
+        let is_block = (x + 10.0).abs() < 3.0 && y.abs() < 4.0;
+        let z = if is_block { TOP } else { TOP - 5.0 };
+        let column = || PackColumn { sheet: Some(sheet(z)), foil: (level(z - 0.2), Medium::opaque(METAL)) };
+        (x.abs() < 20.0 && y.abs() < 20.0 && !is_hole).then(column)
+    });
+    let geometry = PackGeometry::new(shape, Question::default().view);
+    let ahead = geometry.view.y.signum();
+    assert!(geometry.view.x.abs() < 1e-9 && geometry.view.y.abs() > 0.1, "the lens stands along y: {}", geometry.view);
+    let seen = |x: f64, y: f64| geometry.visible(DVec3::new(x, ahead * y, f64::from(TOP) - 5.0 + 1e-6));
+    // How far a ray goes until it is above the block.
+    let reach = 5.0 * geometry.view.y.abs() / geometry.view.z;
+    for back in [0.1, 0.5, 0.5 * reach, reach + 0.5] {
+        assert!(seen(5.0, 19.9 - back), "{back} mm behind the edge towards the lens");
+        assert!(seen(-5.0, -19.9 + back), "{back} mm before the other edge");
+        assert!(seen(10.0, -2.3 - back), "{back} mm behind the hole");
+    }
+    assert!(!seen(-10.0, -4.3 - 0.5 * reach), "behind the block");
+    assert!(seen(-10.0, -4.7 - reach), "further behind");
+}
+
 /// Level packs are stacks: what leaves, and what the lens sees against the layered model's count in a cone. 3.6 standard
 /// errors: 14 comparisons, alpha 0.005 together. Light that goes lost along the gap might have left.
 #[test]
