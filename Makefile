@@ -28,7 +28,7 @@ MOTO := .venv-moto
 # Tests that take seconds and need neither .venv nor Chromium; those of the reference models take a minute.
 QUICK = architecture dataset dictionary matter numerics recipe recipe_schema transport
 
-.PHONY: help defect-maps build dist wheel test-wheel test-scale test quick prepare built check bench same-bytes wood wood-small blister blister-small sawtooth sawtooth-small mesh-small preview validate report bench-check check-onnx baselines gap gallery schema kernel-table film-table bless judge fuzz doc clean venv
+.PHONY: help defect-maps build dist wheel test-wheel test-scale test quick prepare built check bench same-bytes wood wood-small blister blister-small sawtooth sawtooth-small mesh-small preview validate report bench-check check-onnx baselines gap closed-loop gallery schema kernel-table film-table bless judge fuzz doc clean venv
 
 help: ## print this help
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1\t/' | expand -t 14
@@ -179,6 +179,9 @@ gap: build venv ## what networks lose from the kernel to the reference Monte Car
 	$(GEN) --recipe recipes/gap/blister.yaml --n $(GAP_PACKS) $(GAP_FRESH) $(call GAP_PATH,$$(($(GAP_PACK_PHOTONS) / 8))) --out out/gap/packs/fewer
 	$(GAP) --task wood $(foreach set,train kernel path fewer quiet,--$(set) out/gap/wood/$(set)) --control out/gap/wood/thesis
 	$(GAP) --task presence --epochs 25 $(foreach set,train kernel path fewer quiet,--$(set) out/gap/packs/$(set))
+
+closed-loop: build venv ## 20 fits to scans whose keys are known: how often 90 % intervals hold the truth (out/closed-loop, 15 minutes)
+	$(VENV)/bin/python python/closed_loop.py out/closed-loop --loops 20
 
 gallery: build venv ## 40 boards, every defect and six kinds of wood, with their labels, as docs/gallery.md shows them: a minute
 	$(GEN) --recipe recipes/wood-grading-train.yaml --n 51 --seed 4 --out out/gallery/grading

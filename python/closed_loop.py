@@ -62,13 +62,19 @@ def main() -> None:
     for number in range(arguments.loops):
         found.append(loop(arguments, number))
         print(f"loop {number + 1} of {arguments.loops}", file=sys.stderr)
-    print(f"{'key':32} {'hits':>10} {'undetermined':>14} {'median width':>14}")
+    states = ["determined", "weak", "undetermined"]
+    print(f"{'key':32}" + "".join(f"{state:>16}" for state in states) + f"{'median width':>16}")
+    total = {state: [0, 0] for state in states}
     for key in found[0]["keys"]:
-        fits = [(run["keys"][key], run["truth"][key]) for run in found]
-        told = [(fit, true) for fit, true in fits if fit["state"] != "undetermined"]
-        hits = sum(fit["posterior"]["p05"] <= true <= fit["posterior"]["p95"] for fit, true in told)
-        widths = sorted(fit["width"] for fit, _ in fits)
-        print(f"{key:32} {f'{hits} of {len(told)}':>10} {len(fits) - len(told):>14} {widths[len(widths) // 2]:>14.2f}")
+        line = f"{key:32}"
+        for state in states:
+            fits = [(run["keys"][key], run["truth"][key]) for run in found if run["keys"][key]["state"] == state]
+            hits = sum(fit["posterior"]["p05"] <= true <= fit["posterior"]["p95"] for fit, true in fits)
+            total[state] = [total[state][0] + hits, total[state][1] + len(fits)]
+            line += f"{f'{hits} of {len(fits)}':>16}"
+        widths = sorted(run["keys"][key]["width"] for run in found)
+        print(line + f"{widths[len(widths) // 2]:>16.2f}")
+    print(f"{'all':32}" + "".join(f"{f'{hits} of {n}':>16}" for hits, n in total.values()))
     missed = sum(s["out_of_reach"] for run in found for s in run["scans"][0]["statistics"].values())
     told = sum(s["real"] is not None for run in found for s in run["scans"][0]["statistics"].values())
     print(f"statistics out of reach: {missed} of {told}")

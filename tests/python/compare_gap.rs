@@ -1,4 +1,4 @@
-//! `gen compare --gap` with a network that is trained: sides of one law, sides that are a little and far apart.
+//! `gen compare --gap` with a network that is trained: sides of one law, sides that are far apart.
 
 use serde_json::Value;
 
@@ -50,17 +50,12 @@ fn sides_of_one_law_cannot_be_told_apart() {
     assert!(found["windows_per_side"].as_u64().is_some_and(|windows| (48..=72).contains(&windows)), "{found}");
 }
 
-/// Without its speckle a scan is far from one with it, with half of its contrast a little: nearly all windows are told,
-/// more than by chance but fewer, and the control of the far side still holds 0.5.
+/// Without its speckle a scan is far from one with it, and the control of the far side still holds 0.5.
 #[test]
 fn sides_of_other_laws_are_told_apart() {
     let place = Place::new();
     make(&place, "speckled", 1, &[SPECKLE]);
     make(&place, "smooth", 3, &[]);
-    make(&place, "half", 3, &[["\n  strength: 0", "\n  strength: 0.5"]]);
     let far = gap(&place, "speckled smooth");
     assert!(number(&far, "accuracy") > 0.9 && number(&far, "low") > 0.7 && holds_one_half(&far["control"]), "{far}");
-    let near = gap(&place, "speckled half");
-    assert!((0.6..number(&far, "accuracy")).contains(&number(&near, "accuracy")), "{near}");
-    assert!(number(&near, "low") < number(&far, "low"), "{near}");
 }

@@ -42,7 +42,7 @@ pub struct ScanMask {
 pub struct RealScan {
     /// The part of it that is fitted.
     pub maps: ScanMaps,
-    /// Pixels that don't count.
+    /// Pixels that don't count; `None` where the whole scan does.
     pub ignored: Option<Vec<bool>>,
     /// Its statistics.
     pub statistics: Vec<SummaryStatistic>,
@@ -111,7 +111,11 @@ impl RealScan {
             maps.range = region.cut(&maps.range, cols);
             maps.reflectance = maps.reflectance.map(|map| region.cut(&map, cols));
             maps.scatter = maps.scatter.map(|map| region.cut(&map, cols));
-            ignored = ignored.map(|map| region.cut(&map, cols));
+            // With nothing ignored it is a part all the same, beside which of simulated scans the object alone counts.
+            ignored = Some(match ignored {
+                Some(map) => region.cut(&map, cols),
+                None => vec![false; region.columns * region.profiles],
+            });
             (maps.cols, maps.rows) = (region.columns, region.profiles);
         }
         let fault = |what: String, remedy: &str| Fault::new(maps.name.clone(), what, remedy.to_owned());
