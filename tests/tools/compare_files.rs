@@ -333,7 +333,7 @@ fn nothing_is_guessed() {
     }
     // One scale for two sides is said.
     let run = sample.place.done(&format!("compare {png} {png} {counts}"));
-    assert!(run.err.contains("holds for both"), "{}", run.err);
+    assert!(run.err.contains("holds for each"), "{}", run.err);
     let run = sample.place.run(&format!("compare {png} {png} {counts} --scatter maps/scatter/00000000.png"));
     assert!(run.code == 2 && run.err.contains("several sides are one file of Range"), "{}", run.err);
 }

@@ -62,7 +62,7 @@ pub struct GapSide {
 pub enum GapPart {
     /// A scan.
     Scan,
-    /// A block of windows, with a band of [`GUARD_PX`] around it.
+    /// A block of windows, with a band of `GUARD_PX` around it.
     Block,
 }
 
