@@ -101,7 +101,7 @@ pub(crate) struct Posterior<'a> {
     emulator: &'a Emulator,
     layout: &'a Layout,
     scans: Vec<Whitened>,
-    /// Steps at which the search for a mode has ended, best first.
+    /// The place of greatest density that was found.
     pub mode: Vec<f64>,
 }
 
@@ -211,11 +211,11 @@ impl<'a> Posterior<'a> {
     /// Draws, by an ensemble of walkers that starts about the mode.
     pub fn draws(&self, stream: Stream) -> Vec<Vec<f64>> {
         let walkers = (WALKERS_PER_SCORE * self.layout.length).max(FEWEST_WALKERS) / 2 * 2;
-        let (_, normal) = self.squares(&self.mode);
-        let spread = cholesky(&cholesky(&normal).inverse());
+        let (_, curvature) = self.squares(&self.mode);
+        let spread = cholesky(&cholesky(&curvature).inverse());
         let start = |w: usize| {
             let mut rng = stream.child("walker").index(w as u64).rng();
-            let z = DVector::from_fn(self.layout.length, |_, _| normal_number(&mut rng));
+            let z = DVector::from_fn(self.layout.length, |_, _| normal(&mut rng));
             let limit = MOST_SCORE - 0.05;
             let place = spread.l() * z;
             let place = self.mode.iter().zip(place.iter()).map(|(mode, d)| (mode + d).clamp(-limit, limit)).collect();
@@ -227,10 +227,6 @@ impl<'a> Posterior<'a> {
         let (chain, _) = sample(self, &moves, (0..walkers).map(start), MinChainLen(steps * walkers), Serial);
         chain.chunks(walkers).skip(FORGOTTEN_STEPS).step_by(THINNED).flatten().cloned().collect()
     }
-}
-
-fn normal_number(rng: &mut impl rand::Rng) -> f64 {
-    normal(rng)
 }
 
 impl Model for Posterior<'_> {

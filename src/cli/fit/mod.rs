@@ -2,7 +2,6 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
 use std::time::Duration;
 
 use clap::Args;
@@ -300,12 +299,11 @@ fn duration(text: &str) -> Result<Duration, String> {
 struct FitWatch<'c> {
     progress: Progress<'c>,
     console: &'c Console,
-    done: Mutex<usize>,
 }
 
 impl<'c> FitWatch<'c> {
     fn new(console: &'c Console) -> Self {
-        Self { progress: Progress::new(console, "scans", None), console, done: Mutex::new(0) }
+        Self { progress: Progress::new(console, "scans", None), console }
     }
 
     fn show(&self, event: FitProgress) {
@@ -325,12 +323,7 @@ impl<'c> FitWatch<'c> {
                 self.console.detail(&words);
                 self.progress.say(&words);
             }
-            FitProgress::Scans(n) => {
-                if let Ok(mut done) = self.done.lock() {
-                    *done += n;
-                }
-                self.progress.add(n as u64);
-            }
+            FitProgress::Scans(n) => self.progress.add(n as u64),
             FitProgress::Predicts => self.progress.say("what the fitted recipe makes"),
         }
     }
