@@ -88,6 +88,8 @@ def test_other_threads_go_on_while_a_sample_is_rendered():
 
 STOPPED = """
 import signal, sys, time, sheetlight
+# A shell that runs tests in the background has them ignore Ctrl-C.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 recipe = sheetlight.Recipe.load("wood", {"scan.profiles": 16000})
 small = sheetlight.Recipe.load("wood-small", scan={"columns": 64, "profiles": 32})
 small.sample(0)
