@@ -2,8 +2,10 @@
 
 pub mod chart;
 mod classes;
+mod ticks;
 
 pub use classes::class_colour;
+pub use ticks::round_ticks;
 
 use embedded_graphics::mono_font::{MonoTextStyle, ascii::FONT_7X13};
 use embedded_graphics::pixelcolor::Rgb888;

@@ -6,7 +6,6 @@ use maud::{Markup, html};
 
 use super::elements::data_url;
 use super::format::{name, number};
-use super::svg;
 use crate::report::palette::frame_png;
 use crate::report::{ExposedProfile, PageData};
 use bench::split::Split;
@@ -72,11 +71,11 @@ fn profile(exposure: &ExposedProfile) -> Markup {
     let line = polyline(exposure.points.iter().map(|p| [x(p[0]), z(p[1])]), 1);
     html! {
         svg.profile viewBox="0 0 400 136" role="img" aria-label="Profile: height over place along the laser line" {
-            @for tick in svg::ticks(low, high) {
+            @for tick in drawing::round_ticks(low, high) {
                 line.grid x1="44" x2="394" y1=(format!("{:.1}", z(tick))) y2=(format!("{:.1}", z(tick))) {}
                 text x="40" y=(format!("{:.1}", z(tick) + 3.0)) text-anchor="end" { (number(tick)) }
             }
-            @for tick in svg::ticks(left, right) {
+            @for tick in drawing::round_ticks(left, right) {
                 line.axis x1=(format!("{:.1}", x(tick))) x2=(format!("{:.1}", x(tick))) y1="104" y2="108" {}
                 text x=(format!("{:.1}", x(tick))) y="119" text-anchor="middle" { (number(tick)) }
             }

@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use drawing::round_ticks;
 use maud::{Markup, html};
 
 use super::format::number;
@@ -75,43 +76,10 @@ pub(super) fn scale(ramp: ColourMap, low: f64, high: f64, unit: &str) -> Markup 
             @for i in 0..84u8 {
                 rect x=(4 + 3 * u32::from(i)) y="0" width="3.5" height="12" fill=(hex(ramp.at(f32::from(i) / 83.0))) {}
             }
-            @for tick in ticks(low, high) {
+            @for tick in round_ticks(low, high) {
                 line.axis x1=(format!("{:.1}", place(tick))) x2=(format!("{:.1}", place(tick))) y1="12" y2="17" {}
                 text x=(format!("{:.1}", place(tick).clamp(12.0, 246.0))) y="29" text-anchor="middle" { (number(tick)) }
             }
-        }
-    }
-}
-
-/// Round numbers from `low` to `high`, three to six of them.
-pub(super) fn ticks(low: f64, high: f64) -> Vec<f64> {
-    let span = high - low;
-    if !(span > 0.0 && span.is_finite()) {
-        return Vec::new();
-    }
-    let power = libm::pow(10.0, libm::floor(libm::log10(span / 4.0)));
-    let steps = [1.0, 2.0, 2.5, 5.0, 10.0].map(|step| step * power);
-    let step = steps.into_iter().find(|step| span / step <= 5.0).unwrap_or(10.0 * power);
-    let first = (low / step).ceil() as i64;
-    (first..).map(|i| i as f64 * step).take_while(|tick| *tick <= high + 1e-9 * span).take(8).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Ticks are round, inside, and few.
-    #[test]
-    fn ticks_are_round() {
-        assert_eq!(ticks(0.0, 255.0), [0.0, 100.0, 200.0]);
-        assert_eq!(ticks(-1.2, 1.3), [-1.0, -0.5, 0.0, 0.5, 1.0]);
-        assert!(ticks(1.0, 1.0).is_empty() && ticks(f64::NAN, 1.0).is_empty());
-        for (low, high) in [(0.0, 1e-3), (186.0, 4000.0), (-0.01, 17.3)] {
-            let found = ticks(low, high);
-            assert!(
-                (2..=6).contains(&found.len()) && found.iter().all(|t| (low..=high * 1.001).contains(t)),
-                "{found:?}"
-            );
         }
     }
 }
