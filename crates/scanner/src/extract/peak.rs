@@ -8,6 +8,8 @@
 
 use std::ops::Range;
 
+use multiversion::multiversion;
+
 use super::block::{LANES, load_row};
 use crate::frame::Frame;
 use bench::settings::{Extraction, PeakChoice, SearchDirection};
@@ -66,27 +68,35 @@ fn min_peak_level(settings: &Extraction) -> u16 {
 }
 
 /// One window around the peak of each column, from the two in `frames`, and `dark` where there is neither.
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 pub(super) fn merge_windows(frames: &[Frame; 2], dark: u16, settings: &Extraction) -> Frame {
     let (cols, first_col) = (frames[0].cols, frames[0].first_col);
     let rows = 2 * HALF_WINDOW_ROWS + 1;
-    let mut merged = Frame { cols, rows, first_col, first_row: Vec::new(), dn: vec![dark; rows * cols] };
+    let mut merged = Frame { cols, rows, first_col, first_row: Vec::with_capacity(cols), dn: vec![dark; rows * cols] };
     for start in (0..cols).step_by(LANES) {
         let columns = start..(start + LANES).min(cols);
-        let peaks = frames.each_ref().map(|frame| peaks(frame, &columns, settings));
+        let peaks = [peaks(&frames[0], &columns, settings), peaks(&frames[1], &columns, settings)];
         for column in columns {
-            let [a, b] = [0, 1].map(|number: usize| {
+            let peak = |number: usize| {
                 let (best, at) = &peaks[number];
                 let row = frames[number].first_row[column] + i32::from(at[column - start]);
                 WindowPeak { level: best[column - start], row }
-            });
-            let first = winning_row(a, b, settings) - HALF_WINDOW_ROWS as i32;
-            merged.first_row.push(first);
-            for frame in frames {
-                let off = frame.first_row[column] - first;
-                for k in (-off).max(0)..(rows as i32 - off).min(frame.rows as i32) {
-                    merged.dn[(k + off) as usize * cols + column] = frame.dn[k as usize * cols + column];
-                }
+            };
+            merged.first_row.push(winning_row(peak(0), peak(1), settings) - HALF_WINDOW_ROWS as i32);
+        }
+    }
+    for frame in frames {
+        let off = |column: usize| frame.first_row[column] - merged.first_row[column];
+        let mut start = 0;
+        while start < cols {
+            // Neighbours whose windows lie alike are copied together.
+            let end = (start + 1..cols).find(|&column| off(column) != off(start)).unwrap_or(cols);
+            let off = off(start);
+            for k in (-off).max(0)..(rows as i32 - off).min(frame.rows as i32) {
+                let to = &mut merged.dn[(k + off) as usize * cols..][start..end];
+                to.copy_from_slice(&frame.dn[k as usize * cols..][start..end]);
             }
+            start = end;
         }
     }
     merged

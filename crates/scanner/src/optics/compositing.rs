@@ -51,17 +51,33 @@ fn load_rows(rows: &[i32], start: usize) -> [i32; TILE] {
 /// Adds `share` of the light of one window to others, row by row of the sensor; what comes from below counts as light from
 /// the surface in columns of `metal`.
 pub(crate) fn add_shifted(from: &Window, to: &mut [Window], metal: &[bool], share: f32) {
-    for c in 0..TILE {
-        let metal = metal.get(c).is_some_and(|&metal| metal);
-        for window in to.iter_mut() {
-            let off = from.first_row[c] - window.first_row[c];
-            let rows = ROWS as i32;
+    for window in to.iter_mut() {
+        let off = |c: usize| from.first_row[c] - window.first_row[c];
+        let mut start = 0;
+        while start < TILE {
+            // Neighbours that move alike are added together.
+            let alike = |c: usize| off(c) == off(start) && metal.get(c) == metal.get(start);
+            let end = (start + 1..TILE).find(|&c| !alike(c)).unwrap_or(TILE);
+            let (off, rows) = (off(start), ROWS as i32);
+            let columns = start..end;
             for k in (-off).max(0)..(rows - off).min(rows) {
                 let (k, there) = (k as usize, (k + off) as usize);
-                let (surface, volume) = (share * from.surface[k][c], share * from.volume[k][c]);
-                window.surface[there][c] += if metal { surface + volume } else { surface };
-                window.volume[there][c] += if metal { 0.0 } else { volume };
+                let surface = from.surface[k][columns.clone()].iter().zip(&from.volume[k][columns.clone()]);
+                let lit = &mut window.surface[there][columns.clone()];
+                if metal.get(start).is_some_and(|&metal| metal) {
+                    for (sum, (surface, volume)) in lit.iter_mut().zip(surface) {
+                        *sum += share * surface + share * volume;
+                    }
+                } else {
+                    for ((sum, below), (surface, volume)) in
+                        lit.iter_mut().zip(&mut window.volume[there][columns.clone()]).zip(surface)
+                    {
+                        *sum += share * surface;
+                        *below += share * volume;
+                    }
+                }
             }
+            start = end;
         }
     }
 }

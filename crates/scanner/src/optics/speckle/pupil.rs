@@ -23,7 +23,9 @@
 //! zones between pixels, crosstalk.
 
 use std::f64::consts::PI;
+use std::ops::Range;
 
+use multiversion::multiversion;
 use procedural::Stream;
 use procedural::stream::mix;
 use rustfft::FftPlannerScalar;
@@ -89,24 +91,46 @@ impl Pupil {
     fn row_transform(&self, shift: usize) -> RowTransform {
         let [columns, rows] = self.diameter.map(|d| d.ceil() as usize);
         let mut lines = vec![Complex::new(Lanes::zero(), Lanes::zero()); columns.div_ceil(LANES) * self.side[1]];
-        let off = |at: usize, d: f64| (at as f64 + 0.5) / (0.5 * d) - 1.0;
-        for column in 0..columns {
-            let (line, lane) = (&mut lines[column / LANES * self.side[1]..], column % LANES);
-            let key = mix(self.key ^ mix(column as u64)) as u32;
-            let across = off(column, self.diameter[0]);
-            for (row, cell) in line[..rows].iter_mut().enumerate() {
-                let down = off(row, self.diameter[1]);
-                if across * across + down * down <= 1.0 {
-                    let phase_row = (row + shift) % self.phase_rows();
-                    let (cos, sin) =
-                        lanes::cos_sin_turns((lanes::hash(phase_row as u32 ^ key) >> 8) as f32 / 16_777_216.0);
-                    (cell.re.0[lane], cell.im.0[lane]) = (cos, sin);
-                }
-            }
+        for (group, line) in lines.chunks_exact_mut(self.side[1]).enumerate() {
+            self.phases(group * LANES..columns.min((group + 1) * LANES), shift, &mut line[..rows]);
         }
         // The other planners pick instructions by the CPU, and with them the last bits.
         FftPlannerScalar::new().plan_fft_forward(self.side[1]).process(&mut lines);
         RowTransform { side: self.side, lines }
+    }
+
+    /// The phases of some neighbouring columns, moved by `shift` rows; lanes for columns.
+    fn phases(&self, columns: Range<usize>, shift: usize, line: &mut [Complex<Lanes>]) {
+        let off = |at: usize, d: f64| (at as f64 + 0.5) / (0.5 * d) - 1.0;
+        let square = |x: f64| x * x;
+        let (mut keys, mut across2) = ([0; LANES], [f64::INFINITY; LANES]);
+        for (lane, column) in columns.enumerate() {
+            keys[lane] = mix(self.key ^ mix(column as u64)) as u32;
+            across2[lane] = square(off(column, self.diameter[0]));
+        }
+        let down2: Vec<f64> = (0..line.len()).map(|row| square(off(row, self.diameter[1]))).collect();
+        let mut start = 0;
+        while start < line.len() {
+            // Phases repeat.
+            let first = (start + shift) % self.phase_rows();
+            let end = line.len().min(start + self.phase_rows() - first);
+            turn(&keys, &across2, first as u32, &down2[start..end], &mut line[start..end]);
+            start = end;
+        }
+    }
+}
+
+/// Unit fields in the disc, with the phases of rows `first` on.
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
+fn turn(keys: &[u32; LANES], across2: &[f64; LANES], first: u32, down2: &[f64], line: &mut [Complex<Lanes>]) {
+    for (row, (cell, down2)) in line.iter_mut().zip(down2).enumerate() {
+        for lane in 0..LANES {
+            let drawn = lanes::hash((first + row as u32) ^ keys[lane]) >> 8;
+            let (cos, sin) = lanes::cos_sin_turns(drawn as i32 as f32 / 16_777_216.0);
+            let inside = across2[lane] + down2 <= 1.0;
+            cell.re.0[lane] = if inside { cos } else { 0.0 };
+            cell.im.0[lane] = if inside { sin } else { 0.0 };
+        }
     }
 }
 

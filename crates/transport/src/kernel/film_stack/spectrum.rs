@@ -79,7 +79,14 @@ impl LengthInterpolation {
         for (i, value) in near.iter_mut().enumerate() {
             *value = unit.0[(self.first + i as i32).clamp(0, N as i32 - 1) as usize];
         }
-        std::array::from_fn(|i| (0..4).map(|j| self.weights[j] * near[i + j]).sum())
+        // No closures: they would be compiled once for every machine, and this for each.
+        let mut spectrum = [0.0f32; FREQUENCY_COUNT];
+        for (j, &weight) in self.weights.iter().enumerate() {
+            for (sum, &value) in spectrum.iter_mut().zip(&near[j..]) {
+                *sum += weight * value;
+            }
+        }
+        spectrum
     }
 }
 
