@@ -28,7 +28,7 @@ MOTO := .venv-moto
 # Tests that take seconds and need neither .venv nor Chromium; those of the reference models take a minute.
 QUICK = architecture dataset dictionary matter numerics recipe recipe_schema transport
 
-.PHONY: help defect-maps build dist wheel test-wheel test-scale test quick prepare built check bench same-bytes wood wood-small blister blister-small sawtooth sawtooth-small mesh-small preview validate report bench-check check-onnx baselines gap closed-loop gallery schema kernel-table film-table bless judge fuzz doc clean venv
+.PHONY: help defect-maps build dist wheel test-wheel test-scale test-rust test-installed test quick prepare built check bench same-bytes wood wood-small blister blister-small sawtooth sawtooth-small mesh-small preview validate report bench-check check-onnx baselines gap closed-loop gallery schema kernel-table film-table bless judge fuzz doc clean venv
 
 help: ## print this help
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1\t/' | expand -t 14
@@ -73,10 +73,17 @@ test-scale: wheel $(SCALE)/.ready $(MOTO)/.ready ## tests of clusters and bucket
 	$(SCALE)/bin/uv pip install --quiet --python $(SCALE)/bin/python --no-deps --reinstall target/wheels/sheetlight-*.whl
 	$(SCALE)/bin/python -m pytest -q -p no:cacheprovider tests/scale
 
+# Half of the time of the installed package's tests is waiting for clusters and servers, so the others run beside them.
 test: venv ## run every test, readers in Python included
+	$(MAKE) --no-print-directory -j2 test-rust test-installed
+
+test-rust: venv ## tests of the program and its crates
 	cargo test $(ALL) --tests
 	cargo test $(ALL) --doc
-	$(MAKE) --no-print-directory test-wheel test-scale
+
+test-installed: venv
+	$(MAKE) --no-print-directory test-wheel
+	$(MAKE) --no-print-directory test-scale
 
 quick: ## format, lints, unit tests and the tests that take seconds, without Python
 	cargo fmt --all --check

@@ -24,8 +24,9 @@ const GRAIN_STEP: f64 = 1.03;
 const MIN_FINE_ROWS: usize = 6;
 /// Most fine rows per pixel, which bound the memory of a pattern.
 const MAX_FINE_ROWS: usize = 24;
-/// Fine rows per pixel above which a pattern is half as long along the motion.
-const MAX_FINE_ROWS_OF_SQUARE_PATTERN: usize = 8;
+/// Rows after which a pattern repeats, at another place of it: more than a window has, for a transform that is a small scan's largest
+/// cost [px].
+const PATTERN_ROWS: usize = TILE / 2;
 /// Most stacks in the cache, the latest used first.
 const MAX_CACHED_STACKS: usize = 8;
 /// Numbers of independent looks that can be averaged: a pattern and its mirror images.
@@ -141,7 +142,7 @@ impl SinglePatterns {
         // Two samples a grain hold the intensity (Nyquist).
         let fine = ((2.0 / grain).ceil() as usize).clamp(MIN_FINE_ROWS, MAX_FINE_ROWS);
         let grain = grain.max(2.0 / fine as f64);
-        let rows = fine * if fine > MAX_FINE_ROWS_OF_SQUARE_PATTERN { TILE / 2 } else { TILE };
+        let rows = fine * PATTERN_ROWS;
         let pupil = Pupil::new([TILE * fine, rows], grain * fine as f64, stream);
         Self { pupil, law, grain, fine, rows, unlike_pairs, pairs: Default::default() }
     }
