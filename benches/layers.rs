@@ -18,7 +18,15 @@ fn row(bencher: Bencher, change: f32) {
     let stack = |i: usize| {
         let under = Medium::isotropic(0.005 + change * i as f32, 40.0, 1.5, Gloss::NONE);
         let film = Film { thickness_mm: 0.1 + 1e-5 * i as f32, gap_mm: Some(0.5), under, under_slope: [0.0; 2] };
-        FilmStack { medium, film, enter: 0.95, view_up: 0.9, view: Vec3::new(0.0, -0.435_89, 0.9), light: Vec3::Z }
+        FilmStack {
+            medium,
+            film,
+            enter: 0.95,
+            view_up: 0.9,
+            view: Vec3::new(0.0, -0.435_89, 0.9),
+            light_up: 1.0,
+            light: Vec3::Z,
+        }
     };
     let stacks: Vec<FilmStack> = (0..POINTS).map(stack).collect();
     let mut kernel = FilmStackKernel::new();

@@ -234,7 +234,7 @@ fn glints_stand_where_facets_bisect_laser_and_lens() {
         let glint = |light: Vec3| {
             let film = Film { thickness_mm: 0.1, gap_mm: Some(3.0), under, under_slope: [0.0; 2] };
             let medium = Medium::isotropic(0.001, 0.001, 1.53, Gloss::NONE);
-            let cover = FilmStack { medium, film, enter: 0.956, view_up: view.z, view, light };
+            let cover = FilmStack { medium, film, enter: 0.956, view_up: view.z, light_up: 1.0, view, light };
             FilmStackKernel::new().spread(&cover).through.iter().sum::<f32>()
                 / gloss(&under.gloss, Vec3::Z, light, view)
         };

@@ -90,7 +90,15 @@ fn produced(pack: &Pack) -> Vec<Estimate> {
     let film = matter.film.expect("film");
     let view = Question::default().view.as_vec3();
     let normal = Vec3::new(-surface.slope_x, -surface.slope_y, 1.0).normalize();
-    let cover = FilmStack { medium: matter.medium, film, enter: 1.0, view_up: normal.dot(view), view, light: Vec3::Z };
+    let cover = FilmStack {
+        medium: matter.medium,
+        film,
+        enter: 1.0,
+        view_up: normal.dot(view),
+        light_up: normal.z,
+        view,
+        light: Vec3::Z,
+    };
     let answer = FilmStackKernel::new().spread(&cover);
     // What comes from below is seen through the film nearer to the lens.
     let shift = f64::from(cover.seen_beside());

@@ -21,12 +21,12 @@ mod rays;
 pub(crate) mod surface_grid;
 pub mod turntable;
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use procedural::{Body, Class, Film, Matter, Medium, Surface};
 
 use self::outline::Outline;
 use self::rays::{Intersection, LEAVE_MM, TriangleBvh};
-use self::surface_grid::SurfaceGrid;
+use self::surface_grid::{Differences, SurfaceGrid};
 use self::turntable::{BodyPose, Turntable};
 use crate::frame::{Rig, Sightline, Sightlines};
 
@@ -152,6 +152,11 @@ impl Specimen {
     /// Whether the lens sees `point` below a film with the laser at scan position `y`, the film itself ignored [mm].
     pub(crate) fn sees_below(&self, point: Vec3, y: f32) -> bool {
         self.lower.as_ref().is_some_and(|lower| !lower.hides(point, lens(&self.rig, y)))
+    }
+
+    /// Height and thickness of the film about a place; `None` where nothing is seen through film [mm].
+    pub(crate) fn film(&self, place: Vec2) -> Option<[Differences; 2]> {
+        Some([self.upper.as_ref()?.bent(place), self.lower.as_ref()?.film(place)])
     }
 
     /// Where light that leaves `from` on the surface along the unit vector `direction` lands on the body within `reach`
@@ -431,13 +436,13 @@ fn surface_grids(body: &Body, lens: Vec3) -> (Option<SurfaceGrid>, Option<Surfac
         }
     });
     let lower = (clearest < OPAQUE_FILM_DEPTH).then(|| {
-        SurfaceGrid::new(low, high, lens, |y, x, row| {
+        SurfaceGrid::below_film(low, high, lens, |y, x, heights, films| {
             let slice = body.slice(y);
-            for (z, &x) in row.iter_mut().zip(x) {
-                *z = slice.surface(x).map_or(0.0, |surface| match slice.matter(x, surface.z).film {
-                    Some(film) => height_below(&surface, &film),
-                    None => surface.z,
-                });
+            for ((z, thickness), &x) in heights.iter_mut().zip(films).zip(x) {
+                let Some(surface) = slice.surface(x) else { continue };
+                let film = slice.matter(x, surface.z).film;
+                *z = film.map_or(surface.z, |film| height_below(&surface, &film));
+                *thickness = film.map_or(0.0, |film| film.thickness_mm);
             }
         })
     });

@@ -20,9 +20,9 @@ pub struct Band {
     /// Rows before the first profile.
     pub(super) halo: usize,
     pub(super) rows: Vec<Row>,
-    /// Electrons from below by a model that knows one line at a time, `[ROWS][columns]` for each profile, columns padded to
+    /// Electrons from below by a model that knows one line at a time, `[ROWS][columns]` for both windows of each profile, columns padded to
     /// whole tiles; empty where the kernel answers.
-    pub(super) volumes: Vec<Vec<f32>>,
+    pub(super) volumes: Vec<[Vec<f32>; 2]>,
     /// Offsets of the rows that let light out, a profile, for each row of the window [profiles]; empty where steps are even.
     pub(super) offsets: Vec<[isize; ROWS]>,
 }
@@ -48,8 +48,8 @@ impl Band {
     }
 
     /// Electrons from below in `profile`; `None` where the kernel answers.
-    pub(super) fn volume(&self, profile: usize) -> Option<&[f32]> {
-        self.volumes.get(profile - self.profiles.start).map(Vec::as_slice)
+    pub(super) fn volume(&self, profile: usize) -> Option<&[Vec<f32>; 2]> {
+        self.volumes.get(profile - self.profiles.start)
     }
 
     /// Offsets of the rows that each row of a profile's window looks at [profiles].

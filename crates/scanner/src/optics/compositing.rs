@@ -12,13 +12,12 @@ use numerics::lanes::exp;
 /// Standard deviations beyond which an image is left out.
 const REACH_SIGMAS: f32 = 5.0;
 
-/// Adds what lies beside the line to `scratch`, whose first window holds the line alone.
-pub fn composite(secondary: &SecondaryLight, tile: usize, scratch: &mut Scratch) {
-    let need = secondary.needs[tile];
+/// Puts the windows of `scratch` where those of a tile lie; the first one holds the line alone.
+pub fn stand(secondary: &SecondaryLight, tile: usize, scratch: &mut Scratch) {
+    let (need, start) = (secondary.needs[tile], tile * TILE);
     if need == WindowNeed::Line {
         return;
     }
-    let start = tile * TILE;
     let Scratch { windows, spare, used, .. } = scratch;
     *used = if need == WindowNeed::Two { 2 } else { 1 };
     let places = [0, 1].map(|number| load_rows(&secondary.windows[number], start));
@@ -33,6 +32,16 @@ pub fn composite(secondary: &SecondaryLight, tile: usize, scratch: &mut Scratch)
         windows[1].first_row = places[1];
         windows[1].darken();
     }
+}
+
+/// Adds what lies beside the line to `scratch`, whose first window holds the line alone.
+pub fn composite(secondary: &SecondaryLight, tile: usize, scratch: &mut Scratch) {
+    if secondary.needs[tile] == WindowNeed::Line {
+        return;
+    }
+    let start = tile * TILE;
+    stand(secondary, tile, scratch);
+    let Scratch { windows, spare, used, .. } = scratch;
     let windows = &mut windows[..*used];
     let columns = &secondary.transmitted.columns;
     if columns.start < start + TILE && columns.end > start {

@@ -177,9 +177,14 @@ fn still(sensor: &Sensor, band: &Band, profile: usize, tile: usize, rows: Range<
     match band.volume(profile) {
         Some(volume) => {
             surface_line(own, start, &line, load(&own.variance, start), first);
-            let padded = volume.len() / ROWS;
-            for (k, row) in first.volume.iter_mut().enumerate() {
-                *row = *load(volume, k * padded + start);
+            if let Some(secondary) = &own.secondary {
+                compositing::stand(secondary, tile, scratch);
+            }
+            for (window, volume) in scratch.windows.iter_mut().take(scratch.used).zip(volume) {
+                let padded = volume.len() / ROWS;
+                for (k, row) in window.volume.iter_mut().enumerate() {
+                    *row = *load(volume, k * padded + start);
+                }
             }
         }
         None => {

@@ -6,13 +6,14 @@
 //! camera's slant in other columns. There the line is drawn anew, linear between the points that neighbouring columns
 //! meet; where the surface below jumps (the edge of a tablet) the line is broken, and what tablets hide from the lens is
 //! dark.
-//! Refraction in the film shows what lies below nearer to the lens along the film's normal, level film by up to half of its thickness for
-//! views up to 45 degrees; and light that enters a slope meets what lies below beside where it would have come straight.
-//! Neglected: what the film above hides of what lies below; light that comes back through another film than it went in by.
+//! Both ways through the film are followed ([`super::bent_film`]): level film shows what lies below nearer to the lens, by up to half of
+//! its thickness for views up to 45 degrees; bent film turns light, which meets what lies below elsewhere, spread over more or less of it.
+//! Neglected: what the film above hides of what lies below; a second image of the same light, where bent film folds the line over itself.
 
-use glam::Vec3;
+use glam::{Mat2, Vec2, Vec3};
 use procedural::{Film, Matter, Medium, Surface};
 
+use super::bent_film::{FilmPlace, FilmSheet, LEAST_FILM_COSINE, PlaneBelow, upright};
 use super::box_filter::blur_varying;
 use super::camera::{Camera, Sight};
 use super::row::TransmittedLine;
@@ -20,14 +21,19 @@ use super::row_view::RowView;
 use super::speckle::TILE;
 use crate::specimen::{Hit, height_below};
 use transport::fresnel;
-use transport::kernel::film_stack::{FilmStack, FilmStackKernel, FilmStackSpread, raised_by_refraction};
+use transport::kernel::film_stack::{FilmStack, FilmStackKernel, FilmStackSpread, passed_unturned};
 use transport::kernel::{BASIS, SPREAD_MM};
 
 /// Heights of neighbouring columns below a film that count as two surfaces [mm].
 const JUMP_MM: f32 = 0.5;
-/// Least cosine between film and light, and least slant of the view along the motion, for which refraction is followed [1].
-const LEAST_FILM_COSINE: f32 = 0.1;
+/// Least slant of the view along the motion for which light off the laser plane is followed [1].
 const LEAST_VIEW_SLANT: f32 = 0.05;
+/// Greatest widening of the line that is believed: more is a caustic or an edge [1].
+const MAX_WIDENING: f32 = 10.0;
+/// Fixed widths of light that has kept its direction as far as what lies below, up to 0.1 mm: the rest comes from all sides.
+const NARROW_WIDTHS: usize = 3;
+/// Most light that bent film gathers on a place, over that of level film [1].
+const MAX_GATHERED: f32 = 3.0;
 /// Greatest radiance factor of a width that is believed [1].
 const MAX_RADIANCE_FACTOR: f32 = 2.0;
 /// Mean run of light on its way out in free paths, as in the kernel [1].
@@ -39,11 +45,26 @@ struct TransmittedPoint {
     /// Sensor column where it is seen [px].
     column: f32,
     z: f32,
+    /// Where along the line its light lands, and would without a film [mm].
+    lands: [f32; 2],
     sight: Sight,
     /// Light towards the lens, by width [e-].
     light: [f32; BASIS],
     metal: bool,
     sealed: bool,
+}
+
+/// Light below a film, as the lens sees it.
+#[derive(Debug, Clone, Copy)]
+struct Meeting {
+    /// Where it is seen: in the laser plane, on the line of the view [mm].
+    seen: Vec3,
+    /// Where along the line it lands, and would without a film [mm].
+    lands: [f32; 2],
+    /// Width of the line there over that above the film [1].
+    widening: f32,
+    /// Light that passes the film towards the lens where that looks through it, over that at the column's own place [1].
+    passed: f32,
 }
 
 /// Buffers in which second lines are made.
@@ -83,6 +104,7 @@ pub fn spread(
         film: *film,
         enter: entering_share(matter.medium.n_eff, normal, -sight.light),
         view_up: normal.dot(sight.view).max(0.0),
+        light_up: normal.dot(-sight.light).max(LEAST_FILM_COSINE),
         view: sight.view,
         light: -sight.light,
     });
@@ -96,6 +118,38 @@ pub fn spread(
 fn under_normal(film: &Film) -> Vec3 {
     let [along, across] = film.under_slope;
     Vec3::new(-along, -across, 1.0).normalize()
+}
+
+/// Where light that `hit` lets through its film meets what lies below at height `z`, and how the lens sees that: through the film as it
+/// is `bent`, or as if it were even.
+fn meeting(hit: &Hit, above: &Sight, film: &Film, z: f32, view: &RowView<'_>, bent: bool) -> Option<Meeting> {
+    let own = Vec2::new(hit.surface.slope_x, hit.surface.slope_y);
+    let at = Vec3::new(hit.x, view.y, hit.surface.z);
+    let here = FilmPlace { z: at.z, slope: own, bend: Mat2::ZERO, thickness_mm: film.thickness_mm, wedge: Vec2::ZERO };
+    let shape = |place: Vec2| match bent {
+        true => view.specimen.film(place).map(FilmPlace::of),
+        false => Some(FilmPlace { z: at.z + own.dot(place - at.truncate()), ..here }),
+    };
+    let around = shape(at.truncate())?;
+    let here = FilmPlace { bend: around.bend, wedge: around.wedge, ..here };
+    let plane = PlaneBelow { point: Vec3::new(hit.x, view.y, z), normal: under_normal(film) };
+    let sheet = FilmSheet { n: hit.matter.medium.n_eff, place: shape };
+    let landed = sheet.land(at.x, at.y, above.light, &here, &plane)?;
+    let target = landed.point;
+    let seen = sheet.see(target, above.view, &plane, at.z)?;
+    // What is seen lies on the view's line, which meets the laser plane here.
+    let along = above.view * ((view.y - seen.point.y) / above.view.y.min(-LEAST_VIEW_SLANT));
+    let straight = hit.x + above.light.x * ((at.z - target.z) / -above.light.z);
+    let up = upright(own).dot(above.view).max(LEAST_FILM_COSINE);
+    let passed = |thickness_mm: f32, up: f32| {
+        passed_unturned(&hit.matter.medium, &Film { thickness_mm, ..*film }, up).max(f32::MIN_POSITIVE)
+    };
+    view.specimen.sees_below(target, view.y).then_some(Meeting {
+        seen: seen.point + along,
+        lands: [target.x, straight],
+        widening: landed.widening,
+        passed: passed(seen.thickness_mm, seen.up) / passed(film.thickness_mm, up),
+    })
 }
 
 impl TransmissionScratch {
@@ -116,27 +170,29 @@ impl TransmissionScratch {
         view: &RowView<'_>,
     ) {
         let z = height_below(&hit.surface, film);
-        // A slab shifts images along its normal; light on its way in by the share that belongs to its own slant.
-        let shift = |way: Vec3| {
-            film.thickness_mm * raised_by_refraction(hit.matter.medium.n_eff, normal.dot(way).max(LEAST_FILM_COSINE))
-        };
-        let (seen, beside) = (shift(above.view), shift(above.view) - shift(-above.light));
-        let seen_x = hit.x + normal.x * beside;
-        let seen_z = z + normal.z * seen - normal.y * beside * above.view.z / above.view.y.min(-LEAST_VIEW_SLANT);
-        let light: f32 = through.iter().sum();
-        let [slope_x, slope_y] = film.under_slope;
-        let sight = view.sight(seen_x, &Surface { z: seen_z, slope_x, slope_y });
-        let white = under_normal(film).dot(sight.view).max(0.0) * sight.electrons;
         // No row holds more than all of it.
-        let faint = light * white < view.faint;
-        if !hit.lit || faint || !view.specimen.sees_below(Vec3::new(hit.x, view.y, z), view.y) {
+        let light: f32 = through.iter().sum();
+        if !hit.lit || light * normal.dot(above.view).max(0.0) * above.electrons < view.faint {
             return;
         }
+        let bent = film.gap_mm.and_then(|_| meeting(hit, above, film, z, view, true));
+        // Where the film turns the line away, what it has scattered before is left.
+        let first = if bent.is_some() || film.gap_mm.is_none() { 0 } else { NARROW_WIDTHS };
+        let Some(meeting) = bent.or_else(|| meeting(hit, above, film, z, view, false)) else { return };
+        let Meeting { seen, lands, widening, passed } = meeting;
+        let [slope_x, slope_y] = film.under_slope;
+        let sight = view.sight(seen.x, &Surface { z: seen.z, slope_x, slope_y });
+        let white = under_normal(film).dot(sight.view).max(0.0) * sight.electrons * passed;
+        if light * white < view.faint {
+            return;
+        }
+        let spread = sight.laser_variance * (widening.min(MAX_WIDENING).powi(2) - 1.0);
         self.below[column] = Some(TransmittedPoint {
-            column: view.camera.project(seen_x, 0.0, seen_z)[0],
+            column: view.camera.project(seen.x, 0.0, seen.z)[0],
             z,
-            sight,
-            light: through.map(|t| t * white),
+            lands,
+            sight: Sight { variance: sight.variance + spread, ..sight },
+            light: std::array::from_fn(|j| if j < first { 0.0 } else { through[j] * white }),
             metal: film.under.gloss.is_metal(),
             sealed: film.gap_mm.is_none(),
         });
@@ -168,6 +224,8 @@ impl TransmissionScratch {
             if (a.z - b.z).abs() > JUMP_MM || b.column <= a.column {
                 continue;
             }
+            // Light that bent film spreads over more of the line is as much fainter.
+            let gathered = ((b.lands[1] - a.lands[1]) / (b.lands[0] - a.lands[0])).abs().min(MAX_GATHERED);
             let end = (b.column.ceil() as usize).min(columns);
             for column in a.column.ceil().max(0.0) as usize..end {
                 let part = (column as f32 - a.column) / (b.column - a.column);
@@ -185,7 +243,8 @@ impl TransmissionScratch {
                 line.variance[column] = mix(a.sight.variance, b.sight.variance);
                 line.metal[column] = a.metal;
                 for j in 0..BASIS {
-                    line.source[j][column] = mix(a.light[j], b.light[j]);
+                    let share = if j < NARROW_WIDTHS { gathered } else { 1.0 };
+                    line.source[j][column] = share * mix(a.light[j], b.light[j]);
                 }
             }
         }

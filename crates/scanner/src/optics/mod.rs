@@ -6,6 +6,7 @@
 
 mod ambient;
 mod band;
+mod bent_film;
 pub mod blooming;
 mod box_filter;
 pub mod camera;

@@ -9,9 +9,9 @@ use std::fmt;
 
 use super::box_filter::blur_varying;
 use super::camera::Camera;
-use super::row::Row;
+use super::row::{Row, WindowNeed};
 use super::speckle::TILE;
-use super::window::{CENTRE, ROWS};
+use super::window::{ROWS, window_start};
 use crate::specimen::Specimen;
 use numerics::lanes::exp;
 use transport::line::{LineResponse, LineSource};
@@ -52,9 +52,9 @@ pub(crate) struct PerLine<'a> {
 }
 
 impl PerLine<'_> {
-    /// Electrons from below in the window of every column of `profile`, `[ROWS][columns]`, columns padded to whole tiles;
-    /// the profile stands at scan position `y` [mm], where the row of the specimen is `row`.
-    pub fn volume(&self, row: &Row, profile: u64, y: f64) -> Vec<f32> {
+    /// Electrons from below in both windows of every column of `profile`, `[ROWS][columns]` each, columns padded to whole tiles, the
+    /// second empty where one is enough; the profile stands at scan position `y` [mm], where the row of the specimen is `row`.
+    pub fn volume(&self, row: &Row, profile: u64, y: f64) -> [Vec<f32>; 2] {
         let columns = row.hits.len();
         let height = row.hits.iter().map(|hit| hit.surface.z).fold(0.0, f32::max);
         // Bare columns stand where they would see the body.
@@ -67,7 +67,17 @@ impl PerLine<'_> {
         }
         let middle = self.camera.sight(0.0, height, 0.0);
         let line_mm = f64::from(middle.laser_variance.sqrt() / middle.rows_per_mm);
-        let reach = ROWS as f64 / 2.0 / f64::from(middle.rows_per_mm) + 3.0 * line_mm;
+        // As far as the windows lie beside the line's own.
+        let aside = row.secondary.as_ref().map_or(0, |secondary| {
+            let lit = (0..columns).filter(|&column| secondary.needs[column / TILE] > WindowNeed::Line);
+            let away = |column: usize| {
+                let own = window_start(row.centre[column]);
+                let other = if secondary.needs[column / TILE] == WindowNeed::Two { 1 } else { 0 };
+                (0..=other).map(|number| secondary.windows[number][column].abs_diff(own)).max().unwrap_or(0)
+            };
+            lit.map(away).max().unwrap_or(0)
+        });
+        let reach = (ROWS as f64 / 2.0 + f64::from(aside)) / f64::from(middle.rows_per_mm) + 3.0 * line_mm;
         let line = LineSource {
             body: self.specimen.body(),
             y,
@@ -83,10 +93,19 @@ impl PerLine<'_> {
     }
 
     /// Lays an answer on the sensor.
-    fn project(&self, response: &LineResponse, row: &Row, of: &LineSource) -> Vec<f32> {
+    fn project(&self, response: &LineResponse, row: &Row, of: &LineSource) -> [Vec<f32>; 2] {
         let columns = response.columns;
         let padded = columns.next_multiple_of(TILE);
-        let mut window = vec![0.0; ROWS * padded];
+        let starts = |column: usize| match row.secondary.as_ref() {
+            Some(secondary) => match secondary.needs[column / TILE] {
+                WindowNeed::Line => [Some(window_start(row.centre[column])), None],
+                WindowNeed::One => [Some(secondary.windows[0][column]), None],
+                WindowNeed::Two => [Some(secondary.windows[0][column]), Some(secondary.windows[1][column])],
+            },
+            None => [Some(window_start(row.centre[column])), None],
+        };
+        let second = if row.secondary.is_some() { ROWS * padded } else { 0 };
+        let mut windows = [vec![0.0; ROWS * padded], vec![0.0; second]];
         let (mut line, mut buffer) = (vec![0.0; columns], Vec::new());
         let defocus: Vec<f32> = row.hits.iter().map(|hit| self.camera.defocus(0.0, hit.surface.z)[0]).collect();
         for (i, light) in response.light.chunks_exact(columns).enumerate() {
@@ -98,24 +117,25 @@ impl PerLine<'_> {
                 if electrons == 0.0 {
                     continue;
                 }
-                // The window's middle row holds the centre. Beside the body light is seen as if the line's height went on.
-                let first = row.centre[column].floor() - CENTRE as f32;
+                // Beside the body light is seen as if the line's height went on.
                 let (place, z) = match cut.surface(of.x[column]) {
-                    Some(surface) => (self.camera.project(of.x[column], y as f32, surface.z)[1] - first, surface.z),
-                    None => {
-                        (row.centre[column] - first - y as f32 * row.rows_per_mm[column], row.hits[column].surface.z)
-                    }
+                    Some(surface) => (self.camera.project(of.x[column], y as f32, surface.z)[1], surface.z),
+                    None => (row.centre[column] - y as f32 * row.rows_per_mm[column], row.hits[column].surface.z),
                 };
                 let variance = self.camera.lens_variance() + self.camera.defocus(y as f32, z)[1];
                 let scale = 0.398_942_3 / variance.sqrt() * electrons;
                 let reach = REACH_SIGMAS * variance.sqrt();
-                let (low, high) = ((place - reach).ceil().max(0.0), (place + reach).floor().min(ROWS as f32 - 1.0));
-                for k in low as usize..(high + 1.0).max(0.0) as usize {
-                    let d = k as f32 - place;
-                    window[k * padded + column] += scale * exp(-0.5 * d * d / variance);
+                for (window, start) in windows.iter_mut().zip(starts(column)) {
+                    let Some(start) = start else { continue };
+                    let place = place - start as f32;
+                    let (low, high) = ((place - reach).ceil().max(0.0), (place + reach).floor().min(ROWS as f32 - 1.0));
+                    for k in low as usize..(high + 1.0).max(0.0) as usize {
+                        let d = k as f32 - place;
+                        window[k * padded + column] += scale * exp(-0.5 * d * d / variance);
+                    }
                 }
             }
         }
-        window
+        windows
     }
 }

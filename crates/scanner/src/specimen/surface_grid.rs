@@ -5,7 +5,7 @@
 //! answers whether the lens sees them: every node stores the height above which nothing before it blocks the view.
 //! Neglected: detail finer than the grid, overhangs.
 
-use glam::{Vec2, Vec3};
+use glam::{Mat2, Vec2, Vec3};
 use rayon::prelude::*;
 
 /// Distance of nodes [mm].
@@ -16,6 +16,21 @@ const STEP_MM: f32 = 0.5 * PITCH_MM;
 const BLOCKING_MARGIN_MM: f32 = 0.005;
 /// First step of reflected light off the surface that it leaves [mm].
 const FIRST_STEP_MM: f32 = 0.15;
+
+/// Half of the reach of differences that tell how the surface is bent: whole nodes, so that what a cell's bilinear heights lack is alike
+/// at all of their points and falls out [mm].
+const BEND_REACH_MM: f32 = 2.0 * PITCH_MM;
+
+/// A value over the plane about a point, with its first and second derivatives.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Differences {
+    /// The value [mm].
+    pub value: f32,
+    /// Its slope along x and y [1].
+    pub slope: Vec2,
+    /// Its second derivatives [mm^-1].
+    pub bend: Mat2,
+}
 
 /// Heights over a rectangle; the conveyor, at height 0, goes on around it.
 #[derive(Debug, Clone)]
@@ -30,18 +45,45 @@ pub(crate) struct SurfaceGrid {
     clear: Vec<f32>,
     /// The highest node [mm].
     top: f32,
+    /// Thickness of the film over each node, of a surface below a film; else empty [mm].
+    film: Vec<f32>,
 }
 
 impl SurfaceGrid {
     /// Heights over the box `low`..`high` [mm]: `line` gives those of the nodes at scan position y, asked at many x.
     /// `lens` is where the lens stands over y = 0 [mm].
     pub fn new(low: Vec3, high: Vec3, lens: Vec3, line: impl Fn(f32, &[f32], &mut [f32]) + Sync) -> Self {
+        Self::made(low, high, lens, false, |y, x, row, _| line(y, x, row))
+    }
+
+    /// The same of a surface below a film, of whose thickness `line` fills a row too.
+    pub fn below_film(
+        low: Vec3,
+        high: Vec3,
+        lens: Vec3,
+        line: impl Fn(f32, &[f32], &mut [f32], &mut [f32]) + Sync,
+    ) -> Self {
+        Self::made(low, high, lens, true, line)
+    }
+
+    fn made(
+        low: Vec3,
+        high: Vec3,
+        lens: Vec3,
+        films: bool,
+        line: impl Fn(f32, &[f32], &mut [f32], &mut [f32]) + Sync,
+    ) -> Self {
         let first = Vec2::new(low.x - PITCH_MM, low.y - PITCH_MM);
         let nodes = |low: f32, high: f32| ((high - low) / PITCH_MM).ceil().max(0.0) as usize + 3;
         let size = [nodes(low.x, high.x), nodes(low.y, high.y)];
         let x: Vec<f32> = (0..size[0]).map(|i| first.x + i as f32 * PITCH_MM).collect();
-        let mut z = vec![0.0; size[0] * size[1]];
-        z.par_chunks_mut(size[0]).enumerate().for_each(|(j, row)| line(first.y + j as f32 * PITCH_MM, &x, row));
+        let (mut z, mut film) = (vec![0.0; size[0] * size[1]], vec![0.0; if films { size[0] * size[1] } else { 0 }]);
+        let mut films: Vec<&mut [f32]> = film.chunks_mut(size[0]).collect();
+        films.resize_with(size[1], Default::default);
+        z.par_chunks_mut(size[0])
+            .zip(films)
+            .enumerate()
+            .for_each(|(j, (row, film))| line(first.y + j as f32 * PITCH_MM, &x, row, film));
         let top = z.iter().copied().fold(0.0, f32::max);
         // Rays to the lens rise at least so fast along the motion, and lean at most as far along the line.
         let rise = (lens.z - top) / -lens.y;
@@ -56,7 +98,7 @@ impl SurfaceGrid {
                 clear[j * size[0] + i] = beside.iter().copied().fold(f32::MIN, f32::max) - rise * PITCH_MM;
             }
         }
-        Self { low: first, size, z, clear, top }
+        Self { low: first, size, z, clear, top, film }
     }
 
     /// The cell around a point: its first node, and the point's fractions of the cell along x and y [1].
@@ -67,26 +109,54 @@ impl SurfaceGrid {
         inside.then(|| (j * self.size[0] + i, at - Vec2::new(i as f32, j as f32)))
     }
 
-    /// Heights of the corners of a cell: its first node, the next along x, then the same two along y [mm].
-    fn corners(&self, node: usize) -> [f32; 4] {
+    /// Numbers of the corners of a cell: its first node, the next along x, then the same two along y.
+    fn corners(&self, of: &[f32], node: usize) -> [f32; 4] {
         let next = node + self.size[0];
-        [self.z[node], self.z[node + 1], self.z[next], self.z[next + 1]]
+        [of[node], of[node + 1], of[next], of[next + 1]]
     }
 
     /// Height of the surface [mm].
     pub fn height(&self, x: f32, y: f32) -> f32 {
+        self.between(&self.z, x, y)
+    }
+
+    /// Bilinear between nodes, 0 beyond them.
+    fn between(&self, of: &[f32], x: f32, y: f32) -> f32 {
         let Some((node, f)) = self.cell(x, y) else { return 0.0 };
-        let [a, b, c, d] = self.corners(node);
+        let [a, b, c, d] = self.corners(of, node);
         (a + (b - a) * f.x) * (1.0 - f.y) + (c + (d - c) * f.x) * f.y
     }
 
     /// Slope of the surface, dz/dx and dz/dy [1].
     pub fn slope(&self, x: f32, y: f32) -> Vec2 {
         let Some((node, f)) = self.cell(x, y) else { return Vec2::ZERO };
-        let [a, b, c, d] = self.corners(node);
+        let [a, b, c, d] = self.corners(&self.z, node);
         let along_x = (b - a) * (1.0 - f.y) + (d - c) * f.y;
         let along_y = (c - a) * (1.0 - f.x) + (d - b) * f.x;
         Vec2::new(along_x, along_y) / PITCH_MM
+    }
+
+    /// Height, slope and bend of the surface about a point, by central differences.
+    pub fn bent(&self, place: Vec2) -> Differences {
+        self.differences(&self.z, place)
+    }
+
+    /// Thickness of the film over the surface about a point, and how it changes; of [`Self::below_film`].
+    pub fn film(&self, place: Vec2) -> Differences {
+        self.differences(&self.film, place)
+    }
+
+    fn differences(&self, of: &[f32], place: Vec2) -> Differences {
+        let at = |i: f32, j: f32| self.between(of, place.x + i * BEND_REACH_MM, place.y + j * BEND_REACH_MM);
+        let (value, [west, east, south, north]) =
+            (at(0.0, 0.0), [at(-1.0, 0.0), at(1.0, 0.0), at(0.0, -1.0), at(0.0, 1.0)]);
+        let mixed = 0.25 * (at(1.0, 1.0) + at(-1.0, -1.0) - at(1.0, -1.0) - at(-1.0, 1.0));
+        let second = [east + west - 2.0 * value, mixed, mixed, north + south - 2.0 * value];
+        Differences {
+            value,
+            slope: 0.5 * Vec2::new(east - west, north - south) / BEND_REACH_MM,
+            bend: Mat2::from_cols_array(&second) * (1.0 / (BEND_REACH_MM * BEND_REACH_MM)),
+        }
     }
 
     /// Whether the surface stands between `from`, a point on it, and `to` far above it [mm].

@@ -16,7 +16,8 @@
 //! below  B [(1 - m0) A + (1 - m) (T h + ((1 - F) R Y + r X) g)], seen through the film
 //! ```
 //!
-//! Valid for plane parallel layers whose films are wide against gap and thickness, light from straight above. Neglected:
+//! Valid for plane parallel layers whose films are wide against gap and thickness, light from straight above; of light that meets a slope the
+//! straight part is what is left of its longer way. Neglected:
 //! walls of pockets, tilt of film against tablet, direction of light after its first bounce, light that meets foil more
 //! than once in a clear film sealed to it, the change of exit angles with distance.
 
@@ -57,6 +58,8 @@ pub struct FilmStack {
     pub enter: f32,
     /// Cosine of the view against the film's normal [1].
     pub view_up: f32,
+    /// Cosine of the laser's light against it [1].
+    pub light_up: f32,
     /// Unit vector to the lens; x along the line, y along the motion, z up.
     pub view: Vec3,
     /// Unit vector to the laser.
@@ -79,12 +82,10 @@ fn in_film(n: f32, view: Vec3) -> f32 {
     view.y / (n * up)
 }
 
-/// How much higher the lens sees what lies below a film of index `n` than it is, under cosine `up`: the share of the film's thickness
-/// by which refraction raises it, 1 - tan(inside) / tan(outside) [1].
-#[inline]
-pub fn raised_by_refraction(n: f32, up: f32) -> f32 {
-    let (_, inside) = refracted(n, up);
-    1.0 - up / (n * inside)
+/// Share of light from below that passes `film` of `medium` unturned towards a view under cosine `up` [1].
+pub fn passed_unturned(medium: &Medium, film: &Film, up: f32) -> f32 {
+    let extinction = (medium.sigma_i / (1.0 - PIGMENT_G) + medium.mu_a) * film.thickness_mm;
+    seen_through(medium.n_eff, extinction, up)
 }
 
 /// What a film does to a line of light: two patterns on the fixed widths.
@@ -192,7 +193,8 @@ fn flow(kernel: &FilmStackKernel, stack: &FilmStack) -> FilmFlow {
     let place = LengthInterpolation::new(thickness, table::LOWEST_FREQUENCY as f32);
     // Straight light: what is left after one way through, and Fresnel's law on both sides.
     let extinction = turns / (1.0 - PIGMENT_G) + absorbed;
-    let left = numerics::lanes::exp(-extinction);
+    let (_, steep) = refracted(n, stack.light_up);
+    let left = numerics::lanes::exp(-extinction / steep);
     let fresnel = normal_reflectance(n);
     let inner = 1.0 / (1.0 - fresnel * fresnel * left * left);
     let (straight, mirrored) = ((1.0 - fresnel) * left * inner, (1.0 - fresnel) * fresnel * left * left * inner);
