@@ -30,8 +30,9 @@
 //! that same cosine, which optics puts into the line's power, it is the intensity, wherever the light leaves. So a white
 //! Lambertian surface returns what entered however it is tilted.
 //!
-//! Refraction takes the normal where light leaves, after one correction of a first guess. Which of them are followed is left
-//! to chance by what they promise.
+//! Refraction takes the normal where light leaves, after one correction of a first guess; ways from the air below through both sides of
+//! the film are corrected towards the view as far as the cells' facets allow, and the light of a point is not focused by that. Which of
+//! them are followed is left to chance by what they promise.
 //!
 //! Neglected: mirror images of what lies elsewhere, on film and solids (of the line itself they are glare, and booked by
 //! optics); light that would come through a second wall of film.
@@ -72,6 +73,10 @@ const PUSH_INSIDE_MM: f64 = 1e-5;
 const SURE_INTENSITY: f64 = 0.1;
 /// Depth beyond which light is not looked for: 1e-9 of it is left [1].
 const MAX_DEPTH: f64 = 20.0;
+/// Most corrections of a way out through film.
+const MAX_CORRECTIONS: usize = 6;
+/// Distance from the view, of unit vectors, within which light counts as leaving towards the lens [1].
+const MAX_OFF: f64 = 1e-3;
 /// A little off a surface [mm].
 const OFF_SURFACE_MM: f64 = 1e-7;
 
@@ -592,7 +597,7 @@ impl PackGeometry {
             window = right;
         }
         let intensity = strength * window.factor * libm::exp(-depth);
-        self.through(end, Some(number), intensity, light.scale, observer, rng);
+        self.through(end, Some(number), |_| intensity, light.scale, observer, rng);
     }
 
     /// What foil sends, in the air or under sealed film.
@@ -608,7 +613,7 @@ impl PackGeometry {
         let photon = &light.photon;
         let strength = photon.weight * facets.reflectance;
         if !sealed {
-            let intensity = strength * facets.density(photon.direction, self.view);
+            let intensity = |way: DVec3| strength * facets.density(photon.direction, way);
             return self.through(photon.position, None, intensity, light.scale, observer, rng);
         }
         let slab = *self.shape.slab(light.cell);
@@ -622,21 +627,22 @@ impl PackGeometry {
         }
     }
 
-    /// Takes light from a point in the air below towards the lens: through the film, or through a hole.
+    /// Takes light from a point in the air below towards the lens: through the film, or through a hole; `intensity` is what the point sends
+    /// along a direction. Film whose sides differ turns light on its way out: the direction that leaves it towards the lens is found by
+    /// taking away what it is off by.
     fn through(
         &self,
         position: DVec3,
         but: Option<usize>,
-        intensity: f64,
+        intensity: impl Fn(DVec3) -> f64,
         scale: f64,
         observer: &mut impl LineObserver,
         rng: &mut impl Rng,
     ) {
         let shape = &self.shape;
         let Some(cell) = shape.cell(position) else { return };
-        let Some(intensity) = followed(intensity, intensity * falls(f64::from(shape.depths[cell])), rng) else {
-            return;
-        };
+        let promise = intensity(self.view) * falls(f64::from(shape.depths[cell]));
+        let Some(share) = followed(1.0, promise, rng) else { return };
         let mut position = position;
         if let Some(lower) = shape.cells[cell].film.then(|| shape.height(cell, PackFace::Lower, position)) {
             // A solid that touches the film, by rounding.
@@ -644,31 +650,75 @@ impl PackGeometry {
                 position.z = lower;
             }
         }
-        let (length, stop) = shape.march(position, self.view, PackRegion::Under, f64::INFINITY);
-        let end = position + self.view * length;
-        if shape.solid(position, self.view, but).is_some_and(|(_, blocked)| blocked < length) {
-            return;
-        }
-        match stop {
-            PackRayEnd::Face(PackFace::Lower, cell) => {
-                let slab = shape.slab(cell);
-                let Some(window) = RefractedView::new(self.view, shape.normal(cell, PackFace::Lower, end), slab.n)
-                else {
-                    return;
-                };
-                let (length, stop) = shape.march(end, window.direction, PackRegion::Film, f64::INFINITY);
-                let PackRayEnd::Face(PackFace::Upper, cell) = stop else { return };
-                let end = end + window.direction * length;
-                if self.visible(end + shape.normal(cell, PackFace::Upper, end) * OFF_SURFACE_MM) {
-                    let pass = libm::exp(-slab.extinction() * length);
-                    let back = (1.0 - window.passed) * pass;
-                    let unturned = window.passed * window.passed * pass / (1.0 - back * back);
-                    observer.see(end, scale * intensity * unturned);
+        let mut way = self.view;
+        // The best way yet: how far it is off, where it ends, and what it brings.
+        let mut best: Option<(f64, DVec3, f64)> = None;
+        for correction in 0..=MAX_CORRECTIONS {
+            match self.way_out(position, way, but) {
+                WayOut::Film { end, normal, direction, unturned } => {
+                    let off = direction - self.view;
+                    let far = off.length();
+                    if best.is_none_or(|(least, ..)| far < least) {
+                        best = Some((far, end + normal * OFF_SURFACE_MM, intensity(way) * unturned));
+                    }
+                    if far < MAX_OFF {
+                        break;
+                    }
+                    way = (way - off).normalize();
                 }
+                WayOut::Hole(end) if correction == 0 && self.visible(end) => {
+                    return observer.see(position, scale * share * intensity(way));
+                }
+                WayOut::Beyond if correction == 0 => return observer.see(position, scale * share * intensity(way)),
+                WayOut::Hole(_) | WayOut::Beyond | WayOut::Blocked => break,
             }
-            PackRayEnd::Region(PackRegion::Above) if self.visible(end) => observer.see(position, scale * intensity),
-            PackRayEnd::Beyond => observer.see(position, scale * intensity),
-            _ => {}
+        }
+        if let Some((_, end, intensity)) = best.filter(|&(_, end, _)| self.visible(end)) {
+            observer.see(end, scale * share * intensity);
         }
     }
+
+    /// Where light from a point in the air below gets that sets out along `way`; the solid `but` does not block it.
+    fn way_out(&self, position: DVec3, way: DVec3, but: Option<usize>) -> WayOut {
+        let shape = &self.shape;
+        let (length, stop) = shape.march(position, way, PackRegion::Under, f64::INFINITY);
+        let end = position + way * length;
+        if shape.solid(position, way, but).is_some_and(|(_, blocked)| blocked < length) {
+            return WayOut::Blocked;
+        }
+        let cell = match stop {
+            PackRayEnd::Face(PackFace::Lower, cell) => cell,
+            PackRayEnd::Region(PackRegion::Above) => return WayOut::Hole(end),
+            PackRayEnd::Beyond => return WayOut::Beyond,
+            _ => return WayOut::Blocked,
+        };
+        let slab = shape.slab(cell);
+        let Some(enters) = RefractedView::new(way, shape.normal(cell, PackFace::Lower, end), slab.n) else {
+            return WayOut::Blocked;
+        };
+        let (length, stop) = shape.march(end, enters.direction, PackRegion::Film, f64::INFINITY);
+        let PackRayEnd::Face(PackFace::Upper, cell) = stop else { return WayOut::Blocked };
+        let end = end + enters.direction * length;
+        let normal = shape.normal(cell, PackFace::Upper, end);
+        let (thrown, cosine) = fresnel_dielectric(slab.n, 1.0, enters.direction.dot(normal).max(0.0));
+        if thrown >= 1.0 {
+            return WayOut::Blocked;
+        }
+        let direction = refracted_into(enters.direction, normal, slab.n, cosine);
+        let pass = libm::exp(-slab.extinction() * length);
+        let back = (1.0 - enters.passed) * thrown * pass * pass;
+        WayOut::Film { end, normal, direction, unturned: enters.passed * (1.0 - thrown) * pass / (1.0 - back) }
+    }
+}
+
+/// Where light gets that sets out in the air below.
+enum WayOut {
+    /// It leaves the film at `end`, where that has a `normal`, along `direction`; the share that does so unturned.
+    Film { end: DVec3, normal: DVec3, direction: DVec3, unturned: f64 },
+    /// Through a hole, at this point.
+    Hole(DVec3),
+    /// Beside the card.
+    Beyond,
+    /// Nowhere.
+    Blocked,
 }
