@@ -9,6 +9,7 @@ mod expose;
 mod expose_camera;
 mod expose_laser;
 mod expose_parts;
+mod foil_through_film;
 mod half_spaces;
 mod kept;
 mod layers;

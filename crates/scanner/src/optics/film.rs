@@ -63,6 +63,8 @@ struct Meeting {
     lands: [f32; 2],
     /// Width of the line there over that above the film [1].
     widening: f32,
+    /// What foil throws to the lens, over what it would if the film turned nothing [1].
+    glint: f32,
     /// Light that passes the film towards the lens where that looks through it, over that at the column's own place [1].
     passed: f32,
 }
@@ -144,7 +146,15 @@ fn meeting(hit: &Hit, above: &Sight, film: &Film, z: f32, view: &RowView<'_>, be
     let passed = |thickness_mm: f32, up: f32| {
         passed_unturned(&hit.matter.medium, &Film { thickness_mm, ..*film }, up).max(f32::MIN_POSITIVE)
     };
+    // Foil glints by the ways that light and view have below the film.
+    let under = &film.under.gloss;
+    let glints = |light: Vec3, view: Vec3| fresnel::gloss(under, plane.normal, light, view).max(f32::MIN_POSITIVE);
+    let glint = match under.is_metal() {
+        true => glints(-landed.way, seen.way) / glints(-above.light, above.view),
+        false => 1.0,
+    };
     view.specimen.sees_below(target, view.y).then_some(Meeting {
+        glint: glint.min(MAX_GATHERED),
         seen: seen.point + along,
         lands: [target.x, straight],
         widening: landed.widening,
@@ -179,7 +189,7 @@ impl TransmissionScratch {
         // Where the film turns the line away, what it has scattered before is left.
         let first = if bent.is_some() || film.gap_mm.is_none() { 0 } else { NARROW_WIDTHS };
         let Some(meeting) = bent.or_else(|| meeting(hit, above, film, z, view, false)) else { return };
-        let Meeting { seen, lands, widening, passed } = meeting;
+        let Meeting { seen, lands, widening, glint, passed } = meeting;
         let [slope_x, slope_y] = film.under_slope;
         let sight = view.sight(seen.x, &Surface { z: seen.z, slope_x, slope_y });
         let white = under_normal(film).dot(sight.view).max(0.0) * sight.electrons * passed;
@@ -192,7 +202,11 @@ impl TransmissionScratch {
             z,
             lands,
             sight: Sight { variance: sight.variance + spread, ..sight },
-            light: std::array::from_fn(|j| if j < first { 0.0 } else { through[j] * white }),
+            light: std::array::from_fn(|j| match j {
+                _ if j < first => 0.0,
+                0..NARROW_WIDTHS => through[j] * white * glint,
+                _ => through[j] * white,
+            }),
             metal: film.under.gloss.is_metal(),
             sealed: film.gap_mm.is_none(),
         });
