@@ -62,7 +62,7 @@ fn place(centre: &[f32; TILE], window: &mut Window) -> [f32; TILE] {
 /// Draws the line of `own` and what `neighbours`, a row of the window each, let out of its light.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 pub fn draw(own: &Row, neighbours: &[&Row; ROWS], start: usize, line: &LineShape<'_>, window: &mut Window) {
-    let rows_per_mm = load(&own.rows_per_mm, start);
+    let rows_per_mm = load(&own.spread_rows_per_mm, start);
     let mut variance = *load(&own.variance, start);
     for c in 0..TILE {
         variance[c] += line.blur;

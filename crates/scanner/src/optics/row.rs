@@ -23,6 +23,8 @@ pub struct Row {
     pub centre: Vec<f32>,
     /// Rows per mm along the motion [px/mm].
     pub rows_per_mm: Vec<f32>,
+    /// Rows per mm along the way that light spreads on: of a film, which keeps light to itself, along its slope [px/mm].
+    pub spread_rows_per_mm: Vec<f32>,
     /// Variance of laser, lens and pixel [px^2].
     pub variance: Vec<f32>,
     /// Unit of the laser's line profile; empty for a Gaussian line [px].
@@ -93,7 +95,7 @@ impl Row {
 
     /// Light in the brightest row of a column's line [e-].
     pub(crate) fn line_peak(&self, column: usize) -> f32 {
-        let rows_per_mm = self.rows_per_mm[column];
+        let rows_per_mm = self.spread_rows_per_mm[column];
         peak(self.surface_light[column], self.variance[column], rows_per_mm, |j| {
             self.source[j][column] * self.exit[j][column]
         })

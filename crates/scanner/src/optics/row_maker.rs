@@ -173,6 +173,8 @@ impl RowMaker {
         };
         row.centre[column] = sight.row;
         row.rows_per_mm[column] = sight.rows_per_mm;
+        let steep = if hit.matter.film.is_some() { hit.surface.slope_y } else { 0.0 };
+        row.spread_rows_per_mm[column] = sight.rows_per_mm / (1.0 + steep * steep).sqrt();
         row.variance[column] = sight.variance;
         if let Some(unit) = row.profile_unit.get_mut(column) {
             *unit = sight.unit;
@@ -276,9 +278,14 @@ fn prepare(view: RowView<'_>, scratch: &mut RowScratch, row: &mut Row) {
     let RowView { specimen, camera, .. } = view;
     let columns = scratch.white.len();
     let padded = columns.next_multiple_of(TILE);
-    for field in
-        [&mut row.centre, &mut row.rows_per_mm, &mut row.variance, &mut row.surface_light, &mut row.entered_light]
-    {
+    for field in [
+        &mut row.centre,
+        &mut row.rows_per_mm,
+        &mut row.spread_rows_per_mm,
+        &mut row.variance,
+        &mut row.surface_light,
+        &mut row.entered_light,
+    ] {
         field.resize(padded, 0.0);
     }
     let profiled = if camera.laser.line_profile().is_some() { padded } else { 0 };
