@@ -6,7 +6,7 @@
 //! camera's slant in other columns. There the line is drawn anew, linear between the points that neighbouring columns
 //! meet; where the surface below jumps (the edge of a tablet) the line is broken, and what tablets hide from the lens is
 //! dark.
-//! Both ways through the film are followed ([`super::bent_film`]): level film shows what lies below nearer to the lens, by up to half of
+//! Both ways through the film are followed (`bent_film`): level film shows what lies below nearer to the lens, by up to half of
 //! its thickness for views up to 45 degrees; bent film turns light, which meets what lies below elsewhere, spread over more or less of it.
 //! Neglected: what the film above hides of what lies below; a second image of the same light, where bent film folds the line over itself.
 
@@ -34,6 +34,8 @@ const MAX_WIDENING: f32 = 10.0;
 const NARROW_WIDTHS: usize = 3;
 /// Most light that bent film gathers on a place, over that of level film [1].
 const MAX_GATHERED: f32 = 3.0;
+/// Most that a thinner place of the film, or a glint, adds to what a column's own place promises [1].
+const MAX_GAIN: f32 = 100.0;
 /// Greatest radiance factor of a width that is believed [1].
 const MAX_RADIANCE_FACTOR: f32 = 2.0;
 /// Mean run of light on its way out in free paths, as in the kernel [1].
@@ -169,12 +171,11 @@ impl TransmissionScratch {
         self.below.resize(columns, None);
     }
 
-    /// Notes what is seen through the film of `hit`, which `column` looks at as `above` says; `normal` is the film's, `through` as
-    /// [`FilmStackSpread`] has it.
+    /// Notes what is seen through the film of `hit`, which `column` looks at as `above` says; `through` as [`FilmStackSpread`] has it.
     pub(crate) fn note(
         &mut self,
         column: usize,
-        (hit, normal, above): (&Hit, Vec3, &Sight),
+        (hit, above): (&Hit, &Sight),
         film: &Film,
         through: &[f32; BASIS],
         view: &RowView<'_>,
@@ -182,7 +183,7 @@ impl TransmissionScratch {
         let z = height_below(&hit.surface, film);
         // No row holds more than all of it.
         let light: f32 = through.iter().sum();
-        if !hit.lit || light * normal.dot(above.view).max(0.0) * above.electrons < view.faint {
+        if !hit.lit || light * above.electrons * MAX_GAIN < view.faint {
             return;
         }
         let bent = film.gap_mm.and_then(|_| meeting(hit, above, film, z, view, true));

@@ -351,7 +351,7 @@ impl LitColumn<'_> {
         }
         row.entered_light[column] = white * film::entering_share(medium.n_eff, normal, -sight.light);
         scratch.albedo[column] += spread.through.iter().sum::<f32>();
-        scratch.secondary.transmission.note(column, (hit, normal, &sight), film, &spread.through, &view);
+        scratch.secondary.transmission.note(column, (hit, &sight), film, &spread.through, &view);
     }
 
     /// Light that enters a body of one medium.
