@@ -87,7 +87,7 @@ pub(super) struct Landed {
 /// How the lens sees a point through a film.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct SeenThrough {
-    /// A point of the view beyond the film [mm].
+    /// Where the view meets the film's upper side [mm].
     pub point: Vec3,
     /// Unit vector from what is seen to where it enters the film.
     pub way: Vec3,

@@ -68,15 +68,11 @@ impl PerLine<'_> {
         let middle = self.camera.sight(0.0, height, 0.0);
         let line_mm = f64::from(middle.laser_variance.sqrt() / middle.rows_per_mm);
         // As far as the windows lie beside the line's own.
-        let aside = row.secondary.as_ref().map_or(0, |secondary| {
-            let lit = (0..columns).filter(|&column| secondary.needs[column / TILE] > WindowNeed::Line);
-            let away = |column: usize| {
-                let own = window_start(row.centre[column]);
-                let other = if secondary.needs[column / TILE] == WindowNeed::Two { 1 } else { 0 };
-                (0..=other).map(|number| secondary.windows[number][column].abs_diff(own)).max().unwrap_or(0)
-            };
-            lit.map(away).max().unwrap_or(0)
-        });
+        let away = |column: usize| {
+            let own = window_start(row.centre[column]);
+            window_starts(row, column).into_iter().flatten().map(|start| start.abs_diff(own)).max().unwrap_or(0)
+        };
+        let aside = (0..columns).map(away).max().unwrap_or(0);
         let reach = (ROWS as f64 / 2.0 + f64::from(aside)) / f64::from(middle.rows_per_mm) + 3.0 * line_mm;
         let line = LineSource {
             body: self.specimen.body(),
@@ -96,14 +92,6 @@ impl PerLine<'_> {
     fn project(&self, response: &LineResponse, row: &Row, of: &LineSource) -> [Vec<f32>; 2] {
         let columns = response.columns;
         let padded = columns.next_multiple_of(TILE);
-        let starts = |column: usize| match row.secondary.as_ref() {
-            Some(secondary) => match secondary.needs[column / TILE] {
-                WindowNeed::Line => [Some(window_start(row.centre[column])), None],
-                WindowNeed::One => [Some(secondary.windows[0][column]), None],
-                WindowNeed::Two => [Some(secondary.windows[0][column]), Some(secondary.windows[1][column])],
-            },
-            None => [Some(window_start(row.centre[column])), None],
-        };
         let second = if row.secondary.is_some() { ROWS * padded } else { 0 };
         let mut windows = [vec![0.0; ROWS * padded], vec![0.0; second]];
         let (mut line, mut buffer) = (vec![0.0; columns], Vec::new());
@@ -125,7 +113,7 @@ impl PerLine<'_> {
                 let variance = self.camera.lens_variance() + self.camera.defocus(y as f32, z)[1];
                 let scale = 0.398_942_3 / variance.sqrt() * electrons;
                 let reach = REACH_SIGMAS * variance.sqrt();
-                for (window, start) in windows.iter_mut().zip(starts(column)) {
+                for (window, start) in windows.iter_mut().zip(window_starts(row, column)) {
                     let Some(start) = start else { continue };
                     let place = place - start as f32;
                     let (low, high) = ((place - reach).ceil().max(0.0), (place + reach).floor().min(ROWS as f32 - 1.0));
@@ -138,4 +126,14 @@ impl PerLine<'_> {
         }
         windows
     }
+}
+
+/// First rows of the windows of a column, as [`super::compositing::stand`] puts them [px].
+fn window_starts(row: &Row, column: usize) -> [Option<i32>; 2] {
+    let own = [Some(window_start(row.centre[column])), None];
+    row.secondary.as_ref().map_or(own, |secondary| match secondary.needs[column / TILE] {
+        WindowNeed::Line => own,
+        WindowNeed::One => [Some(secondary.windows[0][column]), None],
+        WindowNeed::Two => secondary.windows.each_ref().map(|window| Some(window[column])),
+    })
 }
