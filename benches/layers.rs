@@ -17,7 +17,13 @@ fn row(bencher: Bencher, change: f32) {
     let medium = Medium::isotropic(0.02, 12.0, 1.53, Gloss::NONE);
     let stack = |i: usize| {
         let under = Medium::isotropic(0.005 + change * i as f32, 40.0, 1.5, Gloss::NONE);
-        let film = Film { thickness_mm: 0.1 + 1e-5 * i as f32, gap_mm: Some(0.5), under, under_slope: [0.0; 2] };
+        let film = Film {
+            thickness_mm: 0.1 + 1e-5 * i as f32,
+            gap_mm: Some(0.5),
+            room_mm: f32::INFINITY,
+            under,
+            under_slope: [0.0; 2],
+        };
         FilmStack {
             medium,
             film,
@@ -32,7 +38,7 @@ fn row(bencher: Bencher, change: f32) {
     let mut kernel = FilmStackKernel::new();
     bencher
         .counter(ItemsCount::new(POINTS))
-        .bench_local(|| stacks.iter().map(|stack| kernel.spread(stack).through[0]).sum::<f32>());
+        .bench_local(|| stacks.iter().map(|stack| kernel.spread(stack).below[0]).sum::<f32>());
 }
 
 /// Films of changing thickness over one kind of tablet.

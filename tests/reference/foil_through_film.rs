@@ -5,10 +5,12 @@
 
 use bench::settings::Transport;
 use procedural::Body;
-use recipe::Recipe;
+use recipe::{Recipe, Scene};
 use scanner::optics::expose::window;
+use scanner::optics::row::Row;
 use scanner::optics::{Band, Scratch, Sensor, TILE};
 use test_support::target::expose;
+use transport::kernel::BASIS;
 
 /// Packs, profiles of each, and photons for each of those.
 const PACKS: usize = 6;
@@ -18,6 +20,8 @@ const PHOTONS: u64 = 60_000;
 const TOGETHER: usize = 8;
 /// Rows on either side of production's line that count.
 const REACH: i32 = 6;
+/// Rows beside the film's line about which light counts that has been far.
+const ASIDE_ROWS: f32 = 14.0;
 /// Least room below film whose line on foil stands clear of its own [mm].
 const LEAST_GAP_MM: f32 = 1.5;
 
@@ -44,53 +48,120 @@ fn lines(sensor: &Sensor, band: &Band, profile: usize, places: &[Option<f32>]) -
     sums.into_iter().map(|[light, moment]| [light, moment / light.max(1e-9)]).collect()
 }
 
-/// Of groups of columns with a twentieth of the brightest's light: light within 20 % rms and 13 % in the mean, places within 0.4 rows
-/// rms (seen: 17 %, +11 %, 0.3 rows). As if film were even, light would be 68 % off, 43 % in the mean, and places 0.55 rows.
+/// Empty packs whose film has these pigments, with their bodies.
+fn empty_packs(seed: u64, sigma_per_mm: &str) -> impl Iterator<Item = (Scene, Body)> {
+    let changes = [&format!("film.sigma_per_mm={sigma_per_mm}"), "foil.rolled_along_line=1", "speckle.strength=0"]
+        .map(|text| text.parse().unwrap());
+    let recipe = Recipe::load_changed(concat!(env!("CARGO_MANIFEST_DIR"), "/recipes/gap/blister.yaml"), &changes)
+        .expect("it is a recipe");
+    let empty = (0..).map(move |index| recipe.draw(seed, index)).filter(|scene| scene.class == "missing");
+    empty.take(PACKS).map(|scene| (pipeline::body(&scene), scene)).map(|(body, scene)| (scene, body))
+}
+
+/// Light and centre of gravity about lines at `places`, which are chosen by rows of production's; ours and the judge's by profile.
+fn compared(
+    (scene, body): &(Scene, Body),
+    places: impl Fn(&Row, usize) -> Option<f32>,
+) -> Vec<(usize, Vec<[[f64; 2]; 2]>)> {
+    let mut judged = scene.clone();
+    judged.transport = Transport::Path { photons: PHOTONS };
+    let (sensor, band) = expose(scene, body.clone(), PROFILES[0]..PROFILES[2] + 1);
+    let pairs = |profile: usize| {
+        let row = band.row(profile);
+        let places: Vec<Option<f32>> = (0..row.hits.len()).map(|column| places(row, column)).collect();
+        let ours = lines(&sensor, &band, profile, &places);
+        let (sensor, band) = expose(&judged, body.clone(), profile..profile + 1);
+        let truth = lines(&sensor, &band, profile, &places);
+        (profile, ours.into_iter().zip(truth).map(<[_; 2]>::from).collect())
+    };
+    PROFILES.into_iter().map(pairs).collect()
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+fn rms(values: &[f64]) -> f64 {
+    (values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64).sqrt()
+}
+
+/// Of groups of columns with a twentieth of the brightest's light: light within 20 % rms and 5 % in the mean, places within 0.43
+/// rows rms (seen: 18 %, -1 %, 0.39 rows). As if film were even, light would be 68 % off, 43 % in the mean, and places 0.55 rows.
 ///
 /// Foil is rolled along the line: what foil rolled across it throws to the lens is mostly light that pigment has turned a little on its
 /// way down, which the kernel's film has not: light is 16 to 40 % too faint there, by packs.
 #[test]
 fn foil_is_seen_as_the_judge_sees_it() {
-    let changes = ["film.sigma_per_mm={log_uniform: [4, 6]}", "foil.rolled_along_line=1", "speckle.strength=0"]
-        .map(|text| text.parse().unwrap());
-    let recipe = Recipe::load_changed(concat!(env!("CARGO_MANIFEST_DIR"), "/recipes/gap/blister.yaml"), &changes)
-        .expect("it is a recipe");
-    let empty = (0..).map(|index| recipe.draw(5, index)).filter(|scene| scene.class == "missing");
+    let on_foil = |row: &Row, column: usize| {
+        let seen = &row.secondary.as_ref().expect("a pack has it").transmitted;
+        let film = row.hits[column].matter.film?;
+        let deep = film.gap_mm.is_some_and(|gap| gap > LEAST_GAP_MM) && film.under.gloss.is_metal();
+        let shows = seen.columns.contains(&column) && seen.exit[BASIS - 1][column] > 0.0;
+        (deep && shows).then(|| seen.centre[column])
+    };
     let (mut ratios, mut shifts) = (Vec::new(), Vec::new());
-    for scene in empty.take(PACKS) {
-        let mut judged = scene.clone();
-        judged.transport = Transport::Path { photons: PHOTONS };
-        let body: Body = pipeline::body(&scene);
-        let (sensor, band) = expose(&scene, body.clone(), PROFILES[0]..PROFILES[2] + 1);
-        for profile in PROFILES {
-            let row = band.row(profile);
-            let seen = &row.secondary.as_ref().expect("a pack has it").transmitted;
-            let places: Vec<Option<f32>> = (0..row.hits.len())
-                .map(|column| {
-                    let film = row.hits[column].matter.film?;
-                    let deep = film.gap_mm.is_some_and(|gap| gap > LEAST_GAP_MM) && film.under.gloss.is_metal();
-                    (deep && seen.columns.contains(&column)).then(|| seen.centre[column])
-                })
-                .collect();
-            let ours = lines(&sensor, &band, profile, &places);
-            let (sensor, band) = expose(&judged, body.clone(), profile..profile + 1);
-            let truth = lines(&sensor, &band, profile, &places);
-            let most = truth.iter().map(|group| group[0]).fold(0.0, f64::max);
-            for (ours, truth) in ours.iter().zip(&truth).filter(|(_, truth)| truth[0] > 0.05 * most) {
+    for pack in empty_packs(5, "{log_uniform: [4, 6]}") {
+        for (profile, groups) in compared(&pack, on_foil) {
+            let most = groups.iter().map(|[_, truth]| truth[0]).fold(0.0, f64::max);
+            for [ours, truth] in groups.iter().filter(|[_, truth]| truth[0] > 0.05 * most) {
                 println!("profile {profile}: {:8.0} of {:8.0} e-, {:+.2} rows", ours[0], truth[0], ours[1] - truth[1]);
                 ratios.push(libm::log(ours[0].max(1.0) / truth[0]));
                 shifts.push(ours[1] - truth[1]);
             }
         }
     }
-    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
-    let rms = |values: &[f64]| (values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64).sqrt();
     let [light, all, place] = [rms(&ratios), mean(&ratios), rms(&shifts)];
     println!(
         "{} groups: light within {light:.3} rms, {all:+.3} in the mean; places within {place:.2} rows",
         ratios.len()
     );
     assert!(ratios.len() > 60, "{}", ratios.len());
-    assert!(light < 0.2 && all.abs() < 0.13, "light {light:.3} rms, {all:+.3} in the mean");
-    assert!(place < 0.4, "places {place:.2} rows");
+    assert!(light < 0.2 && all.abs() < 0.05, "light {light:.3} rms, {all:+.3} in the mean");
+    assert!(place < 0.43, "places {place:.2} rows");
+}
+
+/// The film's own line where film rises along the line, on walls and edges of pockets: light within 13 % rms and 4 % in the mean (seen: 11 %,
+/// 0 %; 17 and 5 % before light that meets film aslant was followed).
+#[test]
+fn walls_are_as_bright_as_the_judge_sees_them() {
+    let on_wall = |row: &Row, column: usize| {
+        let hit = &row.hits[column];
+        let steep = hit.surface.slope_x.abs() > 0.3 && hit.matter.film.is_some() && hit.lit && hit.seen;
+        steep.then(|| row.centre[column])
+    };
+    let mut ratios = Vec::new();
+    for pack in empty_packs(6, "{log_uniform: [4, 40]}") {
+        for (profile, groups) in compared(&pack, on_wall) {
+            for [ours, truth] in groups.iter().filter(|[_, truth]| truth[0] > 0.0) {
+                println!("profile {profile}: {:8.0} of {:8.0} e-", ours[0], truth[0]);
+                ratios.push(libm::log(ours[0].max(1.0) / truth[0]));
+            }
+        }
+    }
+    let [light, all] = [rms(&ratios), mean(&ratios)];
+    println!("{} groups: light within {light:.3} rms, {all:+.3} in the mean", ratios.len());
+    assert!(ratios.len() > 100, "{}", ratios.len());
+    assert!(light < 0.13 && all.abs() < 0.04, "light {light:.3} rms, {all:+.3} in the mean");
+}
+
+/// Light far beside the film's line in the middle of empty pockets, which has been to and fro between film and foil: within 20 % of the judge's in the
+/// mean of six packs (seen: -14 %). Light that ended 2 mm from where it landed, as in wood, would be half of it.
+#[test]
+fn pockets_are_filled_with_light_as_the_judge_says() {
+    let aside = |row: &Row, column: usize| {
+        let film = row.hits[column].matter.film?;
+        let deep = film.gap_mm.is_some_and(|gap| gap > LEAST_GAP_MM) && row.hits[column].surface.slope_x.abs() < 0.3;
+        deep.then(|| row.centre[column] - ASIDE_ROWS)
+    };
+    let mut ratios = Vec::new();
+    for pack in empty_packs(7, "{log_uniform: [12, 40]}") {
+        let mut sums = [0.0; 2];
+        for [ours, truth] in compared(&pack, aside).into_iter().flat_map(|(_, groups)| groups) {
+            sums = [sums[0] + ours[0], sums[1] + truth[0]];
+        }
+        println!("{:8.0} of {:8.0} e-", sums[0], sums[1]);
+        ratios.push(libm::log(sums[0] / sums[1]));
+    }
+    println!("{:+.3} in the mean, {:.3} rms", mean(&ratios), rms(&ratios));
+    assert!(mean(&ratios).abs() < 0.2, "{ratios:?}");
 }

@@ -124,6 +124,9 @@ const JUDGED: [(&str, [f64; 5]); 8] = [
     ("clear over tablet", [0.8882, 0.6073, 0.1309, 0.7882, 0.0594]),
 ];
 
+/// Relative standard errors of these windows, the largest of the eight [1].
+const ERRORS: [f64; 5] = [0.001, 0.004, 0.01, 0.01, 0.035];
+
 fn judged() -> [Stack; 8] {
     let film = |sigma, thickness| film(sigma, 0.02, thickness);
     [
@@ -145,7 +148,7 @@ fn figures(answer: &Answer) -> [f64; 5] {
     [answer.reflectance.value, window(answer, 1, 8), window(answer, 7, 11), window(&seen, 1, 8), window(&seen, 7, 11)]
 }
 
-/// The production kernel on eight stacks: R within 0.01, windows within 10 % of the judge's.
+/// The production kernel on eight stacks: R within 0.01, windows within 10 % and a standard error of the judge's.
 #[test]
 fn kernel_agrees_with_the_judge() {
     for (stack, (name, judged)) in judged().iter().zip(JUDGED) {
@@ -154,7 +157,12 @@ fn kernel_agrees_with_the_judge() {
         assert!((figures[0] - judged[0]).abs() < 0.01, "{name}: R {} against {}", figures[0], judged[0]);
         for i in 1..5 {
             let ratio = figures[i] / judged[i];
-            assert!((ratio - 1.0).abs() < 0.1, "{name}: window {i} is {} against {}, {ratio}", figures[i], judged[i]);
+            assert!(
+                (ratio - 1.0).abs() < 0.1 + ERRORS[i],
+                "{name}: window {i} is {} against {}, {ratio}",
+                figures[i],
+                judged[i]
+            );
         }
         let absorbed: f64 = answer.absorbed.iter().map(|e| e.value).sum();
         assert!((answer.specular + answer.reflectance.value + absorbed - 1.0).abs() < 1e-5, "{name}: energy");
@@ -232,11 +240,11 @@ fn glints_stand_where_facets_bisect_laser_and_lens() {
     let view = Vec3::new(-0.12, -0.42, 0.9).normalize();
     for under in [foil, black] {
         let glint = |light: Vec3| {
-            let film = Film { thickness_mm: 0.1, gap_mm: Some(3.0), under, under_slope: [0.0; 2] };
+            let film =
+                Film { thickness_mm: 0.1, gap_mm: Some(3.0), room_mm: f32::INFINITY, under, under_slope: [0.0; 2] };
             let medium = Medium::isotropic(0.001, 0.001, 1.53, Gloss::NONE);
             let cover = FilmStack { medium, film, enter: 0.956, view_up: view.z, light_up: 1.0, view, light };
-            FilmStackKernel::new().spread(&cover).through.iter().sum::<f32>()
-                / gloss(&under.gloss, Vec3::Z, light, view)
+            FilmStackKernel::new().spread(&cover).below.iter().sum::<f32>() / gloss(&under.gloss, Vec3::Z, light, view)
         };
         let [above, aslant] = [Vec3::Z, Vec3::new(-0.14, 0.0, 1.0).normalize()].map(glint);
         assert!((above / aslant - 1.0).abs() < 0.05, "{above} of the lobe from above, {aslant} from aslant");

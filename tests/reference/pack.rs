@@ -9,7 +9,7 @@ use reference::path::Effort;
 use reference::path::line_response::line_response_with_balance;
 use transport::answer::{Estimate, Question};
 use transport::kernel::film_stack::{FilmStack, FilmStackKernel};
-use transport::kernel::{BASIS, SPREAD_MM};
+use transport::kernel::{BASIS, PACK_SPREAD_MM};
 use transport::line::LineSource;
 
 const ROW_MM: f64 = 0.101;
@@ -105,10 +105,10 @@ fn produced(pack: &Pack) -> Vec<Estimate> {
     let row = |row: usize| {
         let place = (row as f64 - ROWS as f64) * ROW_MM;
         let of = |j: usize| {
-            let sigma = f64::from(SPREAD_MM[j]).hypot(LINE_MM) * 2f64.sqrt();
+            let sigma = f64::from(PACK_SPREAD_MM[j]).hypot(LINE_MM) * 2f64.sqrt();
             let share = |y: f64| 0.5 * (libm::erf((y + 0.5 * ROW_MM) / sigma) - libm::erf((y - 0.5 * ROW_MM) / sigma));
             f64::from(answer.enter[j] * answer.exit[j]) * share(place)
-                + f64::from(answer.through[j]) * share(place - shift)
+                + f64::from(answer.passes * answer.below[j]) * share(place - shift)
         };
         Estimate::exact((0..BASIS).map(of).sum())
     };

@@ -9,17 +9,17 @@ const LIMITS_OF_ALL: [&str; 6] = [
     "Dust, wear and drift of the instrument and vibration but for errors of the encoder are absent; so is everything that the recipe does not name.",
     "Light has no polarisation, and goes from the object onto the conveyor and back in no scan.",
     "Range is what a camera measures: of matter that lets light in it lies below the true height, by up to some tenths of a mm on wood and plastic, and not at all on metal.",
-    "A column sees one point: pixels at edges are not mixed. All pixels of a sample have one contrast of speckle.",
+    "A column sees one point, or two where an edge cuts it. The patterns of speckle repeat after 64 sensor rows.",
 ];
 
 const LIMITS_OF_WOOD: [&str; 2] = [
-    "Boards have no rays, resin canals, torn grain, moisture or loss of height by decay; light between the walls of a crack is thrown back once.",
-    "A board never shades or hides its own surface.",
+    "What rays, canals and vessels are below the face counts in the mean alone; light between the walls of a crack is thrown back once.",
+    "Boards shade and hide themselves at openings and marks, not at single fibres.",
 ];
 
 const LIMITS_OF_PACKS: [&str; 2] = [
     "Packs have no two-part capsule shells, peeled or mottled coats, bent fibres, slits of a perforation or print.",
-    "The default model of light takes film, air and what lies below as parallel and a pocket as endless; mirror images bounce once, and not off tablets and foil.",
+    "The default model of light takes film, air and what lies below as parallel, and of a pocket's walls only that they hold light together; mirror images bounce once, and not off tablets and foil.",
 ];
 
 const LIMITS_OF_PIECES: [&str; 1] = [

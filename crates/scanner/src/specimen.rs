@@ -24,7 +24,7 @@ pub mod turntable;
 use glam::{Vec2, Vec3};
 use procedural::{Body, Class, Film, Matter, Medium, Surface};
 
-use self::outline::Outline;
+use self::outline::ConvexOutline;
 use self::rays::{Intersection, LEAVE_MM, TriangleBvh};
 use self::surface_grid::{Differences, SurfaceGrid};
 use self::turntable::{BodyPose, Turntable};
@@ -69,7 +69,7 @@ pub(crate) struct ReflectedHit {
 pub struct Specimen {
     body: Body,
     triangles: TriangleBvh,
-    outline: Outline,
+    outline: ConvexOutline,
     rig: Rig,
     /// Height of the point that the laser fan comes from [mm].
     fan_height: f32,
@@ -113,7 +113,7 @@ impl Specimen {
     /// Puts `body` under a camera and a laser fan from `fan_height` [mm].
     pub fn new(body: Body, rig: Rig, fan_height: f64) -> Self {
         let hull = body.hull();
-        let (triangles, outline) = (TriangleBvh::new(&hull), Outline::around(&hull.positions));
+        let (triangles, outline) = (TriangleBvh::new(&hull), ConvexOutline::around(&hull.positions));
         let (upper, lower) = surface_grids(&body, lens(&rig, 0.0));
         Self { body, triangles, outline, rig, fan_height: fan_height as f32, upper, lower, turntable: None }
     }

@@ -8,7 +8,7 @@ use glam::Vec3;
 use rand::RngExt;
 
 use super::plan::{PlannedDefect, graded};
-use super::solid::Cut;
+use super::solid::CutPlane;
 use super::tablet::TabletForm;
 use crate::Class;
 
@@ -21,16 +21,16 @@ const COLUMNS: usize = 160;
 #[derive(Debug, Clone)]
 pub struct Damage {
     /// Cuts of each piece.
-    pub pieces: Vec<Vec<Cut>>,
+    pub pieces: Vec<Vec<CutPlane>>,
     /// Places beyond all of these, in the shape's coordinates, are lost.
-    pub lost: Vec<Cut>,
+    pub lost: Vec<CutPlane>,
 }
 
 /// A plane in the tablet's own coordinates, as a cut of its shape.
-fn cut(form: &TabletForm, normal: Vec3, limit: f32) -> Cut {
+fn cut(form: &TabletForm, normal: Vec3, limit: f32) -> CutPlane {
     let scaled = normal * form.scale;
     let length = scaled.length();
-    Cut { normal: scaled / length, limit: limit / length }
+    CutPlane { normal: scaled / length, limit: limit / length }
 }
 
 /// Upright columns of a tablet: place and half the height [mm].
@@ -95,7 +95,10 @@ pub fn damage(form: &TabletForm, planned: &PlannedDefect, up: f32) -> Damage {
     let (sine, cosine) = libm::sincosf(std::f32::consts::TAU * turn);
     let across = Vec3::new(cosine, sine, 0.0) * if even() < 0.5 { -1.0 } else { 1.0 };
     let lean = even();
-    let one = |cut: Cut| Damage { pieces: vec![vec![cut]], lost: vec![Cut { normal: -cut.normal, limit: -cut.limit }] };
+    let one = |cut: CutPlane| Damage {
+        pieces: vec![vec![cut]],
+        lost: vec![CutPlane { normal: -cut.normal, limit: -cut.limit }],
+    };
     match planned.class {
         Class::Broken => {
             let normal = (across + Vec3::Z * (0.5 * lean - 0.25)).normalize();
@@ -118,7 +121,7 @@ pub fn damage(form: &TabletForm, planned: &PlannedDefect, up: f32) -> Damage {
             let gap = 0.5 * graded(planned.severity, 0.1, 0.4);
             let middle = 0.4 * (lean - 0.5) * half.y;
             let sides = [cut(form, across, middle - gap), cut(form, -across, -middle - gap)];
-            let lost = sides.map(|c| Cut { normal: -c.normal, limit: -c.limit });
+            let lost = sides.map(|c| CutPlane { normal: -c.normal, limit: -c.limit });
             Damage { pieces: sides.map(|c| vec![c]).to_vec(), lost: lost.to_vec() }
         }
     }

@@ -184,6 +184,12 @@ impl FormedPocket {
         PocketFilm { inset, rise: factor * rise, slope, drawn }
     }
 
+    /// Length along the unit vector `way` of the pocket's part of the line through `p` from its middle [mm].
+    pub fn chord(&self, p: Vec2, way: Vec2) -> f32 {
+        let own = |v: Vec2| Vec2::new(self.axis.dot(v), self.axis.perp_dot(v));
+        self.outline.chord(own(p), own(way))
+    }
+
     /// What the film's thickness is divided by, less one, where it is drawn to the full: from the volume of film [1].
     pub fn stretch(&self, factor: f32) -> f32 {
         // Flat area, formed area and draw of each patch.

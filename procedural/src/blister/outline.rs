@@ -96,6 +96,44 @@ impl Outline {
         }
     }
 
+    /// Length of the line through `p` along the unit vector `way` that lies within the outline; 0 outside [mm].
+    pub fn chord(&self, p: Vec2, way: Vec2) -> f32 {
+        // Between the roots of a t^2 + 2 b t + c.
+        let between = |a: f32, b: f32, c: f32| {
+            let root = (b * b - a * c).max(0.0).sqrt();
+            [(-b - root) / a, (-b + root) / a]
+        };
+        let inside = |[from, to]: [f32; 2]| (from < 0.0 && to > 0.0).then_some([from, to]);
+        match *self {
+            Self::Ellipse { long, short } => {
+                let axes = Vec2::new(long, short);
+                let (p, way) = (p / axes, way / axes);
+                let cut = between(way.length_squared(), p.dot(way), p.length_squared() - 1.0);
+                inside(cut).map_or(0.0, |[from, to]| to - from)
+            }
+            Self::Stadium { segment, radius } => {
+                // The stadium is a band between two discs: a line's part in it begins and ends on one of the three.
+                let disc = |x: f32| {
+                    let p = p - Vec2::new(x, 0.0);
+                    between(1.0, p.dot(way), p.length_squared() - radius * radius)
+                };
+                let slab = |p: f32, way: f32, half: f32| match way.abs() {
+                    flat if flat < 1e-6 && p.abs() > half => [0.0; 2],
+                    flat if flat < 1e-6 => [f32::NEG_INFINITY, f32::INFINITY],
+                    _ => {
+                        let (a, b) = ((-half - p) / way, (half - p) / way);
+                        [a.min(b), a.max(b)]
+                    }
+                };
+                let (along, across) = (slab(p.x, way.x, segment), slab(p.y, way.y, radius));
+                let band = [along[0].max(across[0]), along[1].min(across[1])];
+                let parts = [disc(-segment), disc(segment), band].into_iter().filter(|[from, to]| to > from);
+                let all = parts.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
+                all.and_then(inside).map_or(0.0, |[from, to]| to - from)
+            }
+        }
+    }
+
     /// Places that share the area within the outline: each with its share of the area [mm, mm^2].
     pub fn areas(&self, rim: f32) -> Vec<(Vec2, f32)> {
         const RINGS: usize = 40;
@@ -125,5 +163,42 @@ impl Outline {
             }
         }
         areas
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Stream;
+    use rand::RngExt;
+
+    /// Chords of random lines, against a walk in steps of 0.01 mm.
+    #[test]
+    fn chords_end_on_the_outline() {
+        let mut rng = Stream::root(11).rng();
+        let mut even = |from: f32, to: f32| from + (to - from) * rng.random::<f32>();
+        for round in 0..400 {
+            let outline = match round % 3 {
+                0 => Outline::Stadium { segment: even(0.0, 5.0), radius: even(1.0, 4.0) },
+                1 => Outline::Stadium { segment: 0.0, radius: even(1.0, 4.0) },
+                _ => Outline::Ellipse { long: even(3.0, 8.0), short: even(2.0, 3.0) },
+            };
+            let way = match round % 5 {
+                0 => Vec2::Y,
+                1 => Vec2::X,
+                _ => Vec2::from_angle(even(0.0, 6.3)),
+            };
+            let p = outline.half() * Vec2::new(even(-1.2, 1.2), even(-1.2, 1.2));
+            let holds = |p: Vec2| match outline.place(p, 0.5) {
+                OutlinePoint::Wall(inset, _) => inset > 0.0,
+                OutlinePoint::Roof(..) => true,
+            };
+            let step = 0.01;
+            let walk = |way: Vec2| (0..4000).take_while(|&i| holds(p + way * (step * i as f32))).count() as f32;
+            let truth = if holds(p) { step * (walk(way) + walk(-way) - 1.0) } else { 0.0 };
+            let chord = outline.chord(p, way);
+            // Ellipses inside ellipses are not quite its parallel curves.
+            assert!((chord - truth).abs() < 0.03 + 0.02 * truth, "{outline:?} {p} {way}: {chord}, not {truth}");
+        }
     }
 }

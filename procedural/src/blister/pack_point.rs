@@ -3,7 +3,7 @@
 use glam::{Vec2, Vec3};
 
 use super::film_mark::{FilmMark, MarkKind};
-use super::solid::{Cut, Solid};
+use super::solid::{CutPlane, Solid};
 use super::web::WebFilm;
 use super::{CardFilm, Pack};
 use crate::{Class, Film, Gloss, Matter, Medium, Surface};
@@ -23,7 +23,7 @@ pub struct TabletDamage {
     /// The tablet before.
     pub whole: Solid,
     /// A place of its upper side beyond all of these is lost.
-    pub lost: Vec<Cut>,
+    pub lost: Vec<CutPlane>,
     /// Class and instance of those places.
     pub label: (Class, u16),
 }
@@ -280,6 +280,10 @@ impl Pack {
         let film = Film {
             thickness_mm: spot.leaf.thickness,
             gap_mm: (!spot.sealed()).then_some(gap),
+            room_mm: match spot.cell {
+                Some(cell) if inside => self.web.chord(spot.p, cell, self.lay.across(Vec2::Y)),
+                _ => f32::INFINITY,
+            },
             under: below.medium,
             under_slope: [below.surface.slope_x, below.surface.slope_y],
         };

@@ -24,7 +24,7 @@ pub struct SolidShape {
 
 /// A half space that is kept: points with `normal . p <= limit`, in the shape's coordinates.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Cut {
+pub struct CutPlane {
     /// Unit normal out of what is kept [1].
     pub normal: Vec3,
     /// Distance of the plane from the shape's middle [mm].
@@ -45,7 +45,7 @@ pub struct Solid {
     /// Whether its face at +z bears the pack's score line and mark.
     pub(super) marked: bool,
     shape: SolidShape,
-    cuts: Vec<Cut>,
+    cuts: Vec<CutPlane>,
     /// From the pack's coordinates to the shape's: linear part, after the origin was taken off.
     inverse: Mat3,
     origin: Vec3,
@@ -80,7 +80,7 @@ impl Solid {
     /// The shape under the map `linear p + origin`.
     pub fn new(
         shape: SolidShape,
-        cuts: Vec<Cut>,
+        cuts: Vec<CutPlane>,
         linear: Mat3,
         origin: Vec3,
         medium: Medium,
@@ -243,7 +243,7 @@ mod tests {
     use rand::RngExt;
 
     /// Whether a place of the shape's coordinates is inside, straight from the definition.
-    fn inside(shape: &SolidShape, cuts: &[Cut], p: Vec3) -> bool {
+    fn inside(shape: &SolidShape, cuts: &[CutPlane], p: Vec3) -> bool {
         let away = |p: Vec3| (p - Vec3::X * p.x.clamp(-shape.segment, shape.segment)).length();
         let capped = match shape.cap {
             Some([radius, beyond]) => [beyond, -beyond].iter().all(|&up| away(p + Vec3::Z * up) < radius),
@@ -258,7 +258,7 @@ mod tests {
         let caplet = SolidShape { segment: 3.0, ..lens };
         let flat = SolidShape { cap: None, ..caplet };
         let rod = SolidShape { segment: 5.0, radius: 3.0, band: 0.0, cap: Some([3.0, 0.0]) };
-        let cut = Cut { normal: Vec3::new(0.6, 0.0, 0.8), limit: 1.0 };
+        let cut = CutPlane { normal: Vec3::new(0.6, 0.0, 0.8), limit: 1.0 };
         let mut rng = Stream::root(1).child("ways").rng();
         let mut vector = || Vec3::from_array(std::array::from_fn(|_| 2.0 * rng.random::<f32>() - 1.0));
         let linear = Mat3::from_cols(Vec3::new(1.2, 0.3, 0.1), Vec3::new(-0.2, 0.9, 0.2), Vec3::new(0.0, -0.1, 1.0));

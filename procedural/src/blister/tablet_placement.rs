@@ -12,7 +12,7 @@ use super::pack_point::TabletDamage;
 use super::parameters::{Blister, Tablet};
 use super::plan::{self, PlannedDefect, graded};
 use super::pose::{Cavity, DrawnPose, Pose};
-use super::solid::{Cut, Solid};
+use super::solid::{CutPlane, Solid};
 use super::tablet::{self, TabletForm};
 use super::{Pack, flange};
 use crate::{Class, Gloss, Medium, Stream, normal};
@@ -66,7 +66,14 @@ fn wish(stream: Stream, blister: &Blister, form: &TabletForm) -> DrawnPose {
 }
 
 /// A posed tablet, or a piece of it, as a solid on the conveyor.
-fn solid(lay: &CardPlacement, form: &TabletForm, pose: &Pose, cuts: Vec<Cut>, medium: Medium, class: Class) -> Solid {
+fn solid(
+    lay: &CardPlacement,
+    form: &TabletForm,
+    pose: &Pose,
+    cuts: Vec<CutPlane>,
+    medium: Medium,
+    class: Class,
+) -> Solid {
     let (tangent, origin) = lay.tangent(pose.middle.truncate());
     let linear = tangent * pose.turn * Mat3::from_diagonal(form.scale);
     let mut solid = Solid::new(form.shape, cuts, linear, origin + Vec3::Z * pose.middle.z, medium, class, 0);
@@ -164,7 +171,7 @@ impl Pack {
         damaged: Option<(&PlannedDefect, Damage)>,
     ) {
         let class = self.instances[cell].class;
-        let make = |cuts: Vec<Cut>| solid(&self.lay, form, pose, cuts, medium, class);
+        let make = |cuts: Vec<CutPlane>| solid(&self.lay, form, pose, cuts, medium, class);
         let Some((planned, damage)) = damaged else {
             let solid = make(Vec::new());
             return self.add(cell, solid);

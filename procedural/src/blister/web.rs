@@ -236,6 +236,11 @@ impl FormedWeb {
         }
     }
 
+    /// Length along the unit vector `way` of the pocket's part of the line through a place of the card [mm].
+    pub fn chord(&self, p: Vec2, cell: usize, way: Vec2) -> f32 {
+        self.formed.chord(p - self.cells[cell].middle, way)
+    }
+
     /// Bumps and crevices of formed film [mm], their slope [1], and the relative variation of its thickness [1].
     #[inline]
     fn bumps(&self, p: Vec2, rise: f32, slope: Vec2, factor: f32) -> (f32, Vec2, f32) {

@@ -3,8 +3,8 @@
 //! Lines are drawn in windows of their own, where a Gaussian is stepped from its middle, and moved by whole rows to where
 //! the tile's windows lie ([`super::secondary_light`]). What falls outside of both is lost.
 
-use super::line_image::draw_transmitted;
-use super::row::{Reflection, SecondaryLight, WindowNeed};
+use super::line_image::{add_beyond, add_transmitted_beyond, draw_transmitted};
+use super::row::{Reflection, Row, SecondaryLight, WindowNeed};
 use super::speckle::TILE;
 use super::window::{ROWS, Scratch, Window};
 use numerics::lanes::exp;
@@ -34,22 +34,36 @@ pub fn stand(secondary: &SecondaryLight, tile: usize, scratch: &mut Scratch) {
     }
 }
 
-/// Adds what lies beside the line to `scratch`, whose first window holds the line alone.
-pub fn composite(secondary: &SecondaryLight, tile: usize, scratch: &mut Scratch) {
+/// Adds what lies beside the line to `scratch`, whose first window holds the line of `own` alone; `neighbours` are what a row of a
+/// window each looks at.
+pub fn composite(own: &Row, neighbours: &[&Row; ROWS], secondary: &SecondaryLight, tile: usize, scratch: &mut Scratch) {
     if secondary.needs[tile] == WindowNeed::Line {
         return;
     }
     let start = tile * TILE;
+    let drawn = scratch.windows[0].first_row;
     stand(secondary, tile, scratch);
     let Scratch { windows, spare, used, .. } = scratch;
     let windows = &mut windows[..*used];
-    let columns = &secondary.transmitted.columns;
-    if columns.start < start + TILE && columns.end > start {
-        draw_transmitted(&secondary.transmitted, start, spare);
-        add_shifted(spare, windows, &secondary.transmitted.metal[start..start + TILE], 1.0);
+    for window in windows.iter_mut() {
+        add_beyond(own, neighbours, start, &drawn, window);
     }
+    let line = &secondary.transmitted;
+    if line.columns.start < start + TILE && line.columns.end > start {
+        let neighbours = neighbours.map(|row| row.secondary.as_ref().map_or(line, |secondary| &secondary.transmitted));
+        draw_transmitted(line, &neighbours, start, spare);
+        add_shifted(spare, windows, &line.metal[start..start + TILE], 1.0);
+        for window in windows.iter_mut() {
+            add_transmitted_beyond(line, &neighbours, start, &spare.first_row, window);
+        }
+    }
+    add_reflections(secondary, tile, windows);
+}
+
+/// Adds mirror images, which per-line models leave to the surface as they do the line's own glare.
+pub(crate) fn add_reflections(secondary: &SecondaryLight, tile: usize, windows: &mut [Window]) {
     for reflection in secondary.tile(tile) {
-        add_reflection(reflection, start, windows);
+        add_reflection(reflection, tile * TILE, windows);
     }
 }
 

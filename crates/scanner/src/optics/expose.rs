@@ -186,13 +186,16 @@ fn still(sensor: &Sensor, band: &Band, profile: usize, tile: usize, rows: Range<
                     *row = *load(volume, k * padded + start);
                 }
             }
+            if let Some(secondary) = &own.secondary {
+                compositing::add_reflections(secondary, tile, &mut scratch.windows[..scratch.used]);
+            }
         }
         None => {
             let offsets = band.neighbours(profile, &sensor.geometry);
             let neighbours: [&Row; ROWS] = std::array::from_fn(|k| band.neighbour(profile, offsets[k]));
             draw(own, &neighbours, start, &line, first);
             if let Some(secondary) = &own.secondary {
-                compositing::composite(secondary, tile, scratch);
+                compositing::composite(own, &neighbours, secondary, tile, scratch);
             }
             streak::draw(streak::near_tile(&own.streaks, tile), start, &mut scratch.windows[0]);
             if let Some(second) = &sensor.second {

@@ -8,21 +8,26 @@
 //! dark.
 //! Both ways through the film are followed (`bent_film`): level film shows what lies below nearer to the lens, by up to half of
 //! its thickness for views up to 45 degrees; bent film turns light, which meets what lies below elsewhere, spread over more or less of it.
-//! Neglected: what the film above hides of what lies below; a second image of the same light, where bent film folds the line over itself.
+//! Light that keeps its direction leaves through the film over where it landed, light that has spread by that over where it has come to. A pocket's walls
+//! hold the latter together (`Confinement`).
+//! Neglected: what walls let out; what the film above hides of what lies below; a second image of the same light, where bent film folds the line over itself.
+
+use std::ops::Range;
 
 use glam::{Mat2, Vec2, Vec3};
 use procedural::{Film, Matter, Medium, Surface};
 
-use super::bent_film::{FilmPlace, FilmSheet, LEAST_FILM_COSINE, PlaneBelow, upright};
+use super::bent_film::{FilmPlace, FilmSheet, LEAST_FILM_COSINE, PlaneBelow};
 use super::box_filter::blur_varying;
 use super::camera::{Camera, Sight};
-use super::row::TransmittedLine;
+use super::row::{NARROW_WIDTHS, TransmittedLine};
 use super::row_view::RowView;
 use super::speckle::TILE;
 use crate::specimen::{Hit, height_below};
+use numerics::lanes::exp;
 use transport::fresnel;
 use transport::kernel::film_stack::{FilmStack, FilmStackKernel, FilmStackSpread, passed_unturned};
-use transport::kernel::{BASIS, SPREAD_MM};
+use transport::kernel::{BASIS, PACK_SPREAD_MM};
 
 /// Heights of neighbouring columns below a film that count as two surfaces [mm].
 const JUMP_MM: f32 = 0.5;
@@ -30,8 +35,12 @@ const JUMP_MM: f32 = 0.5;
 const LEAST_VIEW_SLANT: f32 = 0.05;
 /// Greatest widening of the line that is believed: more is a caustic or an edge [1].
 const MAX_WIDENING: f32 = 10.0;
-/// Fixed widths of light that has kept its direction as far as what lies below, up to 0.1 mm: the rest comes from all sides.
-const NARROW_WIDTHS: usize = 3;
+/// First of the widths whose light fills a pocket: of 0.7 mm and more.
+pub(super) const FILLING: usize = 5;
+/// Standard deviation of a Gaussian as flat as light that fills a room, over the room's length [1].
+const FILLED: f32 = 0.55;
+/// Shortest room that counts [mm].
+const LEAST_ROOM_MM: f32 = 0.2;
 /// Most light that bent film gathers on a place, over that of level film [1].
 const MAX_GATHERED: f32 = 3.0;
 /// Most that a thinner place of the film, or a glint, adds to what a column's own place promises [1].
@@ -40,6 +49,46 @@ const MAX_GAIN: f32 = 100.0;
 const MAX_RADIANCE_FACTOR: f32 = 2.0;
 /// Mean run of light on its way out in free paths, as in the kernel [1].
 const ESCAPE_FREE_PATHS: f32 = 1.3;
+
+/// How the walls of a pocket hold together light that fills it: a share of what would spread beyond them along the motion comes back.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Confinement {
+    /// Of a Gaussian's variance v, v / (1 + v per_mm2) is left [mm^-2].
+    pub per_mm2: f32,
+    half_room_mm: f32,
+    holds: f32,
+    /// Light beyond the widest width over that of the widest [1].
+    beyond: f32,
+}
+
+impl Confinement {
+    /// Of light below `film`, which throws the share `holds` of it back and of which this much lies `beyond` the widest width.
+    pub fn of(film: &Film, holds: f32, beyond: f32) -> Self {
+        let holds = if film.room_mm.is_finite() { holds } else { 0.0 };
+        let room_mm = film.room_mm.max(LEAST_ROOM_MM);
+        let (half_room_mm, widest) = (0.5 * room_mm, FILLED * room_mm);
+        Self { per_mm2: holds / (widest * widest), half_room_mm, holds, beyond }
+    }
+
+    /// What a width's light is multiplied by, for what comes back from the walls [1].
+    pub fn gain(&self, j: usize) -> f32 {
+        if j < FILLING {
+            return 1.0;
+        }
+        let deviations = self.half_room_mm / PACK_SPREAD_MM[j];
+        let places = deviations * deviations * confined(PACK_SPREAD_MM[j], self.per_mm2);
+        // Share of a Gaussian within its middle (Polya 1945, within 0.01).
+        let within = (1.0 - exp(-std::f32::consts::FRAC_2_PI * places)).max(0.0).sqrt();
+        let beyond = if j == BASIS - 1 { self.holds * self.beyond } else { 0.0 };
+        (1.0 + beyond) / (1.0 - self.holds * (1.0 - within))
+    }
+}
+
+/// What walls that hold light together divide the variance along the motion by, of light that would spread by `spread_mm` [1].
+#[inline(always)]
+pub(super) fn confined(spread_mm: f32, per_mm2: f32) -> f32 {
+    1.0 + spread_mm * spread_mm * per_mm2
+}
 
 /// What the laser meets below a film, by the column that looks at the film above it.
 #[derive(Debug, Clone, Copy)]
@@ -50,8 +99,12 @@ struct TransmittedPoint {
     /// Where along the line its light lands, and would without a film [mm].
     lands: [f32; 2],
     sight: Sight,
-    /// Light towards the lens, by width [e-].
+    /// Light towards the lens, by width; of wide widths by the root of their weight, and still to leave by `exit` [e-].
     light: [f32; BASIS],
+    /// Factor by which each width leaves here; 0 where something hides this point from the lens [1].
+    exit: [f32; BASIS],
+    /// How its pocket holds light together [mm^-2].
+    confined_per_mm2: f32,
     metal: bool,
     sealed: bool,
 }
@@ -67,8 +120,8 @@ struct Meeting {
     widening: f32,
     /// What foil throws to the lens, over what it would if the film turned nothing [1].
     glint: f32,
-    /// Light that passes the film towards the lens where that looks through it, over that at the column's own place [1].
-    passed: f32,
+    /// Share of light that passes the film towards the lens where that looks through it; 0 where what lies there is hidden [1].
+    passes: f32,
 }
 
 /// Buffers in which second lines are made.
@@ -81,6 +134,8 @@ pub struct TransmissionScratch {
     sealed: Vec<bool>,
     /// Variance along the line of what is out of focus, a column [px^2].
     defocus: Vec<f32>,
+    /// Stretches of columns along which light spreads below the film.
+    pieces: Vec<Range<usize>>,
     buffer: Vec<f32>,
 }
 
@@ -144,10 +199,9 @@ fn meeting(hit: &Hit, above: &Sight, film: &Film, z: f32, view: &RowView<'_>, be
     // What is seen lies on the view's line, which meets the laser plane here.
     let along = above.view * ((view.y - seen.point.y) / above.view.y.min(-LEAST_VIEW_SLANT));
     let straight = hit.x + above.light.x * ((at.z - target.z) / -above.light.z);
-    let up = upright(own).dot(above.view).max(LEAST_FILM_COSINE);
-    let passed = |thickness_mm: f32, up: f32| {
-        passed_unturned(&hit.matter.medium, &Film { thickness_mm, ..*film }, up).max(f32::MIN_POSITIVE)
-    };
+    let looked_through = Film { thickness_mm: seen.thickness_mm, ..*film };
+    let shows = view.specimen.sees_below(target, view.y);
+    let passes = if shows { passed_unturned(&hit.matter.medium, &looked_through, seen.up) } else { 0.0 };
     // Foil glints by the ways that light and view have below the film.
     let under = &film.under.gloss;
     let glints = |light: Vec3, view: Vec3| fresnel::gloss(under, plane.normal, light, view).max(f32::MIN_POSITIVE);
@@ -155,12 +209,12 @@ fn meeting(hit: &Hit, above: &Sight, film: &Film, z: f32, view: &RowView<'_>, be
         true => glints(-landed.way, seen.way) / glints(-above.light, above.view),
         false => 1.0,
     };
-    view.specimen.sees_below(target, view.y).then_some(Meeting {
+    Some(Meeting {
         glint: glint.min(MAX_GATHERED),
         seen: seen.point + along,
         lands: [target.x, straight],
         widening: landed.widening,
-        passed: passed(seen.thickness_mm, seen.up) / passed(film.thickness_mm, up),
+        passes,
     })
 }
 
@@ -171,45 +225,50 @@ impl TransmissionScratch {
         self.below.resize(columns, None);
     }
 
-    /// Notes what is seen through the film of `hit`, which `column` looks at as `above` says; `through` as [`FilmStackSpread`] has it.
+    /// Notes what lies below the film of `hit`, which `column` looks at as `above` says and which spreads light like `spread`.
     pub(crate) fn note(
         &mut self,
         column: usize,
         (hit, above): (&Hit, &Sight),
         film: &Film,
-        through: &[f32; BASIS],
+        spread: &FilmStackSpread,
         view: &RowView<'_>,
     ) {
         let z = height_below(&hit.surface, film);
-        // No row holds more than all of it.
-        let light: f32 = through.iter().sum();
-        if !hit.lit || light * above.electrons * MAX_GAIN < view.faint {
+        // No row holds more than all of it. Light that lands here may leave where the film is level.
+        let light: f32 = spread.below.iter().sum();
+        let passes = spread.passes.max(passed_unturned(&hit.matter.medium, film, above.view.z));
+        if !hit.lit || light * passes * above.electrons * MAX_GAIN < view.faint {
             return;
         }
         let bent = film.gap_mm.and_then(|_| meeting(hit, above, film, z, view, true));
         // Where the film turns the line away, what it has scattered before is left.
         let first = if bent.is_some() || film.gap_mm.is_none() { 0 } else { NARROW_WIDTHS };
         let Some(meeting) = bent.or_else(|| meeting(hit, above, film, z, view, false)) else { return };
-        let Meeting { seen, lands, widening, glint, passed } = meeting;
+        let Meeting { seen, lands, widening, glint, passes } = meeting;
+        let sealed = film.gap_mm.is_none();
+        let passes = if sealed && passes > 0.0 { spread.passes } else { passes };
         let [slope_x, slope_y] = film.under_slope;
         let sight = view.sight(seen.x, &Surface { z: seen.z, slope_x, slope_y });
-        let white = under_normal(film).dot(sight.view).max(0.0) * sight.electrons * passed;
-        if light * white < view.faint {
-            return;
-        }
-        let spread = sight.laser_variance * (widening.min(MAX_WIDENING).powi(2) - 1.0);
+        let white = under_normal(film).dot(sight.view).max(0.0) * sight.electrons;
+        let metal = film.under.gloss.is_metal();
+        // Foil throws what walls send back to it elsewhere than to the lens.
+        let confinement = Confinement::of(film, if metal { 0.0 } else { spread.holds }, spread.beyond[1]);
+        let widened = sight.laser_variance * (widening.min(MAX_WIDENING).powi(2) - 1.0);
         self.below[column] = Some(TransmittedPoint {
             column: view.camera.project(seen.x, 0.0, seen.z)[0],
             z,
             lands,
-            sight: Sight { variance: sight.variance + spread, ..sight },
+            sight: Sight { variance: sight.variance + widened, ..sight },
             light: std::array::from_fn(|j| match j {
                 _ if j < first => 0.0,
-                0..NARROW_WIDTHS => through[j] * white * glint,
-                _ => through[j] * white,
+                0..NARROW_WIDTHS => spread.below[j] * white * glint,
+                _ => spread.below[j].sqrt() * white * confinement.gain(j),
             }),
-            metal: film.under.gloss.is_metal(),
-            sealed: film.gap_mm.is_none(),
+            exit: std::array::from_fn(|j| if j < NARROW_WIDTHS { passes } else { spread.below[j].sqrt() * passes }),
+            confined_per_mm2: confinement.per_mm2,
+            metal,
+            sealed,
         });
     }
 
@@ -219,13 +278,17 @@ impl TransmissionScratch {
         let padded = columns.next_multiple_of(TILE);
         let old = line.columns.clone();
         // Columns without a line are alike whatever was there before: their numbers too decide how far a tile's are drawn.
-        for field in [&mut line.centre, &mut line.rows_per_mm, &mut line.variance] {
+        for field in [&mut line.centre, &mut line.rows_per_mm, &mut line.variance, &mut line.confined_per_mm2] {
             field.resize(padded, 1.0);
             field[old.clone()].fill(1.0);
         }
         for source in &mut line.source {
             source.resize(padded, 0.0);
             source[old.clone()].fill(0.0);
+        }
+        for exit in &mut line.exit {
+            exit.resize(padded, 0.0);
+            exit[old.clone()].fill(0.0);
         }
         line.metal.resize(padded, false);
         self.height.clear();
@@ -255,9 +318,12 @@ impl TransmissionScratch {
                 (first, last) = (first.min(column), last.max(column + 1));
                 line.centre[column] = mix(a.sight.row, b.sight.row);
                 line.rows_per_mm[column] = mix(a.sight.rows_per_mm, b.sight.rows_per_mm);
+                line.confined_per_mm2[column] = a.confined_per_mm2;
                 line.variance[column] = mix(a.sight.variance, b.sight.variance);
                 line.metal[column] = a.metal;
+                let shows = a.exit[0] > 0.0 && b.exit[0] > 0.0;
                 for j in 0..BASIS {
+                    line.exit[j][column] = if shows { mix(a.exit[j], b.exit[j]) } else { 0.0 };
                     let share = if j < NARROW_WIDTHS { gathered } else { 1.0 };
                     line.source[j][column] = share * mix(a.light[j], b.light[j]);
                 }
@@ -267,29 +333,56 @@ impl TransmissionScratch {
         self.blur(camera, line);
     }
 
-    /// Spreads the second line along itself, piece by piece.
+    /// Spreads the second line along itself, piece by piece. What has spread far leaves by the film over where it arrives; what has kept
+    /// its direction, by that over where it landed.
     fn blur(&mut self, camera: &Camera, line: &mut TransmittedLine) {
-        let mut start = line.columns.start;
-        for column in line.columns.clone() {
-            let ends = column + 1 == line.columns.end
-                || (self.height[column + 1] - self.height[column]).abs() > JUMP_MM
-                || line.metal[column + 1] != line.metal[column]
-                || self.sealed[column + 1] != self.sealed[column];
-            if !ends {
-                continue;
-            }
-            let piece = start..column + 1;
-            start = column + 1;
-            if self.height[column] == f32::MIN {
-                continue;
-            }
-            let defocus = &self.defocus[piece.clone()];
-            for j in 0..BASIS {
-                let source = &mut line.source[j][piece.clone()];
-                if source.iter().any(|&light| light != 0.0) {
-                    blur_varying(source, camera.along_variance(SPREAD_MM[j]), defocus, [1.0; 2], &mut self.buffer);
+        for (widths, over_hidden) in [(0..NARROW_WIDTHS, false), (NARROW_WIDTHS..BASIS, true)] {
+            self.find_pieces(line, over_hidden);
+            for j in widths {
+                for piece in &self.pieces {
+                    let (source, defocus) = (&mut line.source[j][piece.clone()], &self.defocus[piece.clone()]);
+                    if source.iter().any(|&light| light != 0.0) {
+                        let side = if over_hidden && line.metal[piece.start] { 0.0 } else { 1.0 };
+                        blur_varying(
+                            source,
+                            camera.along_variance(PACK_SPREAD_MM[j]),
+                            defocus,
+                            [side; 2],
+                            &mut self.buffer,
+                        );
+                    }
                 }
             }
+        }
+        for (j, source) in line.source.iter_mut().enumerate() {
+            for column in line.columns.clone() {
+                // What has kept its direction leaves here and nowhere else.
+                let (own, exit) = (self.height[column] > f32::MIN, &mut line.exit[j][column]);
+                source[column] *= match own {
+                    false => 0.0,
+                    true if j < NARROW_WIDTHS => std::mem::replace(exit, 1.0),
+                    true => 1.0,
+                };
+            }
+        }
+    }
+
+    /// Finds the pieces along which the second line's light spreads: one surface below, `over_hidden` columns too that show nothing of it.
+    fn find_pieces(&mut self, line: &TransmittedLine, over_hidden: bool) {
+        self.pieces.clear();
+        let mut last: Option<usize> = None;
+        for column in line.columns.clone().filter(|&column| self.height[column] > f32::MIN) {
+            let joined = last.is_some_and(|last| {
+                (over_hidden || last + 1 == column)
+                    && (self.height[column] - self.height[last]).abs() <= JUMP_MM
+                    && line.metal[column] == line.metal[last]
+                    && self.sealed[column] == self.sealed[last]
+            });
+            match self.pieces.last_mut() {
+                Some(piece) if joined => piece.end = column + 1,
+                _ => self.pieces.push(column..column + 1),
+            }
+            last = Some(column);
         }
     }
 }

@@ -17,7 +17,7 @@ use super::circle_of_confusion;
 use super::laser::{GaussianMixture, LineProfile};
 use super::row::Row;
 use super::speckle::TILE;
-use super::window::{CENTRE, MIN_VARIANCE, ROWS, load};
+use super::window::{CENTRE, MIN_VARIANCE, ROWS, UNIT_EXIT, load};
 use numerics::lanes::{cos_sin_turns, exp};
 
 /// Standard deviations of a Gaussian beyond which it is left out: 1e-9 of its peak.
@@ -153,9 +153,6 @@ fn add_by_rows<'a>(
         }
     }
 }
-
-/// The exit of light that the surface throws back.
-pub(crate) const UNIT_EXIT: [f32; TILE] = [1.0; TILE];
 
 /// Gaussians of one tile, stepped from row to row.
 #[derive(Debug)]

@@ -6,12 +6,19 @@
 
 use multiversion::multiversion;
 
-use super::gaussian_stepper::{CompositeLine, GaussianStepper, UNIT_EXIT, add_line};
+use super::film::{FILLING, confined};
+use super::gaussian_stepper::{CompositeLine, GaussianStepper, add_line};
 use super::laser::LineProfile;
 use super::row::{Row, TransmittedLine};
 use super::speckle::TILE;
-use super::window::{CENTRE, ROWS, Window, load};
-use transport::kernel::{BASIS, SPREAD_MM};
+use super::window::{CENTRE, ROWS, UNIT_EXIT, Window, load};
+use numerics::lanes::exp;
+use transport::kernel::{BASIS, PACK_SPREAD_MM};
+
+/// Rows beyond which a line is taken to lie no further from a window [px].
+const MAX_BEYOND: f32 = 200.0;
+/// Least variance of light that reaches beyond its line's window [px^2].
+const LEAST_FAR_PX2: f32 = 25.0;
 
 /// How the line of a row is drawn.
 #[derive(Debug, Clone, Copy)]
@@ -76,9 +83,10 @@ pub fn draw(own: &Row, neighbours: &[&Row; ROWS], start: usize, line: &LineShape
         }
         let shift = load(&own.shift[j], start);
         let (mut wide, mut place) = (variance, phase);
+        let confined_per_mm2 = confined_in(&own.confined_per_mm2, start, j);
         for c in 0..TILE {
-            let sigma = SPREAD_MM[j] * rows_per_mm[c];
-            wide[c] += sigma * sigma;
+            let sigma = own.spread_mm[j] * rows_per_mm[c];
+            wide[c] += sigma * sigma / confined(own.spread_mm[j], confined_per_mm2[c]);
             place[c] -= shift[c];
         }
         let exit = |k: usize| neighbours[k].leaves(j, start, k > CENTRE);
@@ -92,21 +100,111 @@ pub fn draw(own: &Row, neighbours: &[&Row; ROWS], start: usize, line: &LineShape
     }
 }
 
-/// Draws the line that is seen through a film in a window of its own.
+/// Draws the line of `own` that is seen through a film in a window of its own, and what `neighbours` let out of its light.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
-pub(crate) fn draw_transmitted(transmitted: &TransmittedLine, start: usize, window: &mut Window) {
-    let phase = place(load(&transmitted.centre, start), window);
-    let (rows_per_mm, variance) = (load(&transmitted.rows_per_mm, start), load(&transmitted.variance, start));
+pub(crate) fn draw_transmitted(
+    own: &TransmittedLine,
+    neighbours: &[&TransmittedLine; ROWS],
+    start: usize,
+    window: &mut Window,
+) {
+    let phase = place(load(&own.centre, start), window);
+    let (rows_per_mm, variance) = (load(&own.rows_per_mm, start), load(&own.variance, start));
     for j in 0..BASIS {
-        let source = load(&transmitted.source[j], start);
+        let source = load(&own.source[j], start);
         if source.iter().all(|&s| s == 0.0) {
             continue;
         }
         let mut wide = *variance;
+        let confined_per_mm2 = confined_in(&own.confined_per_mm2, start, j);
         for c in 0..TILE {
-            let sigma = SPREAD_MM[j] * rows_per_mm[c];
-            wide[c] += sigma * sigma;
+            let sigma = PACK_SPREAD_MM[j] * rows_per_mm[c];
+            wide[c] += sigma * sigma / confined(PACK_SPREAD_MM[j], confined_per_mm2[c]);
         }
-        GaussianStepper::new(&phase, &wide).add(source, |_| &UNIT_EXIT, &(0..ROWS), &mut window.volume);
+        GaussianStepper::new(&phase, &wide).add(
+            source,
+            |k| neighbours[k].leaves(j, start),
+            &(0..ROWS),
+            &mut window.volume,
+        );
+    }
+}
+
+/// How pockets hold width `j` together in a tile [mm^-2].
+#[inline(always)]
+fn confined_in(per_mm2: &[f32], start: usize, j: usize) -> &[f32; TILE] {
+    const FREE: [f32; TILE] = [0.0; TILE];
+    if j < FILLING || per_mm2.is_empty() { &FREE } else { load(per_mm2, start) }
+}
+
+/// First of the widths that reach from one line's window into another's: of 1.3 mm and more.
+const FAR: usize = 6;
+
+/// Adds the light of `own` that falls into a window beyond the one that its line was drawn in, which begins at `drawn`: what spreads far
+/// over a pocket shows about the other line too.
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
+pub(crate) fn add_beyond(own: &Row, neighbours: &[&Row; ROWS], start: usize, drawn: &[i32; TILE], window: &mut Window) {
+    let exits = |j| [0, ROWS - 1].map(|k| neighbours[k].leaves(j, start, k > CENTRE));
+    let spread = load(&own.spread_rows_per_mm, start);
+    let confined = confined_in(&own.confined_per_mm2, start, FAR);
+    let lines = [load(&own.centre, start), load(&own.variance, start), spread, confined];
+    beyond(lines, |j| load(&own.source[j], start), exits, drawn, window);
+}
+
+/// The same of a line that is seen through a film.
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
+pub(crate) fn add_transmitted_beyond(
+    own: &TransmittedLine,
+    neighbours: &[&TransmittedLine; ROWS],
+    start: usize,
+    drawn: &[i32; TILE],
+    window: &mut Window,
+) {
+    let exits = |j| [0, ROWS - 1].map(|k| neighbours[k].leaves(j, start));
+    let confined = confined_in(&own.confined_per_mm2, start, FAR);
+    let lines = [load(&own.centre, start), load(&own.variance, start), load(&own.rows_per_mm, start), confined];
+    beyond(lines, |j| load(&own.source[j], start), exits, drawn, window);
+}
+
+/// Adds the far widths of lines, by their centres, variances, rows per mm and confinements, to the rows of a window that lie outside of the windows that
+/// begin at `drawn`. Each leaves by the last row on its side that those look at.
+#[inline(always)]
+fn beyond<'a>(
+    [centre, variance, rows_per_mm, confined_per_mm2]: [&[f32; TILE]; 4],
+    source: impl Fn(usize) -> &'a [f32; TILE],
+    exits: impl Fn(usize) -> [&'a [f32; TILE]; 2],
+    drawn: &[i32; TILE],
+    window: &mut Window,
+) {
+    if window.first_row == *drawn {
+        return;
+    }
+    for j in FAR..BASIS {
+        let source = source(j);
+        if source.iter().all(|&s| s == 0.0) {
+            continue;
+        }
+        let [before, behind] = exits(j);
+        let (mut light, mut step, mut ratio) = ([0.0f32; TILE], [0.0f32; TILE], [0.0f32; TILE]);
+        for c in 0..TILE {
+            let sigma = PACK_SPREAD_MM[j] * rows_per_mm[c];
+            let spread = sigma * sigma / confined(PACK_SPREAD_MM[j], confined_per_mm2[c]);
+            // What a narrow line sends so far is nothing, and not to be stepped from there.
+            let half = 0.5 / (variance[c] + spread).max(LEAST_FAR_PX2);
+            let away = (window.first_row[c] as f32 - centre[c]).clamp(-MAX_BEYOND, MAX_BEYOND);
+            let reaches = if spread < LEAST_FAR_PX2 { 0.0 } else { source[c] };
+            light[c] = reaches * 0.564_189_6 * half.sqrt() * exp(-away * away * half);
+            step[c] = exp(-(2.0 * away + 1.0) * half);
+            ratio[c] = exp(-2.0 * half);
+        }
+        for (k, row) in window.volume.iter_mut().enumerate() {
+            for c in 0..TILE {
+                let at = window.first_row[c] + k as i32 - drawn[c];
+                let exit = if at < 0 { before[c] } else { behind[c] };
+                row[c] += if (0..ROWS as i32).contains(&at) { 0.0 } else { light[c] * exit };
+                light[c] *= step[c];
+                step[c] *= ratio[c];
+            }
+        }
     }
 }

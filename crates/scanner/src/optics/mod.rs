@@ -4,6 +4,7 @@
 //! looks at the rows around its own. Exposure runs over tiles of [`TILE`] columns, so that the window of rows stays in
 //! the cache while the profiles of a band pass by.
 
+mod along_line;
 mod ambient;
 mod band;
 mod bent_film;

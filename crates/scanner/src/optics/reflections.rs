@@ -15,7 +15,7 @@ use super::film::entering_share;
 use super::row::Reflection;
 use super::row_view::RowView;
 use crate::specimen::{Hit, ReflectedHit};
-use transport::kernel::{BASIS, SPREAD_MM, SpreadRow};
+use transport::kernel::{BASIS, PACK_SPREAD_MM, SpreadRow};
 
 /// Square of the slope under which mirrored light rises too steeply to meet the body again: tan(39 deg)^2 [1].
 const MIN_SLOPE2: f32 = 0.65;
@@ -27,7 +27,7 @@ const MAX_GAP_PX: f32 = 40.0;
 const MAX_IMAGES: usize = 4;
 /// Rows within which images are one [px].
 const MERGED_PX: f64 = 1.5;
-/// Fixed widths that an image is seen with: up to 0.32 mm.
+/// Fixed widths that an image is seen with: up to 0.46 mm.
 const NARROW_WIDTHS: usize = 5;
 
 /// Where the light of one column lands.
@@ -179,7 +179,7 @@ impl LitRow<'_> {
         for j in 0..NARROW_WIDTHS.min(BASIS) {
             let weight = self.spread.enter[j][column] * self.spread.exit[j][column];
             sum += weight;
-            moment += weight * SPREAD_MM[j] * SPREAD_MM[j];
+            moment += weight * PACK_SPREAD_MM[j] * PACK_SPREAD_MM[j];
         }
         (sum, if sum > 0.0 { moment / sum } else { 0.0 })
     }

@@ -7,14 +7,18 @@ use super::coherence::{CONTRAST_COLUMNS, RowContrasts};
 use super::mixed_columns::MixedColumn;
 use super::speckle::TILE;
 use super::streak::Streak;
-use super::tile_extremes::TileExtremes;
-use super::window::load;
+use super::window::{UNIT_EXIT, load};
 use crate::specimen::Hit;
-use transport::kernel::{BASIS, SPREAD_MM};
+use transport::kernel::{BASIS, PACK_SPREAD_MM};
+
+/// Fixed widths of light that has kept its direction as far as what lies below, up to 0.13 mm: the rest comes from all sides.
+pub(super) const NARROW_WIDTHS: usize = 3;
 
 /// Numbers of one position of the scan, structure of arrays over sensor columns, padded with zeros to whole tiles.
 #[derive(Debug, Clone, Default)]
 pub struct Row {
+    /// Standard deviations of the fixed widths [mm].
+    pub spread_mm: [f32; BASIS],
     /// What each column sees; noise-free truth.
     pub hits: Vec<Hit>,
     /// Whether each column sees the bare conveyor; not padded.
@@ -27,6 +31,8 @@ pub struct Row {
     pub spread_rows_per_mm: Vec<f32>,
     /// Variance of laser, lens and pixel [px^2].
     pub variance: Vec<f32>,
+    /// How pockets hold light together along the motion, as `film::Confinement` has it; empty without [mm^-2].
+    pub confined_per_mm2: Vec<f32>,
     /// Unit of the laser's line profile; empty for a Gaussian line [px].
     pub profile_unit: Vec<f32>,
     /// Position along the line profile's nodes; empty for a Gaussian line [1].
@@ -96,10 +102,29 @@ impl Row {
     /// Light in the brightest row of a column's line [e-].
     pub(crate) fn line_peak(&self, column: usize) -> f32 {
         let rows_per_mm = self.spread_rows_per_mm[column];
-        peak(self.surface_light[column], self.variance[column], rows_per_mm, |j| {
+        peak(&self.spread_mm, self.surface_light[column], self.variance[column], rows_per_mm, |j| {
             self.source[j][column] * self.exit[j][column]
         })
     }
+}
+
+/// Greatest magnitudes among the columns of a tile.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct TileExtremes {
+    /// Standard deviations of the fixed widths [mm].
+    pub(super) spread_mm: [f32; BASIS],
+    /// Variance of laser, lens and pixel [px^2].
+    pub(super) variance: f32,
+    /// Rows per mm along the motion [px/mm].
+    pub(super) rows_per_mm: f32,
+    /// Light thrown back by the surface itself [e-].
+    pub(super) surface_light: f32,
+    /// Light that entered, by width [sqrt(1) e-].
+    pub(super) source: [f32; BASIS],
+    /// Shift of each width's light against the centre [px].
+    pub(super) shift: [f32; BASIS],
+    /// Factor by which each width leaves here [sqrt(1)].
+    pub(super) exit: [f32; BASIS],
 }
 
 /// Factors by which light of rows behind leaves a row, in one tile.
@@ -153,8 +178,12 @@ pub struct TransmittedLine {
     pub rows_per_mm: Vec<f32>,
     /// Variance of laser, lens and pixel [px^2].
     pub variance: Vec<f32>,
-    /// Light towards the lens, by width, spread along the line, `[BASIS][columns]` [e-].
+    /// Light towards the lens, by width, spread along the line, `[BASIS][columns]` [sqrt(1) e-].
     pub source: [Vec<f32>; BASIS],
+    /// How its pocket holds light together along the motion, as `film::Confinement` has it [mm^-2].
+    pub confined_per_mm2: Vec<f32>,
+    /// Factor by which each width leaves here through the film, `[BASIS][columns]`; narrow ones have left already [sqrt(1)].
+    pub exit: [Vec<f32>; BASIS],
     /// Whether metal throws it back.
     pub metal: Vec<bool>,
     /// Columns that hold any of it.
@@ -162,9 +191,17 @@ pub struct TransmittedLine {
 }
 
 impl TransmittedLine {
+    /// Factors by which width `j` of another row's line leaves here in the tile that begins at column `start` [sqrt(1)].
+    #[inline(always)]
+    pub(crate) fn leaves(&self, j: usize, start: usize) -> &[f32; TILE] {
+        if j < NARROW_WIDTHS { &UNIT_EXIT } else { load(&self.exit[j], start) }
+    }
+
     /// Light in the brightest row of a column's transmitted line [e-].
     pub fn peak(&self, column: usize) -> f32 {
-        peak(0.0, self.variance[column], self.rows_per_mm[column], |j| self.source[j][column])
+        peak(&PACK_SPREAD_MM, 0.0, self.variance[column], self.rows_per_mm[column], |j| {
+            self.source[j][column] * self.exit[j][column]
+        })
     }
 }
 
@@ -189,9 +226,15 @@ impl Reflection {
 }
 
 /// Sum of Gaussians in their common middle: `surface_light` of the line's own variance, the rest on the fixed widths [e-].
-fn peak(surface_light: f32, variance: f32, rows_per_mm: f32, light: impl Fn(usize) -> f32) -> f32 {
+fn peak(
+    spread_mm: &[f32; BASIS],
+    surface_light: f32,
+    variance: f32,
+    rows_per_mm: f32,
+    light: impl Fn(usize) -> f32,
+) -> f32 {
     let spread = |j: usize| {
-        let sigma = SPREAD_MM[j] * rows_per_mm;
+        let sigma = spread_mm[j] * rows_per_mm;
         light(j) / (variance + sigma * sigma).sqrt()
     };
     0.398_942_3 * (surface_light / variance.sqrt() + (0..BASIS).map(spread).sum::<f32>())

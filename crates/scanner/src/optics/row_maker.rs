@@ -13,10 +13,11 @@ use std::ops::Range;
 use glam::Vec3;
 use procedural::{Film, Gloss, Medium};
 
+use super::along_line::AlongLine;
 use super::box_filter::{blur, blur_varying};
 use super::camera::{Camera, Sight};
 use super::coherence::{CONTRAST_COLUMNS, CONTRAST_ROWS, Coherence};
-use super::film;
+use super::film::{self, Confinement};
 use super::highlights::{HighlightScratch, Highlights};
 use super::mixed_columns::EdgeSearch;
 use super::reflections::LitRow;
@@ -31,17 +32,14 @@ use crate::frame::Sightlines;
 use crate::specimen::{Hit, Specimen};
 use transport::fresnel;
 use transport::kernel::{
-    BASIS, SPREAD_ACROSS_OVER_ALONG, SPREAD_MM, SpreadRow, SurfacePoint, WidthShares, line_spread, path_laws,
+    BASIS, PACK_SPREAD_MM, SPREAD_MM, SpreadRow, SurfacePoint, WidthShares, line_spread, path_laws,
 };
-
-/// Share that comes back of light that would cross an upright wall, which lets it out: negative, since the wall takes of
-/// the light near it too; from Monte Carlo scatter beside a crack and at the side of a board [1].
-const WALL_RETURN: f32 = -0.5;
 
 /// Makes rows; holds what is worked out once.
 #[derive(Debug)]
 pub(crate) struct RowMaker {
-    shares: WidthShares,
+    /// Of bodies of one surface, and of packs.
+    shares: [WidthShares; 2],
     conveyor: Medium,
     conveyor_reflectance: f32,
     /// Where each column looks.
@@ -63,10 +61,11 @@ pub(crate) struct RowScratch {
     line: Vec<f32>,
     /// Variance along the line of what is out of focus; empty where nothing can be [px^2].
     defocus: Vec<f32>,
+    /// Stretches of columns along which the surface's light is blurred without a break.
+    spans: Vec<Range<usize>>,
+    along: AlongLine,
     /// Diffuse reflectance for light from all sides [1].
     albedo: Vec<f32>,
-    /// Stretches of columns along which light spreads without a break.
-    spans: Vec<Range<usize>>,
     edges: EdgeSearch,
     secondary: SecondaryScratch,
     highlights: HighlightScratch,
@@ -81,8 +80,9 @@ impl RowScratch {
             white: vec![0.0; columns],
             line: Vec::new(),
             defocus: Vec::new(),
-            albedo: vec![0.0; columns],
             spans: Vec::new(),
+            along: AlongLine::new(columns),
+            albedo: vec![0.0; columns],
             edges: EdgeSearch::default(),
             secondary: SecondaryScratch::default(),
             highlights: HighlightScratch::default(),
@@ -107,7 +107,7 @@ impl RowMaker {
             conveyor_sights: (0..columns).map(|column| camera.sight(along(column), 0.0, 0.0)).collect(),
             highlights,
             coherence,
-            shares: WidthShares::new(),
+            shares: [SPREAD_MM, PACK_SPREAD_MM].map(WidthShares::new),
             conveyor: Medium::opaque(Gloss::NONE),
             conveyor_reflectance: conveyor_reflectance as f32,
         }
@@ -124,6 +124,7 @@ impl RowMaker {
         row.bare.clear();
         row.bare.extend(row.hits.iter().map(Hit::is_bare));
         scratch.edges.find(view.specimen, view.y, &self.columns, self.conveyor, &row.hits, &mut row.mixed);
+        row.spread_mm = *self.shares(view.specimen).spread_mm();
         prepare(view, scratch, row);
         let own = self.light(view, scratch, row);
         darken_outside(&own, scratch.white.len(), row);
@@ -135,6 +136,11 @@ impl RowMaker {
         let mut extremes = std::mem::take(&mut row.extremes);
         tile_extremes::find(row, &mut extremes);
         row.extremes = extremes;
+    }
+
+    /// Shares of the widths that light of `specimen` spreads by.
+    fn shares(&self, specimen: &Specimen) -> &WidthShares {
+        &self.shares[usize::from(specimen.can_mirror_itself())]
     }
 
     /// Sight and matter of all columns; the columns from the body's first to its last, 0..0 where there is none.
@@ -218,33 +224,30 @@ impl RowMaker {
     /// Lets the light of the columns `own` spread, along the motion and along the line.
     fn spread(&self, own: Range<usize>, view: RowView<'_>, scratch: &mut RowScratch, row: &mut Row) {
         let (camera, relief) = (view.camera, view.specimen.can_mirror_itself());
-        let (first, last) = (own.start, own.end);
-        let mut start = first;
-        for part in row.hits[own].chunk_by(|a, b| a.matter.film.is_some() == b.matter.film.is_some()) {
+        let mut start = own.start;
+        for part in row.hits[own.clone()].chunk_by(|a, b| a.matter.film.is_some() == b.matter.film.is_some()) {
             if part[0].matter.film.is_none() {
-                line_spread(&scratch.points[start..start + part.len()], start, &self.shares, &mut scratch.spread);
+                line_spread(
+                    &scratch.points[start..start + part.len()],
+                    start,
+                    self.shares(view.specimen),
+                    &mut scratch.spread,
+                );
             }
             start += part.len();
         }
-        spans(&row.hits[first..last], first, relief, &mut scratch.spans);
-        let sideways = if relief { 1.0 } else { SPREAD_ACROSS_OVER_ALONG };
+        let RowScratch { along, spread, white, defocus, .. } = scratch;
+        along.find(&row.hits, own.clone(), relief);
         for j in 0..BASIS {
-            for column in first..last {
+            for column in own.clone() {
                 // Beside the body's own columns (a gap seen through it, say) and out of sight nothing leaves.
                 let hit = &row.hits[column];
                 let inside = if row.bare[column] || !hit.seen { 0.0 } else { 1.0 };
-                row.exit[j][column] = scratch.spread.exit[j][column] * inside;
-                row.source[j][column] = scratch.spread.enter[j][column] * scratch.white[column] * inside;
-                row.shift[j][column] = -scratch.spread.shift[j][column] * row.rows_per_mm[column];
+                row.exit[j][column] = spread.exit[j][column] * inside;
+                row.source[j][column] = spread.enter[j][column] * white[column] * inside;
+                row.shift[j][column] = -spread.shift[j][column] * row.rows_per_mm[column];
             }
-            let variance = camera.along_variance(SPREAD_MM[j] * sideways);
-            let wall = if SPREAD_MM[j] > 0.0 { WALL_RETURN } else { 1.0 };
-            for span in &scratch.spans {
-                let own = scratch.defocus.get(span.clone()).unwrap_or_default();
-                let sides =
-                    [span.start == 0, span.end == row.hits.len()].map(|goes_on| if goes_on { 1.0 } else { wall });
-                blur_varying(&mut row.source[j][span.clone()], variance, own, sides, &mut scratch.line);
-            }
+            along.blur(&mut row.source[j], row.spread_mm[j], &row.hits, defocus, camera);
         }
     }
 
@@ -293,9 +296,12 @@ fn prepare(view: RowView<'_>, scratch: &mut RowScratch, row: &mut Row) {
     row.profile_node.resize(profiled, 0.0);
     if specimen.can_mirror_itself() {
         row.secondary.get_or_insert_default();
+        row.confined_per_mm2.clear();
+        row.confined_per_mm2.resize(padded, 0.0);
         scratch.secondary.transmission.clear(columns);
     } else {
         row.secondary = None;
+        row.confined_per_mm2.clear();
     }
     scratch.defocus.resize(if camera.blurs() { columns } else { 0 }, 0.0);
     row.defocus_radius.resize(if camera.blurs() { padded } else { 0 }, 0.0);
@@ -343,15 +349,19 @@ impl LitColumn<'_> {
         // Its paths decide the contrast of speckle.
         scratch.points[column] = surface_point(medium, normal, sight.light, sight.view);
         let spread = film::spread(&hit.matter, film, normal, &sight, &mut scratch.secondary.covers);
+        let confinement = Confinement::of(film, spread.holds, spread.beyond[0]);
+        scratch.along.note(column, spread.holds);
+        row.confined_per_mm2[column] = confinement.per_mm2;
         let shift = film::exit_shift(medium, film, sight.view);
         for j in 0..BASIS {
-            scratch.spread.enter[j][column] = spread.enter[j];
+            // Light enters and leaves by one root each: what walls add counts once.
+            scratch.spread.enter[j][column] = spread.enter[j] * confinement.gain(j);
             scratch.spread.exit[j][column] = spread.exit[j];
             scratch.spread.shift[j][column] = shift;
         }
         row.entered_light[column] = white * film::entering_share(medium.n_eff, normal, -sight.light);
-        scratch.albedo[column] += spread.through.iter().sum::<f32>();
-        scratch.secondary.transmission.note(column, (hit, &sight), film, &spread.through, &view);
+        scratch.albedo[column] += spread.passes * spread.below.iter().sum::<f32>();
+        scratch.secondary.transmission.note(column, (hit, &sight), film, &spread, &view);
     }
 
     /// Light that enters a body of one medium.

@@ -2,27 +2,10 @@
 
 use multiversion::multiversion;
 
-use super::row::Row;
+use super::row::{Row, TileExtremes};
 use super::speckle::TILE;
 use super::window::{MIN_VARIANCE, load};
-use transport::kernel::{BASIS, SPREAD_MM};
-
-/// Greatest magnitudes among the columns of a tile.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct TileExtremes {
-    /// Variance of laser, lens and pixel [px^2].
-    variance: f32,
-    /// Rows per mm along the motion [px/mm].
-    rows_per_mm: f32,
-    /// Light thrown back by the surface itself [e-].
-    surface_light: f32,
-    /// Light that entered, by width [sqrt(1) e-].
-    source: [f32; BASIS],
-    /// Shift of each width's light against the centre [px].
-    shift: [f32; BASIS],
-    /// Factor by which each width leaves here [sqrt(1)].
-    exit: [f32; BASIS],
-}
+use transport::kernel::BASIS;
 
 /// Those of each tile of a row; fills `all`.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
@@ -31,6 +14,7 @@ pub(crate) fn find(row: &Row, all: &mut Vec<TileExtremes>) {
     for start in (0..row.centre.len()).step_by(TILE) {
         let widths = |fields: &[Vec<f32>; BASIS]| std::array::from_fn(|j| greatest(load(&fields[j], start)));
         all.push(TileExtremes {
+            spread_mm: row.spread_mm,
             variance: greatest(load(&row.variance, start)),
             rows_per_mm: greatest(load(&row.rows_per_mm, start)),
             surface_light: greatest(load(&row.surface_light, start)),
@@ -53,7 +37,7 @@ impl TileExtremes {
     /// `others` [e-]: each width's Gaussian falls away from its middle.
     pub(crate) fn light_beyond(&self, away: f32, others: &[f32; BASIS]) -> f32 {
         let spread = |j: usize| {
-            let sigma = SPREAD_MM[j] * self.rows_per_mm;
+            let sigma = self.spread_mm[j] * self.rows_per_mm;
             self.source[j] * others[j] * tail(away - self.shift[j], self.variance + sigma * sigma)
         };
         self.surface_light * tail(away, self.variance) + (0..BASIS).map(spread).sum::<f32>()
@@ -78,6 +62,7 @@ fn tail(away: f32, widest: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use transport::kernel::SPREAD_MM;
 
     /// The bound holds over the sum of the Gaussians of any column, and is met where all columns are alike.
     #[test]
@@ -88,6 +73,7 @@ mod tests {
         for round in 0..300 {
             let alike = round % 3 == 0;
             let extremes = TileExtremes {
+                spread_mm: SPREAD_MM,
                 variance: even(0.1, 9.0),
                 rows_per_mm: even(3.0, 20.0),
                 surface_light: even(0.0, 100.0),

@@ -13,6 +13,8 @@ pub const ROWS: usize = 44;
 pub const CENTRE: usize = 22;
 /// Rows from a window's edge within which a line's foot and its reading are cut off [px].
 const FOOT_ROWS: i32 = 16;
+/// The exit of light that the surface throws back.
+pub(crate) const UNIT_EXIT: [f32; TILE] = [1.0; TILE];
 /// Smallest variance of a Gaussian that is drawn [px^2].
 pub(crate) const MIN_VARIANCE: f32 = 0.05;
 

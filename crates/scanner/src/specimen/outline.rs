@@ -7,9 +7,9 @@ use glam::Vec3;
 
 /// A convex polygon, counter-clockwise; fewer than three corners where the body has no extent.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub(crate) struct Outline(Vec<[f64; 2]>);
+pub(crate) struct ConvexOutline(Vec<[f64; 2]>);
 
-impl Outline {
+impl ConvexOutline {
     /// Around points seen from above [mm].
     pub(crate) fn around(points: &[Vec3]) -> Self {
         let mut points: Vec<[f64; 2]> = points.iter().map(|p| [f64::from(p.x), f64::from(p.y)]).collect();
@@ -87,7 +87,7 @@ mod tests {
 
     #[test]
     fn shares_of_a_rectangle() {
-        let card = Outline::around(&rectangle(40.0, 130.0));
+        let card = ConvexOutline::around(&rectangle(40.0, 130.0));
         assert_eq!(card.0.len(), 4);
         assert_eq!(card.share_within([-100.0, 100.0], [-10.0, 200.0]), 1.0);
         assert_eq!(card.share_within([-100.0, 100.0], [-5.0, 65.0]), 0.5);
@@ -100,7 +100,7 @@ mod tests {
     #[test]
     fn shares_of_a_square_on_its_corner() {
         let corners = [(0.0, -1.0), (1.0, 0.0), (0.0, 1.0), (-1.0, 0.0)].map(|(x, y)| Vec3::new(x, y, 0.0));
-        let square = Outline::around(&corners);
+        let square = ConvexOutline::around(&corners);
         assert!((square.share_within([0.0, 9.0], [-9.0, 9.0]) - 0.5).abs() < 1e-12);
         assert!((square.share_within([0.5, 9.0], [-9.0, 9.0]) - 0.125).abs() < 1e-12);
     }
@@ -108,7 +108,7 @@ mod tests {
     #[test]
     fn without_extent_there_is_no_share() {
         for points in [&[][..], &[Vec3::ONE], &[Vec3::ONE, Vec3::ZERO]] {
-            assert!(Outline::around(points).share_within([-1.0, 1.0], [-1.0, 1.0]).is_nan(), "{points:?}");
+            assert!(ConvexOutline::around(points).share_within([-1.0, 1.0], [-1.0, 1.0]).is_nan(), "{points:?}");
         }
     }
 }

@@ -1,8 +1,8 @@
 //! The table's Gaussians of one medium as they are, without fixed widths: answers for a half space.
 //! Films over something are answered by [`super::film_stack`].
 
-use super::table::{CONE_BINS, DISPERSION_DEG, HalfSpaceTable, PATH_BINS};
-use super::view::{LEAST_VARIANCE, view_group};
+use super::table::{DISPERSION_DEG, HalfSpaceTable, PATH_BINS};
+use super::view::{CONE_BINS, LEAST_VARIANCE, view_group};
 use super::{SurfacePoint, after_absorption};
 use crate::answer::{Answer, Estimate, Question};
 use crate::fresnel::fresnel_dielectric;

@@ -31,9 +31,9 @@ use procedural::WOOD_DISPERSION_DEG;
 pub use self::diffusion_tensor::diffusion;
 pub use self::half_space::{Gaussian, KernelError, gaussians, solve};
 pub use self::path_law::{PathLaw, path_laws};
-use self::table::{CONE_BINS, HalfSpaceTable, LANES, PATH_BINS};
-use self::view::{LEAST_VARIANCE, View, view_group};
-pub use self::widths::{BASIS, SPREAD_MM, WidthShares};
+use self::table::{HalfSpaceTable, LANES, PATH_BINS};
+use self::view::{CONE_BINS, LEAST_VARIANCE, View, view_group};
+pub use self::widths::{BASIS, PACK_SPREAD_MM, SPREAD_MM, WidthShares};
 use numerics::lanes::{exp, ln};
 
 /// Spread across the motion over that along it, mean of wood along the grain (2.3 to 1) and of knots (1 to 1) [1].
@@ -180,7 +180,8 @@ fn surface_point_spread(texel: &SurfacePoint, table: &HalfSpaceTable, shares: &W
     let (weight, path, along) = (node.weight(), node.path(), node.along());
     let (spread_along, spread_across) = (node.variance_along(), node.variance_across());
     let (a, c2, f2) = (texel.mu_a * free, texel.cos_azimuth * texel.cos_azimuth, free * free);
-    let widest = SPREAD_MM[BASIS - 1] * SPREAD_MM[BASIS - 1];
+    let spread_mm = shares.spread_mm();
+    let widest = spread_mm[BASIS - 1] * spread_mm[BASIS - 1];
     let towards = texel.view.towards(node.views(), texel.cos_azimuth, texel.view_motion);
     let mut narrowed = [0.0f32; LANES];
     for l in 0..PATH_BINS {
@@ -218,7 +219,7 @@ fn surface_point_spread(texel: &SurfacePoint, table: &HalfSpaceTable, shares: &W
         let seen = seen[j].max(0.0).min(MAX_FACTOR * all);
         out[0][j] = all.sqrt();
         out[1][j] = seen / out[0][j].max(1e-12);
-        let reach = SPREAD_MM[j] + free;
+        let reach = spread_mm[j] + free;
         out[2][j] = (free * moment[j] / seen.max(1e-9)).max(-reach).min(reach);
     }
     out

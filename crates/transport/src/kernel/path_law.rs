@@ -4,8 +4,8 @@
 //! light there has a density over the lengths of path, even in the logarithm within each bin of the table. Neglected: the difference of
 //! media between entry and exit.
 
-use super::table::{CONE_BINS, HalfSpaceTable, LANES, PATH_BINS};
-use super::view::view_group;
+use super::table::{HalfSpaceTable, LANES, PATH_BINS};
+use super::view::{CONE_BINS, view_group};
 use super::{BIN_VARIANCE, SurfacePoint, after_absorption};
 use multiversion::multiversion;
 use numerics::lanes::{exp, ln};

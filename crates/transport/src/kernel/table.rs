@@ -15,8 +15,6 @@ use procedural::{KERNEL_INDICES, KERNEL_LEAST_SHARE};
 pub const FIRST_PATH: f64 = 0.05;
 /// Ratio of the ends of a bin of path lengths [1].
 pub const PATH_RATIO: f64 = 1.8225;
-/// Bins of path lengths of light that met cylinders alone.
-pub const CONE_BINS: usize = 14;
 /// Bins in all, cone light first.
 pub const PATH_BINS: usize = 38;
 /// Numbers kept for a bin: weight, path, displacement along, variance along, variance across.

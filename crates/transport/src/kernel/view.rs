@@ -23,9 +23,10 @@
 //! Each kind has [`KIND_GROUPS`] groups of two bins of path lengths with coefficients of their own, so that absorption, which takes long
 //! paths, changes where light goes by itself. Bins beyond the walked ones are like the last group.
 
-use super::table::CONE_BINS;
 use numerics::lanes::exp;
 
+/// Bins of path lengths of light that met cylinders alone.
+pub const CONE_BINS: usize = 14;
 /// Groups of path lengths of either kind of light.
 pub const KIND_GROUPS: usize = CONE_BINS / 2;
 /// Lanes of groups: cone light in the first half, the rest in the second, each padded.

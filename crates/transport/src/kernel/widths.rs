@@ -6,11 +6,17 @@
 //! of the 15 media of docs/physics.md come out like the sum of the Gaussians themselves: rows 1 to 8 within 0.3 %, rows
 //! 7 to 11 within 0.7 %. Gaussians wider than the last one count as it does, with the height that they have at their
 //! centre: what they send beyond is outside of every window.
+//!
+//! Packs have widths of their own ([`PACK_SPREAD_MM`]), up to 5 mm: light fills a pocket, and the line of the film and that on foil 3 mm
+//! below stand 30 rows apart in it.
 
 /// Number of fixed widths.
 pub const BASIS: usize = 8;
 /// Standard deviation of each fixed Gaussian along the motion, before laser and lens [mm].
 pub const SPREAD_MM: [f32; BASIS] = [0.0, 0.054, 0.1, 0.205, 0.32, 0.535, 0.93, 1.84];
+
+/// The same on packs, each at least as wide.
+pub const PACK_SPREAD_MM: [f32; BASIS] = [0.0, 0.068, 0.132, 0.256, 0.461, 0.713, 1.264, 4.89];
 
 /// Variance of the laser line for which the widths were chosen [mm^2].
 const LINE_MM2: f64 = 0.05 * 0.05;
@@ -20,19 +26,30 @@ const TABLE_ROWS: usize = 512;
 /// Shares of the fixed widths as a function of u.
 #[derive(Debug, Clone)]
 pub struct WidthShares {
+    spread_mm: [f32; BASIS],
     rows: Box<[[f32; BASIS]; TABLE_ROWS]>,
     low: f32,
     per_step: f32,
 }
 
 impl WidthShares {
-    /// The table.
-    pub fn new() -> Self {
-        let nodes = SPREAD_MM.map(|s| libm::log(f64::from(s) * f64::from(s) + LINE_MM2));
+    /// The table for widths of these standard deviations [mm].
+    pub fn new(spread_mm: [f32; BASIS]) -> Self {
+        let nodes = spread_mm.map(|s| libm::log(f64::from(s) * f64::from(s) + LINE_MM2));
         let (low, high) = (nodes[0], nodes[BASIS - 1]);
         let steps = (TABLE_ROWS - 1) as f64;
         let row = |i: usize| cubic(&nodes, low + (high - low) * i as f64 / steps);
-        Self { rows: Box::new(std::array::from_fn(row)), low: low as f32, per_step: (steps / (high - low)) as f32 }
+        Self {
+            spread_mm,
+            rows: Box::new(std::array::from_fn(row)),
+            low: low as f32,
+            per_step: (steps / (high - low)) as f32,
+        }
+    }
+
+    /// Standard deviations of the widths [mm].
+    pub fn spread_mm(&self) -> &[f32; BASIS] {
+        &self.spread_mm
     }
 
     /// Place in the table of a Gaussian with u = ln(variance + line).
@@ -45,12 +62,6 @@ impl WidthShares {
     #[inline(always)]
     pub fn at(&self, place: f32) -> &[f32; BASIS] {
         &self.rows[place as usize % TABLE_ROWS]
-    }
-}
-
-impl Default for WidthShares {
-    fn default() -> Self {
-        Self::new()
     }
 }
 
@@ -80,7 +91,7 @@ mod tests {
     /// between the two widest widths. The sum over a medium's paths is far nearer: tests/reference/table.rs.
     #[test]
     fn gaussians_are_sums_of_the_fixed_ones() {
-        let shares = WidthShares::new();
+        let shares = WidthShares::new(SPREAD_MM);
         let cell = |variance: f64, row: f64| {
             let z = |y: f64| libm::erf(y / (2.0 * (variance + LINE_MM2)).sqrt());
             0.5 * (z((row + 0.5) * 0.101) - z((row - 0.5) * 0.101))

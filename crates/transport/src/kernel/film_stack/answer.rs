@@ -7,7 +7,7 @@ use glam::Vec3;
 use procedural::{Film, Gloss, KERNEL_INDICES, Medium};
 
 use super::super::half_space::{Gaussian, KernelError, index_within, point, scatters_evenly, seen_from_above, share};
-use super::super::widths::{BASIS, SPREAD_MM};
+use super::super::widths::{BASIS, PACK_SPREAD_MM};
 use super::table::FILM_INDICES;
 use super::{FilmStack, FilmStackKernel, flow};
 use crate::answer::{Answer, Estimate, Question};
@@ -40,7 +40,7 @@ pub fn solve(stack: &Stack, question: &Question) -> Result<Answer, KernelError> 
             seen_shift: 0.0,
             seen_narrower: 0.0,
         };
-        weights.into_iter().zip(SPREAD_MM).map(one).collect()
+        weights.into_iter().zip(PACK_SPREAD_MM).map(one).collect()
     };
     let (pitch, laser, rows) = (question.row_mm, question.line_mm * question.line_mm, question.rows as i64);
     let row = |all: &[Gaussian], row: i64, middle: f64| -> f64 {
@@ -48,7 +48,7 @@ pub fn solve(stack: &Stack, question: &Question) -> Result<Answer, KernelError> 
     };
     let leaves = fixed(kernel.back.weights(&whole.all));
     let film = fixed(std::array::from_fn(|j| spread.enter[j] * spread.exit[j]));
-    let below = fixed(spread.through);
+    let below = fixed(spread.below.map(|weight| spread.passes * weight));
     let moved = f64::from(film_stack.seen_beside());
     let mut absorbed = vec![0.0; stack.layers.len()];
     absorbed[0] = f64::from(film_stack.enter - total.total - total.sunk);
@@ -60,7 +60,7 @@ pub fn solve(stack: &Stack, question: &Question) -> Result<Answer, KernelError> 
         transmittance: Estimate::exact(0.0),
         unscattered: Estimate::exact(0.0),
         absorbed: absorbed.into_iter().map(Estimate::exact).collect(),
-        towards_lens: Some(Estimate::exact(f64::from(total.towards[0] + total.through[0]))),
+        towards_lens: Some(Estimate::exact(f64::from(total.towards[0] + total.passes * total.below[0]))),
         cone: None,
         angles: Vec::new(),
         row_mm: question.row_mm,
@@ -91,7 +91,8 @@ fn film_stack(stack: &Stack, question: &Question) -> Result<FilmStack, KernelErr
     }
     index_within(top, FILM_INDICES)?;
     let medium = isotropic(top)?;
-    let film = Film { thickness_mm: top.thickness as f32, gap_mm: gap, under, under_slope: [0.0; 2] };
+    let thickness_mm = top.thickness as f32;
+    let film = Film { thickness_mm, gap_mm: gap, room_mm: f32::INFINITY, under, under_slope: [0.0; 2] };
     let enter = 1.0 - fresnel_dielectric(1.0, top.n, 1.0).0 as f32;
     let view: Vec3 = question.view.as_vec3();
     Ok(FilmStack { medium, film, enter, view_up: view.z, view, light_up: 1.0, light: Vec3::Z })

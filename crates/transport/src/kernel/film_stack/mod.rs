@@ -44,6 +44,8 @@ use crate::stack;
 const NEAR_GAP_MM: f32 = 0.5;
 /// Sideways way of Lambert light in a film over that in air of the film's thickness: tan(inside) / tan(outside) near 45 degrees [1].
 const IN_FILM: f32 = 0.5;
+/// Most light beyond the widest width, over that of the widest, that is believed [1].
+const MAX_BEYOND: f32 = 4.0;
 /// Largest gain of light between film and what lies below that is believed [1].
 const MAX_LOOP_GAIN: f32 = 0.98;
 
@@ -95,9 +97,15 @@ pub struct FilmStackSpread {
     pub enter: [f32; BASIS],
     /// The same times the film's radiance factor [1].
     pub exit: [f32; BASIS],
-    /// Weight of each width times radiance factor, of light that what lies below sends to the lens and that passes the
-    /// film without being turned: it is seen where it left the surface below [1].
-    pub through: [f32; BASIS],
+    /// Weight of each width times radiance factor, of light that what lies below sends towards the lens: it is seen where it left the
+    /// surface below [1].
+    pub below: [f32; BASIS],
+    /// Share of that light which passes the film without being turned [1].
+    pub passes: f32,
+    /// Share of light from all sides that the film throws back into the room below [1].
+    pub holds: f32,
+    /// Light beyond the widest width over that of the widest, of what leaves from the film and of what lies below [1].
+    pub beyond: [f32; 2],
 }
 
 /// Answers for film stacks, one after the other. It remembers what the last ones were made of, which saves time and changes no
@@ -117,8 +125,12 @@ struct FilmFlow {
     film: Spectrum,
     /// The same times its radiance factor towards the lens [1].
     towards: Spectrum,
-    /// Radiance factor of what lies below as seen through the film [1].
-    through: Spectrum,
+    /// Radiance factor of what lies below [1].
+    below: Spectrum,
+    /// Share of it that is seen through the film [1].
+    passes: f32,
+    /// Share of light from all sides below that the film throws back [1].
+    holds: f32,
     /// Leaves upwards in any way [1].
     all: Spectrum,
     /// All of that, however far it spreads [1].
@@ -173,7 +185,13 @@ fn spread(kernel: &FilmStackKernel, stack: &FilmStack) -> FilmStackSpread {
     let (weights, towards) = (kernel.back.weights(&flow.film), kernel.back.weights(&flow.towards));
     let enter = weights.map(f32::sqrt);
     let exit = std::array::from_fn(|j| towards[j] / enter[j].max(1e-12));
-    FilmStackSpread { enter, exit, through: kernel.back.weights(&flow.through) }
+    let below = kernel.back.weights(&flow.below);
+    // The lowest frequency counts nearly all light, widths only what is high enough in the middle.
+    let beyond = |flow: &Spectrum, weights: &[f32; BASIS]| {
+        (flow[0] - weights.iter().sum::<f32>()).max(0.0) / weights[BASIS - 1].max(f32::MIN_POSITIVE)
+    };
+    let beyond = [beyond(&flow.film, &weights), beyond(&flow.below, &below)].map(|beyond| beyond.min(MAX_BEYOND));
+    FilmStackSpread { enter, exit, below, beyond, passes: flow.passes, holds: flow.holds }
 }
 
 /// A direction in air as a level film of index `n` bends it.
@@ -209,8 +227,7 @@ fn flow(kernel: &FilmStackKernel, stack: &FilmStack) -> FilmFlow {
         let (_, up) = refracted(n, stack.view_up);
         let out = numerics::lanes::exp(-extinction / up)
             * (1.0 - fresnel_dielectric(1.0, n.into(), stack.view_up.into()).0 as f32);
-        let glint =
-            enter * left * out * gloss(&under.gloss, normal, inside(n, stack.light), inside(n, stack.view)) / (n * n);
+        let glint = enter * left * gloss(&under.gloss, normal, inside(n, stack.light), inside(n, stack.view)) / (n * n);
         // Beyond the table's foils and indices light must not become more than there is.
         let mirrored = sealed.mirrored().max(0.0);
         let kept = ((1.0 - mirrored) / turned[0].max(f32::MIN_POSITIVE)).min(1.0);
@@ -218,8 +235,10 @@ fn flow(kernel: &FilmStackKernel, stack: &FilmStack) -> FilmFlow {
         let all = turned.map(|part| enter * (part + mirrored));
         return FilmFlow {
             film: turned.map(|part| enter * part),
-            towards: turned.map(|part| enter * law * part),
-            through: [glint; FREQUENCY_COUNT],
+            towards: turned.map(|part| enter * (law * part + turned_once_aslant(stack))),
+            below: [glint; FREQUENCY_COUNT],
+            passes: out,
+            holds: 0.0,
             all,
             total: all[0],
             sunk: enter - all[0],
@@ -227,6 +246,7 @@ fn flow(kernel: &FilmStackKernel, stack: &FilmStack) -> FilmFlow {
     }
     let of = kernel.films.at(turns, absorbed);
     let laws = of.laws(stack.view_up);
+    let aslant = turned_once_aslant(stack);
     let gap = film.gap_mm.unwrap_or(0.0);
     let (back, on) = (place.read(&of.back()), place.read(&of.on()));
     let (diffuse_back, diffuse_on) = (place.read(&of.diffuse_back()), place.read(&of.diffuse_on()));
@@ -259,7 +279,9 @@ fn flow(kernel: &FilmStackKernel, stack: &FilmStack) -> FilmFlow {
     let mut out = FilmFlow {
         film: [0.0; FREQUENCY_COUNT],
         towards: [0.0; FREQUENCY_COUNT],
-        through: [0.0; FREQUENCY_COUNT],
+        below: [0.0; FREQUENCY_COUNT],
+        passes: seen,
+        holds: diffuse_back[0],
         all: [0.0; FREQUENCY_COUNT],
         total: 0.0,
         sunk: 0.0,
@@ -279,10 +301,11 @@ fn flow(kernel: &FilmStackKernel, stack: &FilmStack) -> FilmFlow {
         let down = on[i] * h1[i] + (again + diffuse_back[i] * up) * g1[i];
         let passed = (1.0 - fresnel) * on[i] * mirror + diffuse_on[i] * up;
         out.film[i] = enter * (back[i] + passed);
-        out.towards[i] = enter * (laws[0] * back[i] + laws[1] * passed);
-        let below = body[i] * ((1.0 - mirrors_straight) * arrives + (1.0 - mirrors) * down) * glint + arrives * shine;
+        out.towards[i] = enter * (laws[0] * back[i] + aslant + laws[1] * passed);
+        let body_glow =
+            body[i] * ((1.0 - mirrors_straight) * arrives + (1.0 - mirrors) * down) * glint + arrives * shine;
         let metal = arrives * glint + down * glow;
-        out.through[i] = enter * seen * if foil { metal } else { below };
+        out.below[i] = enter * if foil { metal } else { body_glow };
         let crossed = if g1[i] > 1e-6 { (above[i] / g1[i]).min(1.0) } else { 1.0 };
         let (diffuse, metallic) = (of.diffuse_straight() * up, (1.0 - fresnel) * straight * mirrors_straight * arrives);
         out.all[i] = enter * (back[i] + mirrored + passed + diffuse * crossed + metallic * lobe_above[i]);
@@ -294,6 +317,35 @@ fn flow(kernel: &FilmStackKernel, stack: &FilmStack) -> FilmFlow {
         }
     }
     out
+}
+
+/// Radiance factor towards the lens of light that pigment turns once, over what it would be for light that meets the film straight and
+/// leaves it under the same angle, as the table has it [1].
+#[inline(always)]
+fn turned_once_aslant(stack: &FilmStack) -> f32 {
+    let FilmStack { light_up, view_up, .. } = *stack;
+    let between = stack.light.dot(stack.view);
+    turned_once(stack, light_up, between) - turned_once(stack, 1.0, view_up)
+}
+
+/// Radiance factor of light that pigment turns once: light of a direction under cosine `light_up` against the film's normal, `between` that
+/// and the lens [1]. Single scattering in a slab (Chandrasekhar 1960) between refracting sides, by Henyey and Greenstein's law.
+#[inline(always)]
+fn turned_once(stack: &FilmStack, light_up: f32, between: f32) -> f32 {
+    let (medium, view_up, n) = (&stack.medium, stack.view_up, stack.medium.n_eff);
+    let scattering = medium.sigma_i / (1.0 - PIGMENT_G);
+    let extinction = scattering + medium.mu_a;
+    if scattering == 0.0 {
+        return 0.0;
+    }
+    let ((_, down), (_, up)) = (refracted(n, light_up), refracted(n, view_up));
+    // Against the light's way inside: both directions keep what they have along the film, divided by the index.
+    let back = (between - light_up * view_up) / (n * n) + down * up;
+    let base = 1.0 + PIGMENT_G * PIGMENT_G + 2.0 * PIGMENT_G * back;
+    let phase = (1.0 - PIGMENT_G * PIGMENT_G) / (base * base.sqrt());
+    let left = numerics::lanes::exp(-extinction * stack.film.thickness_mm * (1.0 / down + 1.0 / up));
+    let out = (1.0 - fresnel_dielectric(1.0, n.into(), view_up.max(0.0).into()).0 as f32) / (n * n);
+    0.25 * scattering / extinction * phase * (1.0 - left) / (down + up) * out
 }
 
 /// Mean cosine of the pigment of films [1].

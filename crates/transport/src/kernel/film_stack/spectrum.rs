@@ -8,11 +8,11 @@
 //! transform is x K1(x), x = q d. That law is a mixture of Gaussians, 1 / variance being even in its own exponential law; so
 //! are spreads by diffusion. Weights of the fixed widths are therefore linear in F: the matrix that does best, in least
 //! squares with a penalty on large elements, for Gaussians of 120 variances up to 60 mm, each with the weights that
-//! give its rows 0 to 12 best and are not negative.
+//! give its rows 0 to 12, and some as far as 4 mm, as counted by their importance, best and are not negative.
 //!
 //! Valid from 0.05 to 50 mm^-1, wider spreads count by their height at the centre. Neglected: shifts.
 
-use super::super::widths::{BASIS, SPREAD_MM, line_mm2};
+use super::super::widths::{BASIS, PACK_SPREAD_MM, line_mm2};
 
 /// Number of frequencies.
 pub(crate) const FREQUENCY_COUNT: usize = 16;
@@ -29,12 +29,15 @@ const WIDEST_MM: f64 = 60.0;
 /// The smallest one that is not 0 [mm].
 const NARROWEST_MM: f64 = 0.01;
 /// Penalty on large elements of the matrix, as an error of the transforms [1].
-const FIT_PENALTY: f64 = 5e-3;
+const FIT_PENALTY: f64 = 3e-3;
 /// Rows whose light counts, and their pitch [mm].
-const FIT_ROWS: usize = 13;
+const FIT_ROWS: [usize; 19] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 14, 16, 19, 23, 30, 40];
 const FIT_PITCH_MM: f64 = 0.101;
+/// How much the rows of the peak and those of Scatter count over others [1].
+const PEAK_IMPORTANCE: f64 = 3.0;
+const SCATTER_IMPORTANCE: f64 = 6.0;
 /// Share of the brightest row under which a row counts no more [1].
-const FIT_FLOOR: f64 = 3e-3;
+const FIT_FLOOR: f64 = 3e-4;
 /// Steps of the fits with weights that are not negative.
 const FIT_SWEEPS: usize = 400;
 
@@ -132,7 +135,7 @@ impl WidthFit {
         let wide =
             |i: usize| NARROWEST_MM * libm::pow(WIDEST_MM / NARROWEST_MM, (i - 1) as f64 / (FIT_GAUSSIANS - 2) as f64);
         let variances: [f64; FIT_GAUSSIANS] = std::array::from_fn(|i| if i == 0 { 0.0 } else { wide(i) * wide(i) });
-        let columns = SPREAD_MM.map(|s| rows(f64::from(s) * f64::from(s)));
+        let columns = PACK_SPREAD_MM.map(|s| rows(f64::from(s) * f64::from(s)));
         let (mut normal, mut right) = ([[0.0; FREQUENCY_COUNT]; FREQUENCY_COUNT], [[0.0; BASIS]; FREQUENCY_COUNT]);
         for variance in variances {
             let rows = rows(variance);
@@ -171,20 +174,27 @@ impl WidthFit {
 }
 
 /// Light of a Gaussian in each row, both sides together, the laser's own width included [1].
-fn rows(variance: f64) -> [f64; FIT_ROWS] {
+fn rows(variance: f64) -> [f64; FIT_ROWS.len()] {
     let scale = 1.0 / (2.0 * (variance + f64::from(line_mm2()))).sqrt();
     let below = |y: f64| libm::erf(y * scale);
-    std::array::from_fn(|row| {
+    FIT_ROWS.map(|row| {
         let share = 0.5 * (below((row as f64 + 0.5) * FIT_PITCH_MM) - below((row as f64 - 0.5) * FIT_PITCH_MM));
         if row == 0 { share } else { 2.0 * share }
     })
 }
 
 /// Weights of the fixed widths that give `rows` best and are not negative: coordinate descent.
-fn weights(columns: &[[f64; FIT_ROWS]; BASIS], rows: &[f64; FIT_ROWS]) -> [f64; BASIS] {
+fn weights(columns: &[[f64; FIT_ROWS.len()]; BASIS], rows: &[f64; FIT_ROWS.len()]) -> [f64; BASIS] {
     let most = rows.iter().copied().fold(0.0, f64::max);
-    let count = rows.map(|row| 1.0 / (row + FIT_FLOOR * most));
-    let dot = |a: &[f64; FIT_ROWS], b: &[f64; FIT_ROWS]| (0..FIT_ROWS).map(|i| count[i] * a[i] * b[i]).sum::<f64>();
+    let importance = FIT_ROWS.map(|row| match row {
+        0..3 => PEAK_IMPORTANCE,
+        7..12 => SCATTER_IMPORTANCE,
+        _ => 1.0,
+    });
+    let count: [f64; FIT_ROWS.len()] = std::array::from_fn(|i| importance[i] / (rows[i] + FIT_FLOOR * most));
+    let dot = |a: &[f64; FIT_ROWS.len()], b: &[f64; FIT_ROWS.len()]| {
+        (0..FIT_ROWS.len()).map(|i| count[i] * a[i] * b[i]).sum::<f64>()
+    };
     let gram: [[f64; BASIS]; BASIS] = std::array::from_fn(|i| std::array::from_fn(|j| dot(&columns[i], &columns[j])));
     let right: [f64; BASIS] = std::array::from_fn(|i| dot(&columns[i], rows));
     let mut weights = [0.0f64; BASIS];
@@ -245,7 +255,7 @@ mod tests {
     #[test]
     fn spreads_come_back_as_widths() {
         let (gap, back) = (LambertTransfer::new(), WidthFit::new());
-        let columns = SPREAD_MM.map(|s| rows(f64::from(s) * f64::from(s)));
+        let columns = PACK_SPREAD_MM.map(|s| rows(f64::from(s) * f64::from(s)));
         for distance in [0.2, 0.5, 1.0, 2.0, 5.0, 10.0] {
             let weights = back.weights(&gap.over(distance as f32));
             // int d^2 / (2 (d^2 + y^2)^(3/2)) dy

@@ -11,7 +11,8 @@
 use procedural::Medium;
 
 use super::super::after_absorption;
-use super::super::table::{CONE_BINS, HalfSpaceTable, PATH_BINS};
+use super::super::table::{HalfSpaceTable, PATH_BINS};
+use super::super::view::CONE_BINS;
 use super::super::view::{View, view_group};
 use super::spectrum::{FREQUENCY_COUNT, Spectrum, frequency};
 use crate::fresnel::{fresnel_dielectric, normal_reflectance};
