@@ -7,7 +7,7 @@
 use std::fs::OpenOptions;
 use std::io::{BufRead, BufReader, Write};
 
-use reference::path::measure::half_space::{self, HalfSpace, PathStatistics, measure};
+use reference::path::measure::half_space::{self, MeasuredHalfSpace, PathStatistics, measure};
 use transport::kernel::table;
 
 /// Photons of one half space where fibres are dispersed like those of clear wood, and elsewhere.
@@ -48,9 +48,9 @@ fn main() -> Result<()> {
 }
 
 /// The table's half spaces in its order.
-fn spaces() -> impl Iterator<Item = HalfSpace> {
+fn spaces() -> impl Iterator<Item = MeasuredHalfSpace> {
     let wide = |value: f32| (f64::from(value) * 1e6).round() / 1e6;
-    let of = move |dispersion: f32, n: f32, rho: f32, dive: f32| HalfSpace {
+    let of = move |dispersion: f32, n: f32, rho: f32, dive: f32| MeasuredHalfSpace {
         rho: wide(rho),
         dive_deg: f64::from(dive),
         n: wide(n),

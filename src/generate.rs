@@ -300,7 +300,7 @@ struct Making<'a> {
 }
 
 /// What goes to the thread that writes.
-enum Piece {
+enum ToWrite {
     /// A shard that is to be written, before the first of its samples.
     Shard(Box<ShardWriter>),
     /// A sample of one of the shards that have come.
@@ -338,7 +338,7 @@ impl Making<'_> {
                 let progress = |n| (self.progress)(GenerateEvent::Profiles(n));
                 let sample = render_sample(self.recipe, self.seed, index, self.tiles, &progress);
                 // Where writing has ended with a fault, nobody takes it.
-                let _ = pieces.send(Piece::Sample(Box::new(sample)));
+                let _ = pieces.send(ToWrite::Sample(Box::new(sample)));
             });
             writing.join().unwrap_or_else(|panic| resume_unwind(panic))
         });
@@ -357,7 +357,7 @@ impl Making<'_> {
     /// Writes what arrives, samples in the order of their numbers, and gives back the place of each.
     fn write(
         &self,
-        arrived: Receiver<Piece>,
+        arrived: Receiver<ToWrite>,
         written: SyncSender<()>,
         summary: &mut GenerateSummary,
     ) -> Result<(), Fault> {
@@ -365,8 +365,8 @@ impl Making<'_> {
         let mut early: BTreeMap<u64, Box<Encoded>> = BTreeMap::new();
         for piece in arrived {
             match piece {
-                Piece::Shard(writer) => shards.push_back(writer),
-                Piece::Sample(sample) => _ = early.insert(sample.index, sample),
+                ToWrite::Shard(writer) => shards.push_back(writer),
+                ToWrite::Sample(sample) => _ = early.insert(sample.index, sample),
             }
             while let Some(writer) = shards.front_mut() {
                 let Some(sample) = early.remove(&writer.next()) else { break };
@@ -402,7 +402,7 @@ struct ClaimedSamples<'a> {
     /// Those of the last shard that are left.
     samples: Range<u64>,
     claim: &'a (dyn Fn(u64) -> Result<Claim, Fault> + Sync),
-    pieces: Sender<Piece>,
+    pieces: Sender<ToWrite>,
     places: Receiver<()>,
     claimed: &'a Mutex<Claimed>,
 }
@@ -419,7 +419,7 @@ impl Iterator for ClaimedSamples<'_> {
                 Ok(Claim::Granted(writer)) => {
                     let (first, count) = writer.span();
                     self.samples = first..first + count;
-                    self.pieces.send(Piece::Shard(writer)).ok()?;
+                    self.pieces.send(ToWrite::Shard(writer)).ok()?;
                 }
                 Ok(Claim::Busy) => claimed.busy.push(shard),
                 Ok(Claim::Done) => claimed.others += 1,

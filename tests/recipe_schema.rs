@@ -275,6 +275,24 @@ fn the_committed_schema_is_fresh() {
     committed("recipes/recipe.schema.json", &format!("{:#}\n", schema()));
 }
 
+/// A number has one unit, in the reference of recipes and in the tables of datasets.
+#[test]
+fn units_are_those_of_datasets() {
+    let mut numbers = 0;
+    for line in reference_markdown().lines() {
+        let cells: Vec<&str> = line.split(" | ").map(|cell| cell.trim_matches([' ', '|', '`'])).collect();
+        let [key, _, unit, default, ..] = cells.as_slice() else { continue };
+        // A plain `rows` or `columns` is a size, which tables have by other names.
+        if !key.contains('_') || default.parse::<f64>().is_err() {
+            continue;
+        }
+        numbers += 1;
+        let unit = if unit.is_empty() { "1" } else { unit };
+        assert_eq!(unit, output_schema::unit_of(key), "{key}");
+    }
+    assert!(numbers > 100, "{numbers}");
+}
+
 #[test]
 fn the_committed_reference_is_fresh() {
     committed("recipes/README.md", &reference_markdown());

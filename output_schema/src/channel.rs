@@ -24,7 +24,7 @@ impl SampleType {
 
 /// A form in which Range is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct RangeForm {
+pub struct WrittenRange {
     /// Value of `images.range` in `dataset.json`.
     pub name: &'static str,
     /// Unit of Range.
@@ -36,20 +36,20 @@ pub struct RangeForm {
 }
 
 /// Every form of Range.
-pub const RANGE_FORMS: [RangeForm; 3] = [
-    RangeForm {
+pub const RANGE_FORMS: [WrittenRange; 3] = [
+    WrittenRange {
         name: "calibrated",
         unit: "mm",
         range: "any",
         doc: "Measured height at each sensor column. Columns are not evenly apart; `calibration` says where they see.",
     },
-    RangeForm {
+    WrittenRange {
         name: "uncalibrated",
         unit: "px",
         range: "0 to sensor_rows - 1",
         doc: "Sensor row of the laser line at each sensor column, row 0 at the top; `calibration` makes heights of it.",
     },
-    RangeForm {
+    WrittenRange {
         name: "rectified",
         unit: "mm",
         range: "any",
@@ -58,7 +58,7 @@ pub const RANGE_FORMS: [RangeForm; 3] = [
 ];
 
 /// The form of that name.
-pub fn range_form(name: &str) -> Option<RangeForm> {
+pub fn range_form(name: &str) -> Option<WrittenRange> {
     RANGE_FORMS.into_iter().find(|form| form.name == name)
 }
 

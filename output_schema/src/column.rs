@@ -119,7 +119,7 @@ impl NumberColumn {
 }
 
 /// Ends of keys and the unit that they stand for; where one is the end of another, the longer first.
-const UNITS: [(&str, &str); 24] = [
+const UNITS: [(&str, &str); 26] = [
     ("_w_per_m2_nm", "W/(m^2 nm)"),
     ("_deg_per_mm", "deg/mm"),
     ("_um_per_mm", "um/mm"),
@@ -128,6 +128,7 @@ const UNITS: [(&str, &str); 24] = [
     ("_mm_per_s", "mm/s"),
     ("_e_per_s", "electrons/s"),
     ("_dn_per_e", "DN/electron"),
+    ("_per_mm2", "1/mm^2"),
     ("_mm2", "mm^2"),
     ("_mm", "mm"),
     ("_um", "um"),
@@ -141,6 +142,7 @@ const UNITS: [(&str, &str); 24] = [
     ("_hz", "Hz"),
     ("_px", "px"),
     ("_rows", "px"),
+    ("_columns", "px"),
     ("_e", "electrons"),
     ("_dn", "DN"),
     ("_kg_per_m3", "kg/m^3"),

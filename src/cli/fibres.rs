@@ -12,7 +12,7 @@ use super::output::{self, Written};
 use super::{CommandResult, DONE, UsageError, print};
 use dataset::{ExrChannel, Samples, write_exr};
 use procedural::wood::Wood;
-use wood_picture::{AbsorptionMap, Encoding, Face, FibreMap, Settings, absorption_map, fibre_map, red_channel};
+use wood_picture::{AbsorptionMap, Encoding, Face, FibreMap, PictureAnalysis, absorption_map, fibre_map, red_channel};
 
 /// Version of the document's layout.
 const SCHEMA_VERSION: u32 = 1;
@@ -45,7 +45,7 @@ pub(super) struct FibresArgs {
     #[arg(long, value_name = "LENGTH,WIDTH", value_delimiter = ',', num_args = 2)]
     board_mm: Option<Vec<f32>>,
     /// Least width of a knot [mm]
-    #[arg(long, value_name = "MM", default_value_t = Settings::default().least_knot_mm)]
+    #[arg(long, value_name = "MM", default_value_t = PictureAnalysis::default().least_knot_mm)]
     least_knot_mm: f32,
     /// Where the maps go [default: the picture's name with .fibres.exr]; a picture of them lies beside it, .png
     #[arg(short, long, value_name = "FILE", value_parser = output::file("exr"))]
@@ -102,7 +102,7 @@ pub(super) fn run(arguments: &FibresArgs) -> CommandResult {
     Ok(DONE)
 }
 
-fn settings(arguments: &FibresArgs) -> Result<Settings, UsageError> {
+fn settings(arguments: &FibresArgs) -> Result<PictureAnalysis, UsageError> {
     let encoding = match (arguments.encoding, arguments.gamma) {
         (EncodingName::Linear, None) => Encoding::Linear,
         (EncodingName::Srgb, None) => Encoding::Srgb,
@@ -118,7 +118,7 @@ fn settings(arguments: &FibresArgs) -> Result<Settings, UsageError> {
         FaceName::Pith => Face::Pith,
     };
     let least_knot_mm = arguments.least_knot_mm;
-    Ok(Settings { encoding, full_scale: 1.0, board_mm, face, least_knot_mm, ..Settings::default() })
+    Ok(PictureAnalysis { encoding, full_scale: 1.0, board_mm, face, least_knot_mm, ..PictureAnalysis::default() })
 }
 
 /// Numbers of a picture from 0 to 1, its rows and columns.

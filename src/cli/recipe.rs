@@ -15,13 +15,13 @@ use recipe::Recipe;
   gen recipe show planks --json | jq .camera       everything that the recipe of a dataset means, defaults included")]
 pub(super) enum RecipeCommand {
     /// List the recipes that are built in
-    List(ListArgs),
+    List(RecipeListArgs),
     /// Print the text of a recipe
     Show(ShowArgs),
 }
 
 #[derive(Debug, Args)]
-pub(super) struct ListArgs {
+pub(super) struct RecipeListArgs {
     /// Print JSON
     #[arg(long)]
     json: bool,
@@ -49,7 +49,7 @@ pub(super) fn run(command: &RecipeCommand, console: &Console) -> CommandResult {
     }
 }
 
-fn list(arguments: &ListArgs) -> CommandResult {
+fn list(arguments: &RecipeListArgs) -> CommandResult {
     let mut documents = Vec::new();
     for known in Recipe::embedded() {
         let recipe = Recipe::load(known.name)?;

@@ -182,7 +182,9 @@ fn the_study_of_packs_shows_each_defect() {
     let run = place.done("study packs --out here --threads 2");
     let json = place.json("here/packs.json");
     let packs = json["packs"].as_array().expect("a list");
-    assert_eq!((packs.len(), run.out.lines().count()), (24, 26));
+    // A line for each, and two of heads.
+    assert!(packs.len() >= 24);
+    assert_eq!(run.out.lines().count(), packs.len() + 2);
     let pack = |name: &str| packs.iter().find(|pack| pack["name"] == name).unwrap_or_else(|| panic!("no {name}"));
     let told = |name: &str, of: &str| {
         let pack = pack(name);

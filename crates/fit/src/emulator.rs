@@ -25,7 +25,7 @@ pub(crate) struct Simulation {
 
 /// Where scans count, a normal law of the scores.
 #[derive(Debug, Clone)]
-pub(crate) struct Region {
+pub(crate) struct ScoreRegion {
     pub mean: DVector<f64>,
     pub covariance: DMatrix<f64>,
 }
@@ -56,7 +56,7 @@ pub(crate) struct Emulator {
     pub freedom: f64,
 }
 
-impl Region {
+impl ScoreRegion {
     /// Where scores lie beforehand.
     pub fn prior(keys: usize) -> Self {
         Self { mean: DVector::zeros(keys), covariance: DMatrix::identity(keys, keys) }
@@ -283,7 +283,8 @@ mod tests {
     #[test]
     fn a_kernel_has_the_scans_that_are_wanted() {
         let scans = scans(3000);
-        let region = Region { mean: DVector::from_vec(vec![1.0, 1.0]), covariance: DMatrix::identity(2, 2) * 1e-3 };
+        let region =
+            ScoreRegion { mean: DVector::from_vec(vec![1.0, 1.0]), covariance: DMatrix::identity(2, 2) * 1e-3 };
         let weights = region.weights(&scans, 300.0);
         let (sum, squares): (f64, f64) = (weights.iter().sum(), weights.iter().map(|w| w * w).sum());
         assert!((sum * sum / squares / 300.0 - 1.0).abs() < 0.01);

@@ -52,7 +52,7 @@ pub struct RealScan {
 
 /// The geometry of simulated scans.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ScanGeometry {
+pub struct MapGeometry {
     /// Distance between columns and between profiles [mm].
     pub pitch_mm: [f64; 2],
     /// Whether heights are sensor rows.
@@ -148,7 +148,7 @@ impl RealScan {
     ///
     /// # Errors
     /// What differs, and what to set.
-    pub fn check_geometry(&self, simulated: ScanGeometry) -> Result<(), Fault> {
+    pub fn check_geometry(&self, simulated: MapGeometry) -> Result<(), Fault> {
         let fault = |what: String, remedy: String| Fault::new(self.maps.name.clone(), what, remedy);
         if (self.maps.unit != RangeUnit::Mm) != simulated.is_uncalibrated {
             let [real, ours] =

@@ -34,14 +34,14 @@ const THINNED: usize = 15;
 
 /// Which scores belong to which scan.
 #[derive(Debug, Clone)]
-pub(crate) struct Layout {
+pub(crate) struct ScoreLayout {
     /// For each scan, the place of each key's score in the whole vector.
     places: Vec<Vec<usize>>,
     /// Length of the whole vector.
     pub length: usize,
 }
 
-impl Layout {
+impl ScoreLayout {
     /// For so many scans; keys for which `is_shared` says so have one score for all of them.
     pub fn new(is_shared: &[bool], scans: usize) -> Self {
         let mut length = 0;
@@ -99,7 +99,7 @@ struct Whitened {
 /// The posterior near the region of an emulator.
 pub(crate) struct Posterior<'a> {
     emulator: &'a Emulator,
-    layout: &'a Layout,
+    layout: &'a ScoreLayout,
     scans: Vec<Whitened>,
     /// The place of greatest density that was found.
     pub mode: Vec<f64>,
@@ -109,7 +109,7 @@ impl<'a> Posterior<'a> {
     /// Given what scans have, from the best of some places to start at.
     pub fn new(
         emulator: &'a Emulator,
-        layout: &'a Layout,
+        layout: &'a ScoreLayout,
         observed: &[Vec<Option<f64>>],
         starts: &[Vec<f64>],
         robust: bool,

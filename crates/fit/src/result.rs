@@ -6,11 +6,11 @@ use serde_json::{Map, Value, json};
 use tools::compare::ScanMaps;
 use tools::compare::summary::SummaryStatistic;
 
-use crate::emulator::{Emulator, Region};
+use crate::emulator::{Emulator, ScoreRegion};
 use crate::observation::RealScan;
 use crate::prior::FitKey;
 use crate::recipe_text::NewValue;
-use crate::rounds::{Fitter, Outcome};
+use crate::rounds::{Fitter, InferenceOutcome};
 
 /// Scores of the 5 and 95 % quantiles of the standard normal law.
 const TAIL: f64 = 1.644_853_626_951_472_2;
@@ -169,7 +169,13 @@ impl KeyState {
 
 impl Fitter<'_> {
     /// Puts together what was found.
-    pub(crate) fn result(&self, recipe: &Recipe, real: &[RealScan], region: &Region, outcome: Outcome) -> Fit {
+    pub(crate) fn result(
+        &self,
+        recipe: &Recipe,
+        real: &[RealScan],
+        region: &ScoreRegion,
+        outcome: InferenceOutcome,
+    ) -> Fit {
         let weights = region.weights(&self.simulations, Emulator::wanted(self.keys.len()));
         let emulator = Emulator::new(&self.simulations, &weights);
         let names: Vec<&SummaryStatistic> = real.first().map_or_else(Vec::new, |scan| scan.statistics.iter().collect());
@@ -317,7 +323,7 @@ impl Fitter<'_> {
 }
 
 /// The statistic that a key moves most from 5 to 95 % of its prior, of those that some real scan has: its number, and by how many deviations.
-fn most_moved(emulator: &Emulator, region: &Region, key: usize, observed: &[Vec<Option<f64>>]) -> (usize, f64) {
+fn most_moved(emulator: &Emulator, region: &ScoreRegion, key: usize, observed: &[Vec<Option<f64>>]) -> (usize, f64) {
     let at = |score: f64| {
         let mut scores = region.mean.as_slice().to_vec();
         scores[key] = score;

@@ -11,12 +11,12 @@ use recipe::Recipe;
 use serde_json::json;
 use sha2::{Digest, Sha256};
 
-use crate::emulator::{Emulator, Region, Simulation};
+use crate::emulator::{Emulator, ScoreRegion, Simulation};
 use crate::observation::RealScan;
-use crate::posterior::{Layout, Posterior};
+use crate::posterior::{Posterior, ScoreLayout};
 use crate::prior::{FitKey, MOST_SCORE};
 use crate::result::{Fit, Prediction};
-use crate::simulator::Simulator;
+use crate::simulator::ScanSimulator;
 use crate::store::{KeptScan, ScanStore};
 
 /// Share of the scans that the first round, from the prior, takes.
@@ -96,7 +96,7 @@ pub fn fit(
 ) -> Result<Fit, Fault> {
     let object_alone = real.iter().any(|scan| scan.ignored.is_some());
     let frames = real.iter().any(|scan| !scan.maps.exposures.is_empty());
-    let simulator = Simulator::new(recipe, keys, options.seed, object_alone, frames)?;
+    let simulator = ScanSimulator::new(recipe, keys, options.seed, object_alone, frames)?;
     let geometry = simulator.geometry();
     real.iter().try_for_each(|scan| scan.check_geometry(geometry))?;
     let stream = Stream::root(options.seed).child("fit");
@@ -105,7 +105,10 @@ pub fn fit(
     let mut fitter = Fitter {
         keys,
         simulator: &simulator,
-        layout: Layout::new(&keys.iter().map(|key| key.is_bench || options.one_object).collect::<Vec<_>>(), real.len()),
+        layout: ScoreLayout::new(
+            &keys.iter().map(|key| key.is_bench || options.one_object).collect::<Vec<_>>(),
+            real.len(),
+        ),
         store: ScanStore::open(&options.store, &described(recipe, keys, &observed, options))?,
         observed,
         simulations: Vec::new(),
@@ -122,7 +125,7 @@ pub fn fit(
     };
     let scores = (0..first as u64).map(prior).collect();
     fitter.simulate(0, scores, watch)?;
-    let mut region = Region::prior(keys.len());
+    let mut region = ScoreRegion::prior(keys.len());
     let (mut done, mut longest) = (1, begin.elapsed());
     for round in 1..options.rounds {
         // A round costs what the longest before it has cost, per scan; inference is a small part of it.
@@ -142,11 +145,11 @@ pub fn fit(
     fitter.infer(&mut region, options.rounds as u64);
     let (draws, widening) = fitter.final_draws(&mut region, options.rounds as u64 + 1);
     let predictions = fitter.predict(&draws, watch)?;
-    Ok(fitter.result(recipe, real, &region, Outcome { draws, widening, predictions, rounds: done, options }))
+    Ok(fitter.result(recipe, real, &region, InferenceOutcome { draws, widening, predictions, rounds: done, options }))
 }
 
 /// What inference ended with.
-pub(crate) struct Outcome<'a> {
+pub(crate) struct InferenceOutcome<'a> {
     pub draws: Vec<Vec<f64>>,
     pub widening: Vec<f64>,
     pub predictions: Vec<Prediction>,
@@ -157,8 +160,8 @@ pub(crate) struct Outcome<'a> {
 /// A fit on its way.
 pub(crate) struct Fitter<'a> {
     pub keys: &'a [FitKey],
-    pub simulator: &'a Simulator<'a>,
-    pub layout: Layout,
+    pub simulator: &'a ScanSimulator<'a>,
+    pub layout: ScoreLayout,
     store: ScanStore,
     pub observed: Vec<Vec<Option<f64>>>,
     pub simulations: Vec<Simulation>,
@@ -215,7 +218,7 @@ impl Fitter<'_> {
     }
 
     /// Root mean square distance of the nearest scan to the nearest real one, in deviations of the scatter near the region.
-    fn distance(&self, region: &Region) -> Option<f64> {
+    fn distance(&self, region: &ScoreRegion) -> Option<f64> {
         let weights = region.weights(&self.simulations, Emulator::wanted(self.keys.len()));
         let emulator = Emulator::new(&self.simulations, &weights);
         let of = |simulation: &Simulation, observed: &[Option<f64>]| {
@@ -260,7 +263,7 @@ impl Fitter<'_> {
     }
 
     /// Draws from the posterior by an emulator about the region, which moves to them.
-    fn infer(&self, region: &mut Region, turn: u64) -> (Vec<Vec<f64>>, Emulator) {
+    fn infer(&self, region: &mut ScoreRegion, turn: u64) -> (Vec<Vec<f64>>, Emulator) {
         let weights = region.weights(&self.simulations, Emulator::wanted(self.keys.len()));
         let emulator = Emulator::new(&self.simulations, &weights);
         let starts = self.starts(&emulator, &self.observed);
@@ -271,12 +274,12 @@ impl Fitter<'_> {
     }
 
     /// Where the scores of single scans lie in draws.
-    fn region(&self, draws: &[Vec<f64>]) -> Region {
+    fn region(&self, draws: &[Vec<f64>]) -> ScoreRegion {
         let of_scans: Vec<Vec<f64>> = draws
             .iter()
             .flat_map(|draw| (0..self.layout.scans()).map(|scan| self.layout.of_scan(scan, draw)))
             .collect();
-        Region::of(of_scans.iter().map(Vec::as_slice), self.keys.len())
+        ScoreRegion::of(of_scans.iter().map(Vec::as_slice), self.keys.len())
     }
 
     /// Scores for a round: draws, farther from their mean, and some of the prior.
@@ -305,7 +308,7 @@ impl Fitter<'_> {
     }
 
     /// Draws at the end, with the widths that a check on simulated scans calls for, and the factors of these.
-    fn final_draws(&self, region: &mut Region, turn: u64) -> (Vec<Vec<f64>>, Vec<f64>) {
+    fn final_draws(&self, region: &mut ScoreRegion, turn: u64) -> (Vec<Vec<f64>>, Vec<f64>) {
         let widening = self.check(region);
         let (draws, _) = self.infer(region, turn);
         let length = self.layout.length;
@@ -329,10 +332,10 @@ impl Fitter<'_> {
 
     /// How much wider than told the posterior must be: simulated scans that lie as the posterior does stand for the real one, by an emulator
     /// that has not seen them; the root mean square error of the scores at the mode, in their told deviations, is 1 where the posterior is right.
-    fn check(&self, region: &Region) -> Vec<f64> {
+    fn check(&self, region: &ScoreRegion) -> Vec<f64> {
         let keys = self.keys.len();
         let weights = region.weights(&self.simulations, Emulator::wanted(keys));
-        let layout = Layout::new(&vec![true; keys], 1);
+        let layout = ScoreLayout::new(&vec![true; keys], 1);
         // Scans of a round are wider than the posterior; these weights leave those that lie as it does.
         let narrower = 1.0 - 1.0 / (WIDER * WIDER);
         let like = region.like(&self.simulations, narrower);

@@ -9,7 +9,7 @@ use scanner::optics::speckle::PatternCache;
 use tools::compare::summary::{SummaryStatistic, summary};
 use tools::compare::{RangeUnit, ScanMaps, SensorFrame, to_eight_bits};
 
-use crate::observation::ScanGeometry;
+use crate::observation::MapGeometry;
 use crate::prior::FitKey;
 
 /// Sets of speckle patterns. Samples of a dataset share one set, which a real scan does not: with one set alone what is common to a
@@ -18,7 +18,7 @@ const PATTERN_SETS: u64 = 12;
 
 /// Makes scans of a recipe with some keys held.
 #[derive(Debug)]
-pub(crate) struct Simulator<'a> {
+pub(crate) struct ScanSimulator<'a> {
     recipe: &'a Recipe,
     keys: &'a [FitKey],
     seed: u64,
@@ -29,7 +29,7 @@ pub(crate) struct Simulator<'a> {
     frames: bool,
 }
 
-impl<'a> Simulator<'a> {
+impl<'a> ScanSimulator<'a> {
     /// Of a recipe.
     ///
     /// # Errors
@@ -73,9 +73,9 @@ impl<'a> Simulator<'a> {
     }
 
     /// The geometry of its scans, from the middle of what is believed beforehand.
-    pub fn geometry(&self) -> ScanGeometry {
+    pub fn geometry(&self) -> MapGeometry {
         let (maps, _) = self.scan(&vec![0.0; self.keys.len()], 0);
-        ScanGeometry {
+        MapGeometry {
             pitch_mm: [maps.col_mm, maps.row_mm].map(|mm| mm.unwrap_or(f64::NAN)),
             is_uncalibrated: maps.unit != RangeUnit::Mm,
         }

@@ -49,7 +49,7 @@ impl Rendering {
     ) {
         let Self { simulator, busy, .. } = self.clone();
         busy.fetch_add(1, Ordering::SeqCst);
-        let done = Done(busy);
+        let done = CountsDone(busy);
         spawn(pool, sender, move || {
             let _done = done;
             let sample = simulator.sample(index, &stop).ok();
@@ -67,9 +67,9 @@ impl Rendering {
 }
 
 /// Counts the sample as done, however it ends.
-struct Done(Arc<AtomicUsize>);
+struct CountsDone(Arc<AtomicUsize>);
 
-impl Drop for Done {
+impl Drop for CountsDone {
     fn drop(&mut self) {
         self.0.fetch_sub(1, Ordering::SeqCst);
     }

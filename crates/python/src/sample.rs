@@ -30,10 +30,10 @@ const MAPS: [(&str, &str, &str); 10] = [
 #[pyclass(frozen, module = "sheetlight._sheetlight")]
 pub(crate) struct Sample {
     numbers: String,
-    source: Source,
+    source: SampleSource,
 }
 
-enum Source {
+enum SampleSource {
     /// Rendered: its maps have moved into arrays by name.
     Rendered { simulator: Arc<Simulator>, record: Box<Record>, maps: Py<PyDict>, frames: Py<PyDict> },
     /// Of a dataset: maps are decoded when they are asked for.
@@ -80,13 +80,13 @@ impl Sample {
             )?;
         }
         let (maps, frames) = (maps.unbind(), frames.unbind());
-        Ok(Self { numbers, source: Source::Rendered { simulator, record: Box::new(record), maps, frames } })
+        Ok(Self { numbers, source: SampleSource::Rendered { simulator, record: Box::new(record), maps, frames } })
     }
 
     /// One of a dataset.
     pub(crate) fn of_stored(py: Python<'_>, stored: StoredSample) -> PyResult<Self> {
         let numbers = stored.numbers().map_err(|fault| of_fault(py, &fault))?;
-        Ok(Self { numbers: Value::Object(numbers).to_string(), source: Source::Stored(Box::new(stored)) })
+        Ok(Self { numbers: Value::Object(numbers).to_string(), source: SampleSource::Stored(Box::new(stored)) })
     }
 }
 
@@ -101,8 +101,8 @@ impl Sample {
     /// The names of the maps that it has.
     fn maps(&self, py: Python<'_>) -> Vec<String> {
         match &self.source {
-            Source::Rendered { maps, .. } => maps.bind(py).keys().iter().map(|key| key.to_string()).collect(),
-            Source::Stored(stored) => {
+            SampleSource::Rendered { maps, .. } => maps.bind(py).keys().iter().map(|key| key.to_string()).collect(),
+            SampleSource::Stored(stored) => {
                 let channels = stored.channels();
                 let held = |(_, image, channel): &&(&str, &str, &str)| {
                     stored.images().png.iter().any(|name| name == image) || channels.contains(channel)
@@ -115,19 +115,19 @@ impl Sample {
     /// A map `[rows, cols]` of those that it has.
     fn map<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
         match &self.source {
-            Source::Rendered { maps, .. } => {
+            SampleSource::Rendered { maps, .. } => {
                 let map = maps.bind(py).get_item(name)?;
                 map.ok_or_else(|| of_program(&format!("it has no map {name}")))
             }
-            Source::Stored(stored) => stored_map(py, stored, name),
+            SampleSource::Stored(stored) => stored_map(py, stored, name),
         }
     }
 
     /// Its sensor frames `[sensor rows, sensor columns]`, by profile.
     fn frames<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         match &self.source {
-            Source::Rendered { frames, .. } => frames.bind(py).copy(),
-            Source::Stored(stored) => {
+            SampleSource::Rendered { frames, .. } => frames.bind(py).copy(),
+            SampleSource::Stored(stored) => {
                 let frames = py.detach(|| stored.frames()).map_err(|fault| of_fault(py, &fault))?;
                 let images = stored.images();
                 let size = [images.sensor_rows as usize, images.sensor_cols as usize];
@@ -143,7 +143,7 @@ impl Sample {
     /// The row that a dataset has of it, as an Arrow stream of one batch.
     fn row<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
         let stream = match &self.source {
-            Source::Rendered { simulator, record, maps, .. } => {
+            SampleSource::Rendered { simulator, record, maps, .. } => {
                 let maps = maps.bind(py);
                 let mut whole = (**record).clone();
                 whole.maps = Maps {
@@ -154,7 +154,7 @@ impl Sample {
                 whole.labels = Labels { class: taken(maps, "label")?, instance: taken(maps, "instance")? };
                 py.detach(|| simulator.row(whole).and_then(|row| streamed(&row)))
             }
-            Source::Stored(stored) => py.detach(|| streamed(stored.row())),
+            SampleSource::Stored(stored) => py.detach(|| streamed(stored.row())),
         };
         Ok(PyBytes::new(py, &stream.map_err(|what| of_program(&what))?))
     }

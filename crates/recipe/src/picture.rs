@@ -12,7 +12,7 @@ use exr::meta::MetaData;
 use exr::prelude::{ReadChannels, ReadLayers, read};
 use image::{DynamicImage, ImageFormat, ImageReader, Limits};
 use procedural::Class;
-use wood_picture::{BoardPicture, Depth, Encoding, Face, FibreMap, PictureFault, Settings as PictureAnalysis};
+use wood_picture::{BoardPicture, Depth, Encoding, Face, FibreMap, PictureAnalysis, PictureFault};
 
 use crate::asset::{Asset, AssetFault, BuiltIn};
 use crate::keys::settings::PictureSettings;
@@ -55,7 +55,7 @@ pub(crate) fn read_picture(own: &PictureSettings) -> Result<Option<BoardPicture>
         least_knot_mm: own.least_knot_mm as f32,
         ..PictureAnalysis::default()
     };
-    let lens = Rows { is_far: own.first_row == FirstRow::Far };
+    let lens = RowOrder { is_far: own.first_row == FirstRow::Far };
     let grey = own.file.asset().map(|file| grey(file, own.dark as f32, &lens).map_err(|fault| (FILE, fault)));
     let grey = grey.transpose()?;
     let drawn = own
@@ -94,12 +94,12 @@ pub(crate) fn read_picture(own: &PictureSettings) -> Result<Option<BoardPicture>
 }
 
 /// Order of a file's rows.
-struct Rows {
+struct RowOrder {
     /// The first row is the far end.
     is_far: bool,
 }
 
-impl Rows {
+impl RowOrder {
     /// Rows in the order of the scan.
     fn sorted<T: Copy>(&self, pixels: Vec<T>, cols: usize) -> Vec<T> {
         if self.is_far { pixels.chunks(cols).rev().flatten().copied().collect() } else { pixels }
@@ -139,7 +139,7 @@ fn check_size(file: &Asset, cols: usize, rows: usize) -> Result<(), AssetFault> 
 }
 
 /// Numbers of a picture from 0 to 1 less the dark level; of colours red.
-fn grey(file: &Asset, dark: f32, rows: &Rows) -> Result<(Vec<f32>, [usize; 2]), AssetFault> {
+fn grey(file: &Asset, dark: f32, rows: &RowOrder) -> Result<(Vec<f32>, [usize; 2]), AssetFault> {
     let picture = png(file)?;
     let size = [picture.height() as usize, picture.width() as usize];
     let number = |raw: u16| (f32::from(raw) / 65535.0 - dark).max(0.0) / (1.0 - dark);
@@ -152,7 +152,7 @@ fn grey(file: &Asset, dark: f32, rows: &Rows) -> Result<(Vec<f32>, [usize; 2]), 
 }
 
 /// Classes of a grey PNG of 8 bits; 0 is clear wood.
-fn labels(file: &Asset, wanted: [usize; 2], rows: &Rows) -> Result<Vec<Class>, AssetFault> {
+fn labels(file: &Asset, wanted: [usize; 2], rows: &RowOrder) -> Result<Vec<Class>, AssetFault> {
     let picture = png(file)?;
     let DynamicImage::ImageLuma8(picture) = picture else {
         let problem = format!("`{}` has {:?} pixels, and classes are grey of 8 bits", file.name(), picture.color());
@@ -189,7 +189,7 @@ fn fibres(
     file: &Asset,
     pixel_mm: [f32; 2],
     least_knot_mm: f32,
-    rows: &Rows,
+    rows: &RowOrder,
 ) -> Result<(FibreMap, Vec<f32>), AssetFault> {
     if file.name().to_ascii_lowercase().ends_with(".exr") {
         exr(file, pixel_mm, rows)
@@ -203,7 +203,7 @@ fn colours(
     file: &Asset,
     pixel_mm: [f32; 2],
     least_knot_mm: f32,
-    rows: &Rows,
+    rows: &RowOrder,
 ) -> Result<(FibreMap, Vec<f32>), AssetFault> {
     let picture = png(file)?;
     if !picture.color().has_color() {
@@ -230,7 +230,7 @@ fn colours(
 }
 
 /// The maps of `gen fibres`.
-fn exr(file: &Asset, pixel_mm: [f32; 2], rows: &Rows) -> Result<(FibreMap, Vec<f32>), AssetFault> {
+fn exr(file: &Asset, pixel_mm: [f32; 2], rows: &RowOrder) -> Result<(FibreMap, Vec<f32>), AssetFault> {
     let remedy = "give an EXR with FibreCos2, FibreSin2 and FibreDive [deg] as `gen fibres` writes it";
     let wrong = |problem: String| AssetFault::new(format!("`{}`: {problem}", file.name()), remedy);
     let reader = read().no_deep_data().largest_resolution_level().all_channels().first_valid_layer().all_attributes();

@@ -9,7 +9,7 @@ use wood_picture::{BoardPicture, WoodVolume};
 
 use super::changes::{self, SET};
 use super::class::Class;
-use super::constraints::{self, Object, conditional};
+use super::constraints::{self, RecipeObject, conditional};
 use super::correlation::{self, CORRELATIONS, Correlation, ScoreMixture};
 use super::distribution::{self, Distribution};
 use super::keys::alternatives::{self, alternatives};
@@ -151,7 +151,7 @@ fn recipe(yaml: &mut YamlReader, root: &YamlNode, files: &AssetSource) -> Option
     let slices = asked(LogSource::Slices) && !yaml.has_fault_of("slices");
     let slices = slices.then(|| slices::read_slices(&settings.slices));
     let slices = slices.and_then(|read| whole(yaml, read));
-    let object = Object {
+    let object = RecipeObject {
         subject,
         settings: &settings,
         mesh: mesh.as_deref(),

@@ -29,23 +29,23 @@ const MOST_VOXELS: usize = 1 << 30;
 pub(crate) fn read_slices(own: &SlicesSettings) -> Result<Option<WoodVolume>, (&'static str, AssetFault)> {
     // Grey that is no density is a fault of its own, whatever the slices show.
     let Some(file) = own.stack.asset().filter(|_| own.black_kg_per_m3 != own.white_kg_per_m3) else { return Ok(None) };
-    volume(own, &Stack { file, called: own.stack.name().map(printable).unwrap_or_default() })
+    volume(own, &SliceStack { file, called: own.stack.name().map(printable).unwrap_or_default() })
         .map(Some)
         .map_err(|fault| ("slices.stack", fault))
 }
 
 /// The file of a stack.
-struct Stack<'f> {
+struct SliceStack<'f> {
     file: &'f Asset,
     /// What the recipe calls it.
     called: String,
 }
 
 /// A slice: its name and its file.
-type Slice<'f> = (String, &'f [u8]);
+type SliceFile<'f> = (String, &'f [u8]);
 
-fn volume(own: &SlicesSettings, file: &Stack) -> Result<WoodVolume, AssetFault> {
-    let Stack { called, .. } = file;
+fn volume(own: &SlicesSettings, file: &SliceStack) -> Result<WoodVolume, AssetFault> {
+    let SliceStack { called, .. } = file;
     let slices = slice_tar::pictures(file.file, called)?;
     if slices.len() < LEAST_SLICES {
         let problem = format!("`{called}` has {} PNG files", slices.len());
@@ -91,9 +91,9 @@ fn volume(own: &SlicesSettings, file: &Stack) -> Result<WoodVolume, AssetFault> 
     stack.finish(KindDensities { earlywood, latewood }).map_err(told)
 }
 
-impl Stack<'_> {
+impl SliceStack<'_> {
     /// A slice, as faults call it.
-    fn place(&self, slice: &Slice) -> String {
+    fn place(&self, slice: &SliceFile) -> String {
         format!("`{}`: the slice `{}`", self.called, printable(&slice.0))
     }
 }
@@ -114,7 +114,7 @@ impl std::fmt::Display for Head {
 
 impl Head {
     /// The header of a slice, which must be grey alone.
-    fn of(file: &Stack, slice: &Slice) -> Result<Self, AssetFault> {
+    fn of(file: &SliceStack, slice: &SliceFile) -> Result<Self, AssetFault> {
         let place = || file.place(slice);
         let Some(rest) = slice.1.strip_prefix(b"\x89PNG\r\n\x1a\n") else {
             let what = if slice.1.is_empty() { "is empty" } else { "is no PNG, whatever its name says" };
@@ -142,12 +142,12 @@ impl Head {
     }
 }
 
-fn decoder<'s>(file: &Stack, slice: &Slice<'s>) -> Result<PngDecoder<Cursor<&'s [u8]>>, AssetFault> {
+fn decoder<'s>(file: &SliceStack, slice: &SliceFile<'s>) -> Result<PngDecoder<Cursor<&'s [u8]>>, AssetFault> {
     PngDecoder::with_limits(Cursor::new(slice.1), Limits::default()).map_err(|error| damaged(file, slice, &error))
 }
 
 /// The picture of a slice.
-fn decoded(file: &Stack, slice: &Slice) -> Result<DynamicImage, AssetFault> {
+fn decoded(file: &SliceStack, slice: &SliceFile) -> Result<DynamicImage, AssetFault> {
     DynamicImage::from_decoder(decoder(file, slice)?).map_err(|error| damaged(file, slice, &error))
 }
 
@@ -155,7 +155,7 @@ fn decoded(file: &Stack, slice: &Slice) -> Result<DynamicImage, AssetFault> {
 const DAMAGED: &str = "is a PNG that is damaged or cut short";
 const ANEW: &str = "save it as PNG anew, or bring the file back";
 
-fn damaged(file: &Stack, slice: &Slice, error: &image::ImageError) -> AssetFault {
+fn damaged(file: &SliceStack, slice: &SliceFile, error: &image::ImageError) -> AssetFault {
     AssetFault::new(format!("{} {DAMAGED} (the decoder says: {error})", file.place(slice)), ANEW)
 }
 

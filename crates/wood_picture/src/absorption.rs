@@ -15,7 +15,7 @@ use procedural::Medium;
 use procedural::wood::Media;
 
 use crate::raster::{Beyond, around, quantile, smooth};
-use crate::{FibreMap, HalfSpace, PictureFault, Settings, picture};
+use crate::{FibreMap, HalfSpace, PictureAnalysis, PictureFault, picture};
 
 /// Steps of the dive from 0 to 90 degrees [deg].
 const DIVE_STEP_DEG: f32 = 2.0;
@@ -125,7 +125,7 @@ pub fn absorption_map(
     fibres: &FibreMap,
     media: &Media,
     latewood_share: f64,
-    settings: &Settings,
+    settings: &PictureAnalysis,
 ) -> Result<AbsorptionMap, PictureFault> {
     let light = picture::light(grey, fibres.size, fibres.pixel_mm, settings)?;
     let mean_light = clear_light(&light, fibres);

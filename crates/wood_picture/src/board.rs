@@ -19,7 +19,7 @@ use procedural::{Class, Instance, Medium};
 use crate::absorption::{LEVELS, absorption_of, clear_light, means};
 use crate::components::{Patch, patches};
 use crate::raster::{around, quantile};
-use crate::{AbsorptionMap, Face, FibreMap, PictureFault, PictureKnot, Settings, fibre_map, picture};
+use crate::{AbsorptionMap, Face, FibreMap, PictureAnalysis, PictureFault, PictureKnot, fibre_map, picture};
 
 /// Fibres are disturbed as far as this from a knot's outline [half axes]: as `media.knot_fibre_dispersion_deg` says.
 const DISTURBED: f32 = 4.0;
@@ -58,7 +58,7 @@ impl BoardPicture {
         grey: &[f32],
         size: [usize; 2],
         pixel_mm: [f32; 2],
-        settings: &Settings,
+        settings: &PictureAnalysis,
         depth: Depth,
     ) -> Result<Self, PictureFault> {
         let fibres = fibre_map(grey, size, pixel_mm, settings)?;
@@ -72,7 +72,7 @@ impl BoardPicture {
     pub fn with_fibres(
         grey: &[f32],
         fibres: FibreMap,
-        settings: &Settings,
+        settings: &PictureAnalysis,
         depth: Depth,
     ) -> Result<Self, PictureFault> {
         let light = picture::light(grey, fibres.size, fibres.pixel_mm, settings)?;
@@ -138,7 +138,7 @@ impl BoardPicture {
         };
         let (row, rows, rest_y) = side(0, board.length_mm, place.along);
         let (col, cols, rest_x) = side(1, board.width_mm, place.across);
-        let part = Part {
+        let part = PicturePart {
             first: [row, col],
             size: [rows, cols],
             turned: place.turned > 0.5,
@@ -162,8 +162,8 @@ impl BoardPicture {
         let azimuth_rad = quantile(&mut azimuths, 0.5);
         let [clear, knot] = means(&wood.media, wood.log.latewood_share);
         let labels = match &self.classes {
-            Some(classes) => Labels::given(&part.of(classes, self.fibres.size[1]), fibres.size),
-            None => Labels::Knots,
+            Some(classes) => LabelSource::given(&part.of(classes, self.fibres.size[1]), fibres.size),
+            None => LabelSource::Knots,
         };
         PicturedWood {
             absorption,
@@ -181,7 +181,7 @@ impl BoardPicture {
 }
 
 /// A part of a picture, and how it lies on the board.
-struct Part {
+struct PicturePart {
     /// First row and column.
     first: [usize; 2],
     /// Rows and columns.
@@ -192,7 +192,7 @@ struct Part {
     flipped: bool,
 }
 
-impl Part {
+impl PicturePart {
     /// Its pixels.
     fn of<T: Copy>(&self, pixels: &[T], width: usize) -> Vec<T> {
         let [rows, cols] = self.size;
@@ -252,14 +252,14 @@ impl Part {
 
 /// What labels are made from.
 #[derive(Debug, Clone, PartialEq)]
-enum Labels {
+enum LabelSource {
     /// The knots that were found.
     Knots,
     /// Number of the patch of every pixel, 0 for none, and the patches.
     Patches(Vec<u16>, Vec<Patch>),
 }
 
-impl Labels {
+impl LabelSource {
     fn given(classes: &[Class], size: [usize; 2]) -> Self {
         let (numbers, mut found) = patches(classes, size);
         // Numbers end where those of instances do.
@@ -280,7 +280,7 @@ pub struct PicturedWood {
     /// Mean clear wood and knot wood.
     clear: Medium,
     knot: Medium,
-    labels: Labels,
+    labels: LabelSource,
     depth: Depth,
     face: Face,
     /// Width and length [mm].
@@ -345,12 +345,12 @@ impl GivenWood for PicturedWood {
         let nearest = map.knots.iter().filter(near).map(|knot| knot.within(foot)).fold(DISTURBED, f32::min);
         let share = ((DISTURBED - nearest) / (DISTURBED - 1.0)).clamp(0.0, 1.0);
         let (class, instance) = match (&self.labels, branch) {
-            (Labels::Knots, Some((number, _))) => {
+            (LabelSource::Knots, Some((number, _))) => {
                 let class = if map.knots[number].dead { Class::DeadKnot } else { Class::SoundKnot };
                 (class, self.numbers().nth(number).unwrap_or(0))
             }
-            (Labels::Knots, None) => (Class::Clear, 0),
-            (Labels::Patches(numbers, found), _) => {
+            (LabelSource::Knots, None) => (Class::Clear, 0),
+            (LabelSource::Patches(numbers, found), _) => {
                 let number = self.patch(numbers, place);
                 (found.get(usize::from(number).wrapping_sub(1)).map_or(Class::Clear, |patch| patch.class), number)
             }
@@ -383,7 +383,7 @@ impl GivenWood for PicturedWood {
             knot: None,
         };
         match &self.labels {
-            Labels::Knots => self
+            LabelSource::Knots => self
                 .knots()
                 .zip(self.numbers())
                 .filter(|(_, number)| *number > 0)
@@ -393,7 +393,7 @@ impl GivenWood for PicturedWood {
                     known(id, class, knot.centre_mm, 2.0 * knot.half_axes_mm[1], dive_deg)
                 })
                 .collect(),
-            Labels::Patches(_, found) => found
+            LabelSource::Patches(_, found) => found
                 .iter()
                 .zip(1..)
                 .map(|(patch, id)| {

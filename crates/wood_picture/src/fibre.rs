@@ -16,8 +16,8 @@ use crate::knots::{self, PictureKnot, azimuth, direction};
 use crate::orientation::{LOST_RAD, in_window, orientation, wrap};
 use crate::raster::{around, quantile};
 use crate::rings::{along_lines, without_rings};
-use crate::texture::{Cells, RINGS_MM, RINGS_RAD, STREAKS_MM, Texture, texture};
-use crate::{Face, PictureFault, Settings, grain_scale};
+use crate::texture::{CellTexture, Cells, RINGS_MM, RINGS_RAD, STREAKS_MM, texture};
+use crate::{Face, PictureAnalysis, PictureFault, grain_scale};
 use crate::{picture, ripple};
 
 /// Pixels up to this are put together [mm]: the finest scale has 0.2 mm.
@@ -160,7 +160,7 @@ pub fn fibre_map(
     grey: &[f32],
     size: [usize; 2],
     pixel_mm: [f32; 2],
-    settings: &Settings,
+    settings: &PictureAnalysis,
 ) -> Result<FibreMap, PictureFault> {
     let light = picture::light(grey, size, pixel_mm, settings)?;
     let (light, coarse, coarse_mm) = binned(light, size, pixel_mm);
@@ -265,7 +265,7 @@ fn grain_mm(log_light: &[f32], [rows, cols]: [usize; 2], pixel_mm: [f32; 2]) -> 
 }
 
 /// The first azimuth: the board's median, from the texture that tells most, and its error [rad].
-fn base(textures: &[Texture], cells: &Cells) -> Result<[f32; 2], PictureFault> {
+fn base(textures: &[CellTexture], cells: &Cells) -> Result<[f32; 2], PictureFault> {
     let mut best: Option<(f32, [f32; 2])> = None;
     for texture in textures {
         let seen = in_window(texture, cells, BASE_MM);
@@ -297,7 +297,7 @@ struct Guess {
 }
 
 impl Guess {
-    fn new([base, error]: [f32; 2], knots: &[PictureKnot], cells: &Cells, settings: &Settings) -> Self {
+    fn new([base, error]: [f32; 2], knots: &[PictureKnot], cells: &Cells, settings: &PictureAnalysis) -> Self {
         let surroundings = KnotSurroundings::new(settings.flow_ratio);
         let side = match settings.face {
             Face::Bark => 1.0,

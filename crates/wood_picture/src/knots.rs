@@ -97,7 +97,7 @@ pub(crate) fn azimuth(direction: Vec2) -> f32 {
 }
 
 /// A patch below a level.
-struct Patch {
+struct LevelPatch {
     centre: Vec2,
     half_axes: [f32; 2],
     azimuth: f32,
@@ -121,11 +121,11 @@ impl Ground {
 /// Knots at least `least_mm` wide, by their place down the picture.
 pub(crate) fn find(light: &[f32], size: [usize; 2], pixel_mm: [f32; 2], least_mm: f32) -> Vec<PictureKnot> {
     let ground = ground(light, size, pixel_mm);
-    let mut patches: Vec<Patch> = LEVELS.iter().flat_map(|&level| patches(&ground, level, least_mm)).collect();
+    let mut patches: Vec<LevelPatch> = LEVELS.iter().flat_map(|&level| patches(&ground, level, least_mm)).collect();
     patches.sort_by(|a, b| b.score.total_cmp(&a.score));
-    let mut kept: Vec<Patch> = Vec::new();
+    let mut kept: Vec<LevelPatch> = Vec::new();
     for patch in patches {
-        let apart = |other: &Patch| {
+        let apart = |other: &LevelPatch| {
             let reach = other.half_axes[0].max(patch.half_axes[0]);
             other.centre.distance(patch.centre) > reach
         };
@@ -135,7 +135,7 @@ pub(crate) fn find(light: &[f32], size: [usize; 2], pixel_mm: [f32; 2], least_mm
     }
     for patch in &mut kept {
         let midway = 0.5 * (patch.inside + patch.outside);
-        let near = |other: &Patch| other.centre.distance(patch.centre) < 0.5 * patch.half_axes[1];
+        let near = |other: &LevelPatch| other.centre.distance(patch.centre) < 0.5 * patch.half_axes[1];
         if let Some(better) = crate::knots::patches(&ground, midway, least_mm).into_iter().find(near) {
             *patch = better;
         }
@@ -161,7 +161,7 @@ fn ground(light: &[f32], [rows, cols]: [usize; 2], pixel_mm: [f32; 2]) -> Ground
 }
 
 /// Patches below a level that could be knots.
-fn patches(ground: &Ground, level: f32, least_mm: f32) -> Vec<Patch> {
+fn patches(ground: &Ground, level: f32, least_mm: f32) -> Vec<LevelPatch> {
     let [rows, cols] = ground.cells.size;
     let mut seen = vec![false; rows * cols];
     let mut found = Vec::new();
@@ -205,7 +205,7 @@ fn filled(patch: &[usize], cols: usize, low: [usize; 2], high: [usize; 2]) -> Ve
 }
 
 /// The ellipse of a patch's moments, where the patch is one and is darker than what lies around it.
-fn shaped(ground: &Ground, patch: &[usize], level: f32, least_mm: f32) -> Option<Patch> {
+fn shaped(ground: &Ground, patch: &[usize], level: f32, least_mm: f32) -> Option<LevelPatch> {
     let n = patch.len() as f32;
     let centre = patch.iter().map(|&cell| ground.cells.middle(cell)).sum::<Vec2>() / n;
     let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
@@ -240,11 +240,11 @@ fn shaped(ground: &Ground, patch: &[usize], level: f32, least_mm: f32) -> Option
     }
     let off = 2.0 * (level - 0.5 * (inside + outside)).abs() / contrast;
     let score = contrast * half_axes[1] * (1.0 - off).max(0.1);
-    Some(Patch { centre, half_axes, azimuth, inside, outside, score })
+    Some(LevelPatch { centre, half_axes, azimuth, inside, outside, score })
 }
 
 /// The knot of a patch: how it leans, and to which end.
-fn knot(ground: &Ground, patch: &Patch, all: &[Patch]) -> PictureKnot {
+fn knot(ground: &Ground, patch: &LevelPatch, all: &[LevelPatch]) -> PictureKnot {
     let [a, b] = patch.half_axes;
     let mut knot = PictureKnot {
         centre_mm: patch.centre,
@@ -289,7 +289,7 @@ fn knot(ground: &Ground, patch: &Patch, all: &[Patch]) -> PictureKnot {
 }
 
 /// Logarithm of the rings' frequency squared at larger x over that at smaller x beside a knot [1].
-fn rings_beside(ground: &Ground, patch: &Patch, all: &[Patch]) -> f32 {
+fn rings_beside(ground: &Ground, patch: &LevelPatch, all: &[LevelPatch]) -> f32 {
     let [rows, cols] = ground.cells.size;
     let side = |sign: f32| {
         // Squares of slopes and of departures from the mean of a row's stretch: their ratio goes with frequency squared.

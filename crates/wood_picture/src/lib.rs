@@ -48,7 +48,7 @@ pub enum Face {
 
 /// What the picture itself does not say.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Settings {
+pub struct PictureAnalysis {
     /// How its numbers go with light.
     pub encoding: Encoding,
     /// Its number at the end of the scale: 1, 255 or 65535.
@@ -63,7 +63,7 @@ pub struct Settings {
     pub flow_ratio: f32,
 }
 
-impl Default for Settings {
+impl Default for PictureAnalysis {
     /// A picture to 1 whose encoding was not stated (which is refused), of the bark's side, with knots from 4 mm.
     fn default() -> Self {
         Self {

@@ -15,7 +15,7 @@
 use std::f32::consts::PI;
 
 use crate::raster::{Beyond, around, smooth};
-use crate::texture::{Cells, Texture};
+use crate::texture::{CellTexture, Cells};
 
 /// Gaussian over a cell's strength and noise [mm].
 const STRENGTH_MM: f32 = 4.0;
@@ -45,7 +45,7 @@ pub(crate) struct Orientation {
 }
 
 /// Azimuths [rad] and their standard errors [rad] of every cell in one window.
-pub(crate) fn in_window(texture: &Texture, cells: &Cells, width_mm: f32) -> Vec<(f32, f32)> {
+pub(crate) fn in_window(texture: &CellTexture, cells: &Cells, width_mm: f32) -> Vec<(f32, f32)> {
     let width = width_mm / cells.side_mm;
     // The square of a Gaussian is one of width / sqrt 2, less high by 1 / (4 pi width^2).
     let narrow = width * std::f32::consts::FRAC_1_SQRT_2;
@@ -68,7 +68,7 @@ pub(crate) fn in_window(texture: &Texture, cells: &Cells, width_mm: f32) -> Vec<
 }
 
 /// What one texture tells of delta in every cell: information [rad^-2], and that times delta [rad^-1].
-fn told(texture: &Texture, cells: &Cells, guess: &[f32]) -> [Vec<f32>; 2] {
+fn told(texture: &CellTexture, cells: &Cells, guess: &[f32]) -> [Vec<f32>; 2] {
     let [mut re, mut im, mut across] = std::array::from_fn(|_| vec![0.0_f32; cells.count()]);
     for (cell, azimuth) in guess.iter().enumerate() {
         let (s, c) = libm::sincosf(2.0 * azimuth);
@@ -97,7 +97,7 @@ fn told(texture: &Texture, cells: &Cells, guess: &[f32]) -> [Vec<f32>; 2] {
 }
 
 /// What all textures tell together.
-fn told_by_all(textures: &[Texture], cells: &Cells, guess: &[f32]) -> [Vec<f32>; 2] {
+fn told_by_all(textures: &[CellTexture], cells: &Cells, guess: &[f32]) -> [Vec<f32>; 2] {
     let [mut information, mut sum] = [vec![0.0_f32; cells.count()], vec![0.0_f32; cells.count()]];
     let mut most = vec![0.0_f32; cells.count()];
     for texture in textures {
@@ -121,7 +121,7 @@ fn told_by_all(textures: &[Texture], cells: &Cells, guess: &[f32]) -> [Vec<f32>;
 }
 
 /// Orientation of every cell about `guess` of that `spread` [rad]; rings come last in `textures`.
-pub(crate) fn orientation(textures: &[Texture], cells: &Cells, guess: &[f32], spread: &[f32]) -> Orientation {
+pub(crate) fn orientation(textures: &[CellTexture], cells: &Cells, guess: &[f32], spread: &[f32]) -> Orientation {
     let coarse = Cells {
         size: cells.size.map(|count| ((count as f32 / COARSER).ceil() as usize).max(3)),
         side_mm: COARSER * cells.side_mm,

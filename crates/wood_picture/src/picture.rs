@@ -7,7 +7,7 @@
 //! Limits: even light; the tone curves of phones are none of these (take raw files); red is a mean over 100 nm.
 
 use crate::raster::quantile;
-use crate::{PictureFault, Settings};
+use crate::{PictureAnalysis, PictureFault};
 
 /// Least length and width of what a picture shows [mm]: some windows of the orientation's integral.
 pub(crate) const LEAST_MM: f32 = 15.0;
@@ -59,7 +59,7 @@ pub(crate) fn light(
     grey: &[f32],
     [rows, cols]: [usize; 2],
     pixel_mm: [f32; 2],
-    settings: &Settings,
+    settings: &PictureAnalysis,
 ) -> Result<Vec<f32>, PictureFault> {
     if rows.checked_mul(cols) != Some(grey.len()) {
         return Err(PictureFault::Length { pixels: grey.len(), rows, cols });

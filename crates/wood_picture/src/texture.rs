@@ -81,7 +81,7 @@ impl Cells {
 
 /// Texture of one scale in cells.
 #[derive(Debug, Clone)]
-pub(crate) struct Texture {
+pub(crate) struct CellTexture {
     /// Error that no window averages out [rad].
     pub bias_rad: f32,
     /// Sums over each cell's pixels of |q|, of both parts of q, and of |q|^2 and the two parts of its square as a complex number.
@@ -103,7 +103,7 @@ pub(crate) fn texture(
     scale_mm: f32,
     bias_rad: f32,
     counts: &[bool],
-) -> Texture {
+) -> CellTexture {
     let sigma = pixel_mm.map(|pixel| (scale_mm / pixel).max(LEAST_PIXELS));
     let [smooth_down, smooth_across] = sigma.map(gaussian);
     let [slope_down, slope_across] = sigma.map(gaussian_slope);
@@ -137,5 +137,5 @@ pub(crate) fn texture(
     }
     // Integral of the squared correlation of gradients' squares under white noise: 3/2 pi s^2.
     let correlated = (1.5 * std::f32::consts::PI * sigma[0] * sigma[1]).max(1.0);
-    Texture { bias_rad, sums, pixels, rings: bias_rad == RINGS_RAD, correlated }
+    CellTexture { bias_rad, sums, pixels, rings: bias_rad == RINGS_RAD, correlated }
 }

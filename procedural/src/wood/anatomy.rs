@@ -132,7 +132,7 @@ pub(super) struct RayTissue {
 
 /// What the anatomy adds at a spot of the face.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Cut {
+pub(super) struct FaceAnatomy {
     /// Share of resin in a canal [1].
     pub resin: f32,
     /// Light that dust in a pore lets through [1].
@@ -194,7 +194,7 @@ impl Anatomy {
 
     /// What the face cuts at a place of the face's grain, `point` in the log.
     #[inline]
-    pub fn at(&self, grain: &FaceGrain, point: &LogPoint, latewood: f32) -> Cut {
+    pub fn at(&self, grain: &FaceGrain, point: &LogPoint, latewood: f32) -> FaceAnatomy {
         let place = Vec3::new(grain.bundle, grain.t, grain.l);
         let resin = self.canals.as_ref().map_or(0.0, |canals| {
             let (x, rank) = canals.at(place);
@@ -204,7 +204,7 @@ impl Anatomy {
         let open = self.pore(place, latewood);
         let through = 1.0 - self.dust * smoothstep(0.0, 0.6, open);
         let ray = self.rays.as_ref().and_then(|rays| rays.is_at(point).then_some(rays.tissue));
-        Cut { resin, through, ray }
+        FaceAnatomy { resin, through, ray }
     }
 }
 

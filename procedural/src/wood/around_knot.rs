@@ -8,14 +8,14 @@
 use glam::{Vec2, Vec3};
 
 use super::bulge::{ASPECT, Bulge, BulgePlace, REACH, SHORTEN, height};
-use super::grain_flow::{Oval, SLOWEST};
+use super::grain_flow::{RankineOval, SLOWEST};
 use super::growth::not_below;
 
 /// What a knot does to the wood around it.
 #[derive(Debug, Clone)]
 pub struct KnotSurroundings {
     bulge: Bulge,
-    oval: Oval,
+    oval: RankineOval,
 }
 
 /// What it does at one place.
@@ -37,7 +37,7 @@ impl KnotSurroundings {
 
     /// Around knots whose source and sink lie `flow_ratio` half widths from the middle.
     pub fn new(flow_ratio: f32) -> Self {
-        Self { bulge: Bulge::new(), oval: Oval::new(flow_ratio) }
+        Self { bulge: Bulge::new(), oval: RankineOval::new(flow_ratio) }
     }
 
     /// At `p` from the middle of the knot, along and across the fibre [half width]; `None` where nothing is disturbed.

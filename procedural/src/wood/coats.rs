@@ -10,7 +10,7 @@ use glam::Vec2;
 use rand::RngExt;
 
 use super::parameters::Wood;
-use super::zones::Face;
+use super::zones::BoardFace;
 use crate::noise::{Noise, smoothstep};
 use crate::{Class, Instance, Stream, lognormal};
 
@@ -50,7 +50,7 @@ pub(super) struct Coats(Vec<Coat>);
 impl Coats {
     /// The coats that the numbers ask for; their instances are added to `instances`.
     pub fn grow(stream: Stream, wood: &Wood, instances: &mut Vec<Instance>) -> Self {
-        let (asked, face) = (&wood.marks, Face::of(wood));
+        let (asked, face) = (&wood.marks, BoardFace::of(wood));
         let mut all = Vec::new();
         for (class, name, count, size, through) in [
             (Class::Dirt, "dirt", asked.dirt_count, asked.dirt_mm, asked.dirt_coat),

@@ -16,7 +16,7 @@ use super::coefficients::Coefficients;
 use super::growth::wrap;
 use super::parameters::Wood;
 use super::pith::{LogPoint, Trunk};
-use super::zones::Face;
+use super::zones::BoardFace;
 use crate::medium::KERNEL_INDICES;
 use crate::noise::{Noise, smoothstep};
 use crate::{Class, Instance, Stream, lognormal};
@@ -111,7 +111,7 @@ impl Decay {
         rot: Coefficients,
         instances: &mut Vec<Instance>,
     ) -> Option<Self> {
-        let (asked, board, face) = (&wood.rot, &wood.board, Face::of(wood));
+        let (asked, board, face) = (&wood.rot, &wood.board, BoardFace::of(wood));
         let pockets = asked.pocket_count.round() as u64;
         if asked.severity == 0.0 || (asked.reach_mm == 0.0 && asked.heart_mm == 0.0 && pockets == 0) {
             return None;

@@ -17,7 +17,7 @@ use rand::RngExt;
 use super::growth::Growth;
 use super::parameters::Wood;
 use super::pith::{LogPoint, Trunk};
-use super::zones::Face;
+use super::zones::BoardFace;
 use crate::noise::{FIBRES_MOST, Noise, PLANE_MOST, smoothstep};
 use crate::{Stream, Surface};
 
@@ -87,7 +87,7 @@ impl FaceGrains {
         if counts.iter().chain(&heights).all(|&number| number == 0.0) {
             return None;
         }
-        let face = Face::of(wood);
+        let face = BoardFace::of(wood);
         let half = face.half + Vec2::new(face.edge_room, 0.0);
         let step = STEP_MM.max((4.0 * half.x * half.y / MOST_NODES).sqrt());
         let size = [half.x, half.y].map(|half| (2.0 * half / step).ceil() as usize + 2);

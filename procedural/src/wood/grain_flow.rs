@@ -25,7 +25,7 @@ const SEAM: f32 = 0.7;
 
 /// A Rankine oval of half width 1.
 #[derive(Debug, Clone)]
-pub(super) struct Oval {
+pub(super) struct RankineOval {
     /// Half distance of source and sink [half width].
     b: f32,
     /// Their strength over 2 pi [half width].
@@ -45,7 +45,7 @@ pub(super) struct Disturbance {
     pub psi: f32,
 }
 
-impl Oval {
+impl RankineOval {
     /// The oval whose source and sink lie `ratio` half widths from its middle.
     pub fn new(ratio: f32) -> Self {
         let m = 0.5 / libm::atanf(ratio);
@@ -109,7 +109,7 @@ mod tests {
     #[test]
     fn nothing_flows_through_the_outline() {
         for ratio in [0.1, 0.5, 1.0, 1.5, 4.0] {
-            let oval = Oval::new(ratio);
+            let oval = RankineOval::new(ratio);
             assert!((oval.outline[0] - 1.0).abs() < 1.0e-4, "half width {}", oval.outline[0]);
             for i in 1..STEPS {
                 let x = oval.tip * i as f32 / STEPS as f32;
@@ -139,7 +139,7 @@ mod tests {
 
     #[test]
     fn a_short_oval_is_a_circle_with_a_doublet() {
-        let oval = Oval::new(0.01);
+        let oval = RankineOval::new(0.01);
         assert!((oval.tip - 1.0).abs() < 1.0e-3);
         for i in 0..100 {
             let angle = i as f32 * 0.0628;
@@ -154,7 +154,7 @@ mod tests {
 
     #[test]
     fn the_disturbance_is_continuous_across_the_outline() {
-        let oval = Oval::new(1.0);
+        let oval = RankineOval::new(1.0);
         for i in 1..60 {
             let x = oval.tip * (i as f32 / 60.0) * 0.97;
             let edge = (0..=4000)

@@ -16,7 +16,7 @@ use std::sync::Arc;
 use glam::{Vec2, Vec3};
 
 use super::bulge::{Bulge, BulgePlace, REACH, SHORTEN, height};
-use super::grain_flow::{Oval, SLOWEST};
+use super::grain_flow::{RankineOval, SLOWEST};
 use super::knot::{Knot, KnotDistance, KnotSection};
 use super::parameters::Wood;
 use super::pith::LogPoint;
@@ -47,7 +47,7 @@ pub(super) struct Growth {
     spiral: [f32; 2],
     waves: Noise,
     bulge: Bulge,
-    oval: Oval,
+    oval: RankineOval,
     layers: Option<Arc<Layers>>,
 }
 
@@ -98,7 +98,7 @@ impl Growth {
             spiral: [log.spiral_deg.to_radians() as f32, slope as f32],
             waves: Noise::new(stream.child("waves")),
             bulge: Bulge::new(),
-            oval: Oval::new(wood.knots.flow_ratio as f32),
+            oval: RankineOval::new(wood.knots.flow_ratio as f32),
             layers: None,
         }
     }

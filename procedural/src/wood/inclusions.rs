@@ -14,7 +14,7 @@ use super::growth::wrap;
 use super::parameters::Wood;
 use super::pith::{LogPoint, Trunk};
 use super::rings::Rings;
-use super::zones::Face;
+use super::zones::BoardFace;
 use crate::noise::{Noise, smoothstep};
 use crate::{Class, Instance, Stream, lognormal};
 
@@ -69,7 +69,7 @@ pub(super) struct Inclusions(Vec<Inclusion>);
 impl Inclusions {
     /// The inclusions that the numbers ask for; their instances are added to `instances`.
     pub fn grow(stream: Stream, wood: &Wood, trunk: &Trunk, rings: &Rings, instances: &mut Vec<Instance>) -> Self {
-        let (asked, face) = (&wood.inclusions, Face::of(wood));
+        let (asked, face) = (&wood.inclusions, BoardFace::of(wood));
         let mut all = Vec::new();
         for (class, name, count, length) in [
             (Class::ResinPocket, "resin_pocket", asked.resin_pocket_count, asked.length_mm),

@@ -24,6 +24,7 @@ mod knot_inside;
 mod knot_names;
 mod knot_placement;
 mod moisture;
+mod opening_floor;
 mod openings;
 mod outline_wane;
 pub mod parameters;
@@ -54,8 +55,10 @@ use self::inclusions::{Filling, Inclusions};
 pub use self::knot_names::{KnotNames, KnotPlace};
 use self::knot_placement::PlacedKnot;
 use self::moisture::WetPlaces;
-use self::openings::{FLOOR_MM, Floor, GALLERY_COAT, Opening, Openings};
+use self::opening_floor::{FLOOR_MM, Floor};
+use self::openings::{GALLERY_COAT, Opening, Openings};
 use self::outline_wane::OutlineWane;
+pub use self::parameters::EDGE_MOST;
 pub use self::parameters::{
     Anatomy as AnatomyParameters, Board, Compression, Cracks, Grain, Holes, Inclusions as InclusionParameters, Knots,
     Log, Machining, Marks, Media, Moisture, PictureParameters, Rot, SlicesParameters, Stain, StemParameters, Wane,
@@ -63,10 +66,9 @@ pub use self::parameters::{
 };
 use self::pith::{LogPoint, Trunk};
 use self::rings::Rings;
-pub use self::sawn_surface::EDGE_MOST;
 use self::sawn_surface::{SawnProfile, SawnSurface};
-use self::stem::{Cut, Sawing};
 pub use self::stem::{LogRoom, Stem, StemBranch, StemError, least_pieces, sawn_at};
+use self::stem::{Sawing, StemCut};
 use self::zones::Zones;
 use crate::noise::Noise;
 use crate::{Class, Gloss, Instance, Matter, Medium, Mesh, Stream, Surface};
@@ -116,7 +118,7 @@ pub struct Plank {
     gloss: f32,
     instances: Vec<Instance>,
     /// Outline of the stem that it was sawn from.
-    cut: Option<Box<Cut>>,
+    cut: Option<Box<StemCut>>,
     /// Wood that something else knows, in the place of the log's.
     given: Option<Arc<dyn GivenWood>>,
 }
@@ -224,7 +226,7 @@ impl Plank {
     ) -> Self {
         let stream = streams.board;
         let board = &wood.board;
-        let face = zones::Face::of(wood);
+        let face = zones::BoardFace::of(wood);
         let widest = face.half + Vec2::new(face.edge_room, 0.0);
         let reach = trunk.youngest(trunk.reach(widest, face.height)) + RING_MARGIN_MM;
         let kinds = WoodKinds::new(&wood.media);

@@ -18,7 +18,7 @@ use rand::RngExt;
 use super::coefficients::Coefficients;
 use super::decay::LEAST_SIGMA_I;
 use super::parameters::Wood;
-use super::zones::Face;
+use super::zones::BoardFace;
 use crate::noise::{Noise, smoothstep};
 use crate::{Stream, lognormal};
 
@@ -35,7 +35,7 @@ const OUTLINE: [f32; 2] = [0.25, 1.7];
 const FULL: f32 = 0.3;
 
 #[derive(Debug, Clone, Copy)]
-struct Patch {
+struct MoistPatch {
     centre: Vec2,
     /// Half its size across and along the grain [mm].
     half: Vec2,
@@ -45,7 +45,7 @@ struct Patch {
 /// All wet places of a board.
 #[derive(Debug, Clone)]
 pub(super) struct WetPlaces {
-    patches: Vec<Patch>,
+    patches: Vec<MoistPatch>,
     /// Share of the lumina that is full in the middle of a patch [1].
     filled: f32,
     /// Cosine and sine of the log's turn [1].
@@ -55,7 +55,7 @@ pub(super) struct WetPlaces {
 impl WetPlaces {
     /// The wet places that the numbers ask for.
     pub fn grow(stream: Stream, wood: &Wood) -> Self {
-        let (asked, face) = (&wood.moisture, Face::of(wood));
+        let (asked, face) = (&wood.moisture, BoardFace::of(wood));
         let count = if asked.filled > 0.0 { asked.patch_count.round() as u64 } else { 0 };
         let patches = (0..count).map(|index| {
             let own = stream.index(index);
@@ -64,7 +64,7 @@ impl WetPlaces {
                 face.middle + face.half * Vec2::new(2.0 * rng.random::<f32>() - 1.0, 2.0 * rng.random::<f32>() - 1.0);
             let long = 2.0 + 2.0 * rng.random::<f32>();
             let across = lognormal(&mut rng, asked.patch_mm, LOG_SD) as f32;
-            Patch { centre, half: 0.5 * across * Vec2::new(1.0, long), outline: Noise::new(own.child("outline")) }
+            MoistPatch { centre, half: 0.5 * across * Vec2::new(1.0, long), outline: Noise::new(own.child("outline")) }
         });
         let (sin, cos) = libm::sincos(wood.log.grain_angle_deg.to_radians());
         Self { patches: patches.collect(), filled: asked.filled as f32, turn: Vec2::new(cos as f32, sin as f32) }

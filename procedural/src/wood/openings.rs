@@ -22,10 +22,11 @@ use rand::RngExt;
 use super::growth::wrap;
 use super::knot::{Knot, KnotDistance, KnotSection};
 use super::knot_placement::PlacedKnot;
+use super::opening_floor::{BarkCover, FLOOR_MM, Floor};
 use super::outline_wane::{OutlineWane, WaneEdge};
 use super::parameters::Wood;
 use super::pith::Trunk;
-use super::zones::Face;
+use super::zones::BoardFace;
 use crate::noise::{Noise, smoothstep};
 use crate::{Class, Instance, Stream, Surface, lognormal};
 
@@ -33,8 +34,6 @@ use crate::{Class, Instance, Stream, Surface, lognormal};
 const STEEPEST: f32 = 20.0;
 /// Deepest place of a crack that can be found, over its width [1].
 const DEEPEST_WIDTHS: f32 = 25.0;
-/// Wood that every opening leaves above the conveyor [mm].
-pub(super) const FLOOR_MM: f32 = 0.3;
 /// Step of the tables of cracks along them [mm].
 const STEP_MM: f32 = 0.5;
 /// Most entries of such a table.
@@ -47,11 +46,6 @@ const WANDER: [f32; 2] = [0.004, 18.0];
 const UNEVEN: [f32; 2] = [0.3, 5.0];
 /// Wander of the wane's line over its width, root mean square [1], and its cell along the board [mm].
 const WANE_WANDER: [f32; 2] = [0.3, 70.0];
-/// Roughness of bark and of the surface below it [mm], and its cell [mm].
-const BARK_ROUGH_MM: [f32; 2] = [0.5, 0.03];
-const BARK_CELL_MM: f32 = 3.5;
-/// Cell of the patches of bark [mm].
-const BARK_PATCH_MM: f32 = 30.0;
 /// Depth from which on a place has the opening's label [mm].
 const LABELLED_MM: f32 = 0.03;
 /// Wander of the outline of a place that the planer missed, over its size, root mean square [1].
@@ -68,8 +62,6 @@ const CHIP_UNEVEN: f32 = 0.2;
 /// Most of that unevenness [root mean squares].
 const CHIP_MOST: f32 = 5.0;
 const CHIP_CELL_MM: Vec2 = Vec2::new(1.2, 6.0);
-/// Bounds of value noise in the plane that hold all of it: bark is everywhere or nowhere beyond them [1].
-const NORMAL_TO_SHARE: f32 = 2.3;
 /// Light that the dark wall of a gallery lets through, each way; an estimate [1].
 pub(super) const GALLERY_COAT: f32 = 0.45;
 /// Step of the differences that give slopes [mm].
@@ -89,30 +81,8 @@ pub(super) struct Opened {
     pub floor: Floor,
 }
 
-/// What light meets in an opening.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Floor {
-    /// The wood that is there.
-    Wood,
-    /// The wall of a gallery, darkened by fungi that beetles bring.
-    Gallery,
-    /// Frass: chewed wood.
-    Frass,
-    /// Bark.
-    Bark,
-}
-
-/// Bark and the bare surface below it, in patches.
 #[derive(Debug, Clone)]
-pub(super) struct BarkCover {
-    /// Share of bark [1].
-    share: f32,
-    rough: Noise,
-    patches: Noise,
-}
-
-#[derive(Debug, Clone)]
-enum Form {
+enum OpeningForm {
     Crack {
         /// First entry's place along the log, from the board's middle [mm].
         start: f32,
@@ -189,14 +159,14 @@ pub(super) struct Opening {
     high: Vec2,
     /// Depth from which on a place has the label [mm].
     labelled: f32,
-    form: Form,
+    form: OpeningForm,
 }
 
 /// All openings of a board.
 #[derive(Debug, Clone)]
 pub(super) struct Openings {
     all: Vec<Opening>,
-    face: Face,
+    face: BoardFace,
     /// Cosine and sine of the log's turn [1].
     turn: Vec2,
 }
@@ -211,7 +181,7 @@ impl Openings {
         instances: &mut Vec<Instance>,
     ) -> Self {
         let (sin, cos) = libm::sincos(wood.log.grain_angle_deg.to_radians());
-        let mut openings = Self { all: Vec::new(), face: Face::of(wood), turn: Vec2::new(cos as f32, sin as f32) };
+        let mut openings = Self { all: Vec::new(), face: BoardFace::of(wood), turn: Vec2::new(cos as f32, sin as f32) };
         openings.knots(wood, knots, instances);
         openings.loose_knots(stream.child("loose"), wood, knots, instances);
         openings.cracks(stream, wood, trunk, instances);
@@ -251,7 +221,7 @@ impl Openings {
             for instance in instances.iter_mut().filter(|instance| instance.id == placed.knot.id) {
                 instance.depth_mm = f64::from(depth);
             }
-            let form = Form::Knot { knot: Box::new(placed.knot.clone()), depth };
+            let form = OpeningForm::Knot { knot: Box::new(placed.knot.clone()), depth };
             let (low, high) = (Vec2::new(placed.x[0], placed.y[0]), Vec2::new(placed.x[1], placed.y[1]));
             self.all.push(Opening {
                 class: Class::KnotHole,
@@ -283,7 +253,7 @@ impl Openings {
                 let open = depth * (half_width / gap.max(1.0e-3)).min(1.0);
                 instance.depth_mm = f64::from(open.max(deepest_of_face(sunk, half_width)));
             }
-            let form = Form::LooseKnot { knot: Box::new(placed.knot.clone()), gap, depth, sunk, wide, low };
+            let form = OpeningForm::LooseKnot { knot: Box::new(placed.knot.clone()), gap, depth, sunk, wide, low };
             self.all.push(Opening {
                 class: Class::LooseKnot,
                 id: placed.knot.id,
@@ -307,7 +277,7 @@ impl Openings {
             let half = Vec2::new((CHIP_SHAPE[0] * length).min(0.5 * face.half.x), 0.5 * length);
             let arris = face.middle + face.half * Vec2::new(side, along);
             let room = (1.0 + CHIP_MOST * CHIP_UNEVEN) * half + Vec2::new(face.edge_room, 0.0);
-            let form = Form::Chip { arris, side, half, depth, uneven: Noise::new(own.child("uneven")) };
+            let form = OpeningForm::Chip { arris, side, half, depth, uneven: Noise::new(own.child("uneven")) };
             self.all.push(Opening {
                 class: Class::Clear,
                 id: 0,
@@ -378,7 +348,7 @@ impl Openings {
                     low,
                     high,
                     labelled: LABELLED_MM,
-                    form: Form::Crack { start, step, table },
+                    form: OpeningForm::Crack { start, step, table },
                 });
             }
         }
@@ -410,7 +380,7 @@ impl Openings {
             let depth = (asked.depth_mm as f32 * full).min(self.face.height - FLOOR_MM).max(0.0);
             let id = Self::note(instances, Class::InsectHole, spot, 2.0 * half.y, self.part(depth), depth);
             let [across, along] = self.log_place(spot);
-            let form = Form::Hole { centre: Vec2::new(across, along), half, depth, frass };
+            let form = OpeningForm::Hole { centre: Vec2::new(across, along), half, depth, frass };
             let room = Vec2::splat(half.max_element());
             self.all.push(Opening {
                 class: Class::InsectHole,
@@ -438,7 +408,7 @@ impl Openings {
         // At the side of the board, where it is as wide as its mean.
         let depth = (slope * width + bend * width * width).min(face.height - FLOOR_MM).max(0.0);
         let id = Self::note(instances, Class::Wane, spot, width, severity, depth);
-        let form = Form::Wane {
+        let form = OpeningForm::Wane {
             side,
             width,
             slope,
@@ -473,12 +443,12 @@ impl Openings {
         let opening = |edge: WaneEdge| {
             let severity = f64::from((edge.width / (2.0 * half_width)).min(1.0));
             let id = Self::note(instances, Class::Wane, edge.spot, edge.width, severity, edge.depth);
-            let (low, high, form) = (edge.low, edge.high, Form::Outline(Box::new(wane.clone())));
+            let (low, high, form) = (edge.low, edge.high, OpeningForm::Outline(Box::new(wane.clone())));
             Opening { class: Class::Wane, id, low, high, labelled: LABELLED_MM, form }
         };
         let waned: Vec<Opening> = wane.edges(self.face, trunk, edges).map(opening).collect();
         // Chips come last: they leave the label of what they cut.
-        let chips = self.all.partition_point(|one| !matches!(one.form, Form::Chip { .. }));
+        let chips = self.all.partition_point(|one| !matches!(one.form, OpeningForm::Chip { .. }));
         self.all.splice(chips..chips, waned);
     }
 
@@ -489,7 +459,7 @@ impl Openings {
             let (half_width, depth) = (0.5 * asked.roller_width_mm as f32, 1.0e-3 * asked.roller_um as f32);
             let middle = Vec2::new(x, face.middle.y);
             let id = Self::note(instances, Class::RollerMark, middle, 2.0 * face.half.y, self.part(depth), depth);
-            let form = Form::Roller { x, half_width, pitch: asked.roller_pitch_mm as f32, depth };
+            let form = OpeningForm::Roller { x, half_width, pitch: asked.roller_pitch_mm as f32, depth };
             let room = Vec2::new(half_width, face.half.y);
             let (low, high) = (middle - room, middle + room);
             self.all.push(Opening { class: Class::RollerMark, id, low, high, labelled: 0.25 * depth, form });
@@ -503,7 +473,7 @@ impl Openings {
             let half = 0.5 * length * Vec2::new(1.0 / 3.0, 1.0);
             let id = Self::note(instances, Class::PlanerSkip, centre, length, self.part(depth), depth);
             let [outline, rough] = ["outline", "rough"].map(|name| Noise::new(own.child(name)));
-            let form = Form::Skip { centre, half, depth, outline, rough };
+            let form = OpeningForm::Skip { centre, half, depth, outline, rough };
             let room = 1.6 * half;
             let (low, high) = (centre - room, centre + room);
             self.all.push(Opening { class: Class::PlanerSkip, id, low, high, labelled: 0.5 * depth, form });
@@ -546,7 +516,7 @@ impl Openings {
 
     fn depth(&self, one: &Opening, spot: Vec2, trunk: &Trunk) -> (f32, Floor) {
         match &one.form {
-            Form::Crack { start, step, table } => {
+            OpeningForm::Crack { start, step, table } => {
                 let [across, along] = self.log_place(spot);
                 let at = (along - start) / step;
                 let last = table.len() - 2;
@@ -561,19 +531,19 @@ impl Openings {
                 let inside = aside < half;
                 (if inside { depth * (1.0 - aside / half) } else { 0.0 }, Floor::Wood)
             }
-            Form::Hole { centre, half, depth, frass } => {
+            OpeningForm::Hole { centre, half, depth, frass } => {
                 let [across, along] = self.log_place(spot);
                 let q = ((across - centre.x) / half.x).powi(2) + ((along - centre.y) / half.y).powi(2);
                 let wall = (depth / STEEPEST / half.x).min(0.9);
                 let depth = depth * (1.0 - smoothstep(1.0 - wall, 1.0, q.sqrt()));
                 (depth, if *frass { Floor::Frass } else { Floor::Gallery })
             }
-            Form::Knot { knot, depth } => {
+            OpeningForm::Knot { knot, depth } => {
                 let (x, _, section) = self.in_knot(knot, spot, trunk);
                 let wall = (depth / STEEPEST / section.half_width).min(0.7);
                 (depth * (1.0 - smoothstep(1.0 - wall, 1.0, x)), Floor::Wood)
             }
-            Form::LooseKnot { knot, gap, depth, sunk, wide, low } => {
+            OpeningForm::LooseKnot { knot, gap, depth, sunk, wide, low } => {
                 let (x, direction, section) = self.in_knot(knot, spot, trunk);
                 if x >= 1.0 {
                     return (0.0, Floor::Wood);
@@ -584,7 +554,7 @@ impl Openings {
                 let open = depth * width / (2.0 * gap) * (1.0 - aside).max(0.0);
                 (open.max(loose_face(*sunk, section.half_width, x, low.dot(direction))), Floor::Wood)
             }
-            Form::Wane { side, width, slope, bend, line, bark } => {
+            OpeningForm::Wane { side, width, slope, bend, line, bark } => {
                 let along = spot.y - self.face.middle.y;
                 let inwards = self.face.half.x - side * (spot.x - self.face.middle.x);
                 let edge = width * (1.0 + WANE_WANDER[0] * line.line(along / WANE_WANDER[1]).0).max(0.0);
@@ -596,8 +566,8 @@ impl Openings {
                 let depth = slope * down + bend * down * down + rough;
                 (depth.clamp(0.0, (self.face.height - FLOOR_MM).max(0.0)), floor)
             }
-            Form::Outline(wane) => wane.depth(spot, trunk),
-            Form::Roller { x, half_width, pitch, depth } => {
+            OpeningForm::Outline(wane) => wane.depth(spot, trunk),
+            OpeningForm::Roller { x, half_width, pitch, depth } => {
                 let aside = (spot.x - x) / half_width;
                 // Teeth stand in two staggered rows.
                 let turn = spot.y / pitch + if aside < 0.0 { 0.5 } else { 0.0 };
@@ -605,7 +575,7 @@ impl Openings {
                 let inside = (1.0 - along * along).max(0.0) * (1.0 - across * across).max(0.0);
                 (depth * inside, Floor::Wood)
             }
-            Form::Skip { centre, half, depth, outline, rough } => {
+            OpeningForm::Skip { centre, half, depth, outline, rough } => {
                 let q = (spot - centre) / half;
                 let edge = 1.0 + SKIP_OUTLINE * outline.plane(2.0 * q).0;
                 let share = 1.0 - smoothstep(edge - 0.15, edge + 0.15, q.length());
@@ -615,7 +585,7 @@ impl Openings {
                 let torn = rough.fibres(Vec2::from_array(self.log_place(spot)) / SKIP_STRAND_MM).0;
                 ((depth * share * (1.0 + SKIP_ROUGH * torn)).max(0.0), Floor::Wood)
             }
-            Form::Chip { arris, side, half, depth, uneven } => {
+            OpeningForm::Chip { arris, side, half, depth, uneven } => {
                 let uneven = (1.0 + CHIP_UNEVEN * uneven.fibres((spot - arris) / CHIP_CELL_MM).0).max(0.2);
                 let q = (spot - arris) / Vec2::new(half.x * uneven, half.y);
                 // Inwards from the arris along a chord of the outline; where the edge wanders outwards nothing is left beside it.
@@ -661,23 +631,4 @@ fn loose_face(sunk: f32, half_width: f32, x: f32, towards: f32) -> f32 {
 fn deepest_of_face(sunk: f32, half_width: f32) -> f32 {
     const PLACES: u16 = 100;
     (0..=PLACES).map(|i| loose_face(sunk, half_width, f32::from(i) / f32::from(PLACES), 1.0)).fold(0.0, f32::max)
-}
-
-impl BarkCover {
-    /// The cover of a share of the surface [1].
-    pub fn new(stream: Stream, share: f64) -> Self {
-        let [rough, patches] = ["rough", "patches"].map(|name| Noise::new(stream.child(name)));
-        Self { share: share as f32, rough, patches }
-    }
-
-    /// How much deeper than smooth the surface lies where it goes down by `down` from its upper border [mm], and what is there.
-    #[inline]
-    pub fn at(&self, spot: Vec2, down: f32) -> (f32, Floor) {
-        let barked = self.patches.plane(Vec2::new(spot.x, 0.4 * spot.y) / BARK_PATCH_MM).0
-            < NORMAL_TO_SHARE * (2.0 * self.share - 1.0);
-        let rough = BARK_ROUGH_MM[usize::from(!barked)]
-            * self.rough.plane(Vec2::new(spot.x, 0.3 * spot.y) / BARK_CELL_MM).0
-            * (down / 2.0).min(1.0);
-        (rough, if barked { Floor::Bark } else { Floor::Wood })
-    }
 }

@@ -10,11 +10,11 @@
 
 use glam::Vec2;
 
-use super::openings::{BarkCover, FLOOR_MM, Floor};
+use super::opening_floor::{BarkCover, FLOOR_MM, Floor};
 use super::parameters::Wood;
 use super::pith::Trunk;
-use super::stem::Cut;
-use super::zones::Face;
+use super::stem::StemCut;
+use super::zones::BoardFace;
 use crate::Stream;
 
 /// Steps in which the face is looked at, across and along [mm].
@@ -28,7 +28,7 @@ const ROOT_MM: f32 = 4.0e-6;
 /// The outline beyond a board, and what its surface is like.
 #[derive(Debug, Clone)]
 pub(super) struct OutlineWane {
-    cut: Cut,
+    cut: StemCut,
     height: f32,
     bark: BarkCover,
 }
@@ -49,7 +49,7 @@ pub(super) struct WaneEdge {
 
 impl OutlineWane {
     /// Of a board.
-    pub fn new(stream: Stream, wood: &Wood, cut: &Cut) -> Self {
+    pub fn new(stream: Stream, wood: &Wood, cut: &StemCut) -> Self {
         Self { cut: cut.clone(), height: wood.board.thickness_mm as f32, bark: BarkCover::new(stream, wood.wane.bark) }
     }
 
@@ -102,7 +102,12 @@ impl OutlineWane {
 
     /// The wane of each half of the face that has some; `edges` says where the board's edges lie at a place along the scan, from its
     /// middle [mm].
-    pub fn edges(&self, face: Face, trunk: &Trunk, edges: impl Fn(f32) -> [f32; 2]) -> impl Iterator<Item = WaneEdge> {
+    pub fn edges(
+        &self,
+        face: BoardFace,
+        trunk: &Trunk,
+        edges: impl Fn(f32) -> [f32; 2],
+    ) -> impl Iterator<Item = WaneEdge> {
         let half = face.half + Vec2::new(face.edge_room, 0.0);
         let size = 2.0 * half;
         let count = (size / GRID_MM).ceil().clamp(Vec2::ONE, Vec2::splat(GRID_MOST));

@@ -6,6 +6,9 @@
 
 use crate::parameters;
 
+/// An edge leaves its line by this at most [root mean squares].
+pub const EDGE_MOST: f32 = 3.0;
+
 parameters! {
     /// The sawn board and how it lies on the conveyor.
     board: Board {

@@ -11,8 +11,8 @@ use std::f32::consts::{PI, SQRT_2, TAU};
 
 use glam::{Vec2, Vec3};
 
-use super::parameters::Wood;
-use super::tool_marks::ToolMarks;
+use super::parameters::{EDGE_MOST, Wood};
+use super::tool_marks::{ToolMarks, sin_cos};
 use crate::noise::Noise;
 use crate::{Mesh, Stream, Surface, normal};
 
@@ -32,8 +32,6 @@ const STRAND_SHARES: [f32; 3] = [0.66, 0.57, 0.49];
 /// Cells of an edge's wander along it [mm], and their shares of its root mean square; squares sum to 1 [1].
 const EDGE_CELLS_MM: [f32; 2] = [45.0, 7.0];
 const EDGE_SHARES: [f32; 2] = [0.9, 0.44];
-/// An edge leaves its line by this at most [root mean squares].
-pub const EDGE_MOST: f32 = 3.0;
 /// Longest edge of the hull [mm].
 const HULL_EDGE_MM: f32 = 5.0;
 /// Most edges of the hull across and along: warp needs few, and a hull of millions would help nobody.
@@ -277,18 +275,6 @@ impl SawnProfile<'_> {
         }
         Some(face)
     }
-}
-
-/// Sine and cosine, good to 1e-5 [1]: the series of the half angle within a quarter turn, doubled.
-#[inline]
-pub(super) fn sin_cos(angle: f32) -> (f32, f32) {
-    let turns = angle * (1.0 / TAU);
-    let nearest = (turns + 0.5_f32.copysign(turns)) as i32 as f32;
-    let half = 0.5 * (angle - TAU * nearest);
-    let q = half * half;
-    let sin = half * (1.0 - q / 6.0 * (1.0 - q / 20.0 * (1.0 - q / 42.0 * (1.0 - q / 72.0))));
-    let cos = 1.0 - q / 2.0 * (1.0 - q / 12.0 * (1.0 - q / 30.0 * (1.0 - q / 56.0 * (1.0 - q / 90.0))));
-    (2.0 * sin * cos, cos * cos - sin * sin)
 }
 
 #[cfg(test)]

@@ -13,10 +13,9 @@ use glam::Vec3;
 use rand::RngExt;
 
 use super::growth::wrap;
-use super::parameters::Wood;
+use super::parameters::{EDGE_MOST, Wood};
 use super::pith::{LogPoint, Trunk};
 use super::rings::Rings;
-use super::sawn_surface::EDGE_MOST;
 use crate::noise::{Noise, smoothstep};
 use crate::{Class, Instance, Stream, lognormal};
 
@@ -103,7 +102,7 @@ pub(super) struct Zones {
 impl Zones {
     /// The zones that the numbers ask for; their instances are added to `instances`.
     pub fn grow(stream: Stream, wood: &Wood, trunk: &Trunk, instances: &mut Vec<Instance>) -> Self {
-        let face = Face::of(wood);
+        let face = BoardFace::of(wood);
         let middle = trunk.place(face.middle.x, face.middle.y, face.height);
         let heartwood = (wood.log.heartwood_mm > 0.0)
             .then(|| Heartwood { radius: wood.log.heartwood_mm as f32, border: Noise::new(stream.child("heartwood")) });
@@ -240,7 +239,7 @@ impl Wedge {
 
 /// The upper face of a board before it warped.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Face {
+pub(super) struct BoardFace {
     /// Its middle [mm].
     pub middle: glam::Vec2,
     /// Half its size [mm].
@@ -251,7 +250,7 @@ pub(super) struct Face {
     pub edge_room: f32,
 }
 
-impl Face {
+impl BoardFace {
     /// Of a board.
     pub fn of(wood: &Wood) -> Self {
         let board = &wood.board;

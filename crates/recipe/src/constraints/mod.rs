@@ -37,7 +37,7 @@ const ROUNDING: f64 = 1.0 / 12.0;
 
 /// What the objects of a recipe are, as far as it is known.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Object<'a> {
+pub(super) struct RecipeObject<'a> {
     pub subject: Option<Subject>,
     pub settings: &'a Settings,
     /// The triangles of a part.
@@ -53,7 +53,7 @@ pub(super) struct Object<'a> {
 /// Notes whatever the keys of a recipe cannot mean together: the settings, the top level and each class.
 pub(super) fn check(
     yaml: &mut YamlReader,
-    object: Object,
+    object: RecipeObject,
     parameters: &BTreeMap<String, Distribution>,
     classes: &[Class],
 ) {
@@ -62,7 +62,11 @@ pub(super) fn check(
 }
 
 /// What is said of the keys together although a recipe may have them so.
-pub(super) fn notes(object: Object, parameters: &BTreeMap<String, Distribution>, classes: &[Class]) -> Vec<String> {
+pub(super) fn notes(
+    object: RecipeObject,
+    parameters: &BTreeMap<String, Distribution>,
+    classes: &[Class],
+) -> Vec<String> {
     let mut notes = Vec::new();
     scenes(parameters, classes, &mut |own| notes.extend(slices::note(object.slices, own)));
     notes
@@ -159,7 +163,7 @@ fn settings(yaml: &mut YamlReader, subject: Option<Subject>, settings: &Settings
 }
 
 /// The parameters of a class together, or those of the top level that no class overrides.
-fn scene(yaml: &mut YamlReader, object: Object, scene: &DrawBounds) {
+fn scene(yaml: &mut YamlReader, object: RecipeObject, scene: &DrawBounds) {
     camera::scene(yaml, object.settings, scene);
     let keys = [
         "exposure.dark_noise_dn",

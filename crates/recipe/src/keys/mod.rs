@@ -147,11 +147,12 @@ pub(super) fn settings(subject: Option<Subject>) -> impl Iterator<Item = &'stati
 
 /// The unit that a key ends in, empty for none.
 pub(super) fn unit(name: &str) -> &'static str {
-    const UNITS: [(&str, &str); 16] = [
+    const UNITS: [(&str, &str); 18] = [
         ("_w_per_m2_nm", "W/(m^2 nm)"),
         ("_hz", "Hz"),
         ("_mm_per_s", "mm/s"),
         ("_deg_per_mm", "deg/mm"),
+        ("_per_mm2", "1/mm^2"),
         ("_per_mm", "1/mm"),
         ("_mm", "mm"),
         ("_um", "um"),
@@ -162,6 +163,7 @@ pub(super) fn unit(name: &str) -> &'static str {
         ("_e_per_s", "electrons/s"),
         ("_dn", "DN"),
         ("_e", "electrons"),
+        ("_px", "px"),
         ("_rows", "px"),
         ("_columns", "px"),
     ];

@@ -310,9 +310,9 @@ impl SettingType for Channels {
 }
 
 /// `none`, `all` or `{every: k}` with k up to a number.
-pub(crate) struct Stack(pub usize);
+pub(crate) struct StackChoice(pub usize);
 
-impl Stack {
+impl StackChoice {
     const WORDS: [&'static str; 2] = ["none", "all"];
 
     fn step(&self) -> Count {
@@ -320,7 +320,7 @@ impl Stack {
     }
 }
 
-impl SettingType for Stack {
+impl SettingType for StackChoice {
     type Value = SensorStack;
 
     fn read(&self, yaml: &mut YamlReader, node: &YamlNode, path: &str) -> Option<SensorStack> {

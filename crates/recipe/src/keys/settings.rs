@@ -7,8 +7,8 @@ use serde_json::Value as Json;
 
 use super::idle::{Idle, Wording};
 use super::setting_type::{
-    Absence, Auto, Channels, Count, File, Flag, FolderOrFile, GroupSize, NamedFile, Number, OneOf, SettingType, Stack,
-    Word,
+    Absence, Auto, Channels, Count, File, Flag, FolderOrFile, GroupSize, NamedFile, Number, OneOf, SettingType,
+    StackChoice, Word,
 };
 use super::texture;
 use crate::asset::{Asset, AssetSource};
@@ -332,16 +332,16 @@ settings! {
              `down` the rows of each slice, the last row at the near end; or `across`, along the rows. The first row \
              lies up, or the first slice where fibres run in the slices.",
             "free";
-        black_kg_per_m3: Number(-20_000.0, 20_000.0, "kg/m3") = 0.0,
+        black_kg_per_m3: Number(-20_000.0, 20_000.0, "kg/m^3") = 0.0,
             "Density at grey 0, by the calibration of the tomograph.",
             "free";
-        white_kg_per_m3: Number(-100_000.0, 100_000.0, "kg/m3") = 1500.0,
+        white_kg_per_m3: Number(-100_000.0, 100_000.0, "kg/m^3") = 1500.0,
             "Density at the end of the scale of 8 or 16 bits; below that of black where dense wood is dark.",
             "free; 1500 is the cell wall";
-        earlywood_kg_per_m3: Number(60.0, 1500.0, "kg/m3") = 320.0,
+        earlywood_kg_per_m3: Number(60.0, 1500.0, "kg/m^3") = 320.0,
             "Density of the earlywood whose coefficients `media` gives.",
             "docs/wood.md";
-        latewood_kg_per_m3: Number(60.0, 1500.0, "kg/m3") = 800.0,
+        latewood_kg_per_m3: Number(60.0, 1500.0, "kg/m^3") = 800.0,
             "Density of the latewood whose coefficients `media` gives.",
             "docs/wood.md";
     }
@@ -392,11 +392,11 @@ settings! {
             "Mean of the pattern of speckle that light is multiplied by.",
             "[T] saw-tooth 3.5, wood 6, pack 7",
             On order in Order::with(Script::Speckle);
-        pattern_px: Count(64, 4096, "") = 1000,
+        pattern_px: Count(64, 4096, "px") = 1000,
             "Side of the pattern.",
             "[T]",
             On order in Order::with(Script::Speckle);
-        mask_px: Count(8, 2048, "") = 500,
+        mask_px: Count(8, 2048, "px") = 500,
             "Diameter of the disc of random phases, at most half of the side: a speckle is side / diameter wide.",
             "[T]",
             On order in Order::with(Script::Speckle);
@@ -481,7 +481,7 @@ settings! {
             "Whether the EXR files hold noise-free maps too: height, and fibre azimuth and dive, or film \
              thickness and gap.",
             "free";
-        sensor_stack: Stack(MAX_PROFILES) = SensorStack::None,
+        sensor_stack: StackChoice(MAX_PROFILES) = SensorStack::None,
             "Which sensor frames are kept: none, all, or every k-th from the first.",
             "free";
         samples_per_shard: Auto<Count>(Count(1, 100_000, "")) = None,

@@ -38,7 +38,7 @@ use std::path::Path;
 use serde_json::{Value, json};
 
 use super::gap_process::{GapStop, train};
-use super::gap_windows::{GUARD_PX, GapPart, GapSide, WINDOW_PIXELS, WINDOW_SIDE_PX, Window, by_part, evenly};
+use super::gap_windows::{GUARD_PX, GapPart, GapSide, GapWindow, WINDOW_PIXELS, WINDOW_SIDE_PX, by_part, evenly};
 use dataset::Fault;
 
 /// Most folds.
@@ -100,7 +100,7 @@ pub struct GapJob<'w> {
 /// Two sides of as many windows, of which each part is dealt to a fold.
 #[derive(Debug)]
 struct GapExperiment<'w> {
-    sides: [Vec<(&'w Window, usize)>; 2],
+    sides: [Vec<(&'w GapWindow, usize)>; 2],
     part: [GapPart; 2],
     folds: usize,
 }
@@ -151,7 +151,7 @@ impl<'w> GapJob<'w> {
             }
         }
         let mut maps = vec!["range"];
-        let have = |light: fn(&Window) -> bool| sides.map(|side| side.windows.iter().all(light));
+        let have = |light: fn(&GapWindow) -> bool| sides.map(|side| side.windows.iter().all(light));
         for (name, have) in [
             ("reflectance", have(|window| window.reflectance.is_some())),
             ("scatter", have(|window| window.scatter.is_some())),
@@ -216,7 +216,7 @@ impl<'w> GapJob<'w> {
     }
 
     /// The numbers of a window as the script reads them; 0 where missing, as the mask tells.
-    fn append(&self, window: &Window, numbers: &mut Vec<f32>) {
+    fn append(&self, window: &GapWindow, numbers: &mut Vec<f32>) {
         let light = |map: &Option<Vec<f32>>| map.clone().unwrap_or_else(|| vec![0.0; WINDOW_PIXELS]);
         for map in &self.maps {
             match *map {
@@ -241,7 +241,7 @@ fn control(real: &GapSide) -> Option<GapExperiment<'_>> {
     let most = halves[0].len().min(halves[1].len());
     let halves = halves.map(|half| evenly(half.len(), most).map(|i| half[i]).collect::<Vec<_>>());
     let is_enough =
-        |half: &Vec<&Window>| half.len() >= LEAST_CONTROL_WINDOWS && by_part(half, part).len() >= LEAST_PARTS;
+        |half: &Vec<&GapWindow>| half.len() >= LEAST_CONTROL_WINDOWS && by_part(half, part).len() >= LEAST_PARTS;
     halves.iter().all(is_enough).then(|| GapExperiment::new(halves, [part; 2]))
 }
 
@@ -264,7 +264,7 @@ fn mixed(number: u64) -> u64 {
 
 impl<'w> GapExperiment<'w> {
     /// Deals the parts of two sides, which have at least two each, to as many folds as possible.
-    fn new(sides: [Vec<&'w Window>; 2], part: [GapPart; 2]) -> Self {
+    fn new(sides: [Vec<&'w GapWindow>; 2], part: [GapPart; 2]) -> Self {
         let parts = [0, 1].map(|i| by_part(&sides[i], part[i]));
         let folds = parts.iter().map(BTreeMap::len).fold(MOST_FOLDS, usize::min);
         let sides = [0, 1].map(|i| {

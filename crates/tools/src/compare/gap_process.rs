@@ -61,7 +61,7 @@ impl GapStop {
 
 /// What the script writes.
 #[derive(Debug, Deserialize)]
-struct Answer {
+struct GapAnswer {
     scores: Vec<Vec<f64>>,
     torch: String,
 }
@@ -160,14 +160,14 @@ fn run(
     }
 }
 
-fn read_answer(python: &Path, path: &Path, counts: &[usize]) -> Result<Answer, Fault> {
+fn read_answer(python: &Path, path: &Path, counts: &[usize]) -> Result<GapAnswer, Fault> {
     let none = |what: String| {
         Fault::at(python, what, "give Python 3 itself, or a program that runs it with the arguments that it gets")
     };
     let mut text = Vec::new();
     let read = File::open(path).and_then(|file| file.take(MOST_ANSWER_BYTES).read_to_end(&mut text));
     read.map_err(|_| none("it ended without an answer, as if it were no Python".into()))?;
-    let answer: Answer =
+    let answer: GapAnswer =
         serde_json::from_slice(&text).map_err(|error| none(format!("its answer cannot be read: {error}")))?;
     let found: Vec<usize> = answer.scores.iter().map(Vec::len).collect();
     if found != counts {

@@ -34,7 +34,7 @@ const THOUSANDTHS: f64 = 1000.0;
 
 /// One window.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Window {
+pub(super) struct GapWindow {
     /// Scan that it is from.
     pub scan: usize,
     /// Block that it is from, counted over all scans.
@@ -54,7 +54,7 @@ pub struct GapSide {
     added: usize,
     blocks: usize,
     pitch_mm: [Option<f64>; 2],
-    pub(super) windows: Vec<Window>,
+    pub(super) windows: Vec<GapWindow>,
 }
 
 /// What a part of a side is.
@@ -131,7 +131,7 @@ impl GapSide {
     }
 }
 
-impl Window {
+impl GapWindow {
     /// Number of its part.
     pub(super) fn part(&self, part: GapPart) -> usize {
         match part {
@@ -159,15 +159,15 @@ pub(super) fn evenly(count: usize, most: usize) -> impl Iterator<Item = usize> {
 }
 
 /// Windows by part.
-pub(super) fn by_part<'w>(windows: &[&'w Window], part: GapPart) -> BTreeMap<usize, Vec<&'w Window>> {
-    let mut parts: BTreeMap<usize, Vec<&Window>> = BTreeMap::new();
+pub(super) fn by_part<'w>(windows: &[&'w GapWindow], part: GapPart) -> BTreeMap<usize, Vec<&'w GapWindow>> {
+    let mut parts: BTreeMap<usize, Vec<&GapWindow>> = BTreeMap::new();
     for &window in windows {
         parts.entry(window.part(part)).or_default().push(window);
     }
     parts
 }
 
-fn window(maps: &ScanMaps, scan: usize, block: usize, row: usize, col: usize) -> Window {
+fn window(maps: &ScanMaps, scan: usize, block: usize, row: usize, col: usize) -> GapWindow {
     let at = |i: usize| (row + i / WINDOW_SIDE_PX) * maps.cols + col + i % WINDOW_SIDE_PX;
     let heights: Vec<f64> = (0..WINDOW_PIXELS).map(|i| maps.range[at(i)] * THOUSANDTHS).collect();
     let plane = plane(&heights);
@@ -176,7 +176,7 @@ fn window(maps: &ScanMaps, scan: usize, block: usize, row: usize, col: usize) ->
         let dn = |map: &Vec<f32>, i: usize| if heights[i].is_finite() { map[at(i)].round() } else { 0.0 };
         map.as_ref().map(|map| (0..WINDOW_PIXELS).map(|i| dn(map, i)).collect())
     };
-    Window { scan, block, range, reflectance: light(&maps.reflectance), scatter: light(&maps.scatter) }
+    GapWindow { scan, block, range, reflectance: light(&maps.reflectance), scatter: light(&maps.scatter) }
 }
 
 /// Place of pixel `i` of a window from its middle [px].

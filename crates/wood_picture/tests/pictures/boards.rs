@@ -4,7 +4,9 @@ use std::sync::Mutex;
 
 use glam::{Vec2, Vec3};
 use procedural::{Class, Stream};
-use wood_picture::{AbsorptionMap, Encoding, FibreMap, PictureKnot, Settings, absorption_map, fibre_map, red_channel};
+use wood_picture::{
+    AbsorptionMap, Encoding, FibreMap, PictureAnalysis, PictureKnot, absorption_map, fibre_map, red_channel,
+};
 
 use crate::board::{BoardPicture, picture, wood};
 use crate::{apart_deg, quantile};
@@ -14,8 +16,8 @@ const BOARDS: u64 = 9;
 /// Side of a pixel [mm].
 const PIXEL_MM: f32 = 0.15;
 
-fn linear() -> Settings {
-    Settings { encoding: Encoding::Linear, ..Settings::default() }
+fn linear() -> PictureAnalysis {
+    PictureAnalysis { encoding: Encoding::Linear, ..PictureAnalysis::default() }
 }
 
 /// Works on every board, two at a time.
@@ -201,7 +203,7 @@ fn photographs_in_colour_say_what_linear_pictures_say() {
             .iter()
             .map(|&light| [0.9 * light, 0.72 * light.powf(1.2), 0.5 * light.powf(1.6)].map(encode))
             .collect();
-        let photo = Settings { encoding: Encoding::Srgb, full_scale: 255.0, ..linear() };
+        let photo = PictureAnalysis { encoding: Encoding::Srgb, full_scale: 255.0, ..linear() };
         let red = red_channel(&photograph);
         let pairs = [(&board.light, linear()), (&red, photo)].map(|(grey, settings)| {
             let map = fibre_map(grey, board.size, board.pixel_mm, &settings).expect("it is a board");

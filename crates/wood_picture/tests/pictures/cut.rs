@@ -5,14 +5,14 @@ use std::sync::Arc;
 use glam::Vec2;
 use procedural::wood::{GivenWood, Plank};
 use procedural::{Class, Stream};
-use wood_picture::{BoardPicture, Depth, Encoding, Settings};
+use wood_picture::{BoardPicture, Depth, Encoding, PictureAnalysis};
 
 use crate::board::{self, BoardPicture as Seen, look, wood};
 
 const PIXEL_MM: f32 = 0.15;
 
-fn linear() -> Settings {
-    Settings { encoding: Encoding::Linear, ..Settings::default() }
+fn linear() -> PictureAnalysis {
+    PictureAnalysis { encoding: Encoding::Linear, ..PictureAnalysis::default() }
 }
 
 fn analysed(seen: &Seen, depth: Depth) -> BoardPicture {

@@ -1,12 +1,12 @@
 //! Each fault by a picture that has it.
 
 use procedural::{Stream, normal};
-use wood_picture::{Encoding, PictureFault, Settings, absorption_map, fibre_map};
+use wood_picture::{Encoding, PictureAnalysis, PictureFault, absorption_map, fibre_map};
 
 use crate::board::{BoardPicture, picture, wood};
 
-fn linear() -> Settings {
-    Settings { encoding: Encoding::Linear, ..Settings::default() }
+fn linear() -> PictureAnalysis {
+    PictureAnalysis { encoding: Encoding::Linear, ..PictureAnalysis::default() }
 }
 
 fn good() -> BoardPicture {
@@ -18,7 +18,7 @@ fn good() -> BoardPicture {
 
 fn fault(
     board: &BoardPicture,
-    change: impl Fn(&mut Vec<f32>, &mut [usize; 2], &mut [f32; 2], &mut Settings),
+    change: impl Fn(&mut Vec<f32>, &mut [usize; 2], &mut [f32; 2], &mut PictureAnalysis),
 ) -> PictureFault {
     let (mut light, mut size, mut pixel_mm) = (board.light.clone(), board.size, board.pixel_mm);
     let mut settings = linear();
@@ -36,7 +36,7 @@ fn each_fault_is_told_as_that_fault() {
     use PictureFault as F;
     let board = good();
     assert!(fibre_map(&board.light, board.size, board.pixel_mm, &linear()).is_ok());
-    let kept = Settings { board_mm: Some([45.5, 29.5]), ..linear() };
+    let kept = PictureAnalysis { board_mm: Some([45.5, 29.5]), ..linear() };
     assert!(fibre_map(&board.light, board.size, board.pixel_mm, &kept).is_ok());
 
     assert!(matches!(fault(&board, |light, _, _, _| light.truncate(100)), F::Length { .. }));

@@ -3,7 +3,7 @@
 use glam::Vec2;
 use procedural::noise::Noise;
 use procedural::{Stream, normal};
-use wood_picture::{Encoding, FibreMap, Settings, fibre_map};
+use wood_picture::{Encoding, FibreMap, PictureAnalysis, fibre_map};
 
 use crate::{apart_deg, quantile};
 
@@ -25,8 +25,8 @@ fn streaks(number: u64, pixel_mm: [f32; 2], extent_mm: f32, noise: f64) -> (Vec<
     (light.collect(), size, azimuth)
 }
 
-fn linear() -> Settings {
-    Settings { encoding: Encoding::Linear, ..Settings::default() }
+fn linear() -> PictureAnalysis {
+    PictureAnalysis { encoding: Encoding::Linear, ..PictureAnalysis::default() }
 }
 
 #[test]

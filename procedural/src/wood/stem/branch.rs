@@ -19,7 +19,7 @@ use rand::RngExt;
 
 use super::super::parameters::StemParameters;
 use super::Stem;
-use super::outline::Outline;
+use super::outline::StemOutline;
 use super::shoots::Bud;
 use crate::{Stream, normal};
 
@@ -66,7 +66,7 @@ pub struct StemBranch {
 
 impl StemBranch {
     /// The branch of a row A to I.
-    pub(super) fn measured(row: &[f64; 9], outline: &Outline) -> Self {
+    pub(super) fn measured(row: &[f64; 9], outline: &StemOutline) -> Self {
         let &[a, b, c, d, e, f, g, end, death] = row;
         let open = Self { width: [a, b], height: [c, d, e], azimuth: [f, g], end_mm: end, death_mm: f64::INFINITY };
         // Measured radii are distances from the pith, wherever that lies.

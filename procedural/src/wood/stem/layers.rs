@@ -40,7 +40,7 @@ pub(in crate::wood) struct Layers {
 
 /// Where a layer is at a place.
 #[derive(Debug, Clone, Copy)]
-pub(in crate::wood) struct Layer {
+pub(in crate::wood) struct StemLayer {
     /// Distance from the smoothed pith [mm].
     pub t: f32,
     /// Slopes of it outwards, around and along [1].
@@ -136,14 +136,14 @@ impl Layers {
 
     /// The layer at a place.
     #[inline]
-    pub fn at(&self, place: &LogPoint) -> Layer {
+    pub fn at(&self, place: &LogPoint) -> StemLayer {
         let [q, q_out, q_along] = self.drift(place.r, place.l);
         let around = place.around();
         let offset = place.r * place.outward - q;
         let t = offset.length().max(1.0e-3);
         let n = offset / t;
         let (ahead, aside) = (offset.dot(place.outward), offset.dot(around));
-        let layer = Layer {
+        let layer = StemLayer {
             t,
             slope: [n.dot(place.outward - q_out), n.dot(around), -n.dot(q_along)],
             turn: crate::atan2(aside, ahead),

@@ -29,10 +29,10 @@ use self::branch::BranchSite;
 pub use self::branch::StemBranch;
 pub(super) use self::layers::Layers;
 pub use self::measured::StemError;
-use self::outline::{GrownOutline, Outline};
+use self::outline::{GrownOutline, StemOutline};
 pub use self::pattern::{LogRoom, least_pieces, sawn_at};
 use self::pith_line::PithLine;
-pub(super) use self::sawing::{Cut, Sawing};
+pub(super) use self::sawing::{Sawing, StemCut};
 use super::parameters::StemParameters;
 use crate::Stream;
 
@@ -40,7 +40,7 @@ use crate::Stream;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stem {
     pith: PithLine,
-    outline: Outline,
+    outline: StemOutline,
     branches: Vec<StemBranch>,
     /// Lowest and highest end [mm].
     ends: [f64; 2],
@@ -50,7 +50,7 @@ impl Stem {
     /// Grows a stem; every part and every branch draws from its own child of `stream`.
     pub fn grow(stream: Stream, numbers: &StemParameters) -> Self {
         let pith = PithLine::grow(stream.child("pith"), numbers);
-        let outline = Outline::Grown(Box::new(GrownOutline::grow(stream.child("outline"), numbers)));
+        let outline = StemOutline::Grown(Box::new(GrownOutline::grow(stream.child("outline"), numbers)));
         let mut stem = Self { pith, outline, branches: Vec::new(), ends: [0.0, numbers.length_mm] };
         let site = BranchSite::new(stream.child("side"));
         let buds = shoots::buds(stream.child("shoot"), numbers);
@@ -65,7 +65,7 @@ impl Stem {
     pub fn measured(pith: &[[f64; 3]], radii: &[Vec<f64>], knots: &[[f64; 9]]) -> Result<Self, StemError> {
         measured::check(pith, radii, knots)?;
         let ends = [pith[0][2], pith[pith.len() - 1][2]];
-        let outline = Outline::measured(ends, radii);
+        let outline = StemOutline::measured(ends, radii);
         let branches = knots.iter().map(|row| StemBranch::measured(row, &outline)).collect();
         Ok(Self { pith: PithLine::through(pith), outline, branches, ends })
     }

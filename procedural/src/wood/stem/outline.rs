@@ -34,7 +34,7 @@ const LEAST: f64 = 0.3;
 
 /// The outline of a stem.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum Outline {
+pub(super) enum StemOutline {
     /// As a model says.
     Grown(Box<GrownOutline>),
     /// As a scanner saw it.
@@ -103,7 +103,7 @@ impl GrownOutline {
     }
 }
 
-impl Outline {
+impl StemOutline {
     /// The outline of measured sections.
     pub fn measured(ends: [f64; 2], radii: &[Vec<f64>]) -> Self {
         Self::Measured { ends, radii: radii.to_vec() }

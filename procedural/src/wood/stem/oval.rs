@@ -11,8 +11,8 @@
 
 use std::f32::consts::TAU;
 
-use super::layers::Layer;
-use super::sawing::{AZIMUTHS, Cut, SECTION_MM};
+use super::layers::StemLayer;
+use super::sawing::{AZIMUTHS, SECTION_MM, StemCut};
 
 /// Layers reach the outline at no less than this distance [mm].
 const LEAST_MM: f32 = 1.0;
@@ -33,7 +33,7 @@ pub(super) fn spline(u: f32) -> [[f32; 3]; 2] {
 
 impl Oval {
     /// For an outline, the share f, the mean radius R, and t0 at a distance, an azimuth and a place.
-    pub fn new(cut: &Cut, share: f32, mean: f32, t0: impl Fn(f32, f32, f32) -> f32) -> Self {
+    pub fn new(cut: &StemCut, share: f32, mean: f32, t0: impl Fn(f32, f32, f32) -> f32) -> Self {
         let rows = cut.sections().map(|(l, radii)| {
             std::array::from_fn(|column| {
                 let phi = TAU * column as f32 / AZIMUTHS as f32;
@@ -73,10 +73,10 @@ impl Oval {
 
     /// A layer at the distance `r` [mm] of an azimuth [rad] and a place [mm], as it follows the outline.
     #[inline]
-    pub fn follow(&self, layer: Layer, r: f32, phi: f32, l: f32) -> Layer {
+    pub fn follow(&self, layer: StemLayer, r: f32, phi: f32, l: f32) -> StemLayer {
         let [factor, around, along] = self.factor(phi, l);
         let [out, aside, ahead] = layer.slope;
         let slope = [out * factor, aside * factor + layer.t / r * around, ahead * factor + layer.t * along];
-        Layer { t: layer.t * factor, slope, ..layer }
+        StemLayer { t: layer.t * factor, slope, ..layer }
     }
 }

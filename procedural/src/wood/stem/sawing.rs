@@ -42,14 +42,14 @@ pub(super) const SECTION_MM: f32 = 10.0;
 
 /// The outline of the stem about a board.
 #[derive(Debug, Clone)]
-pub(in crate::wood) struct Cut {
+pub(in crate::wood) struct StemCut {
     /// First section [mm], from the board's middle.
     start: f32,
     /// Distance from the pith [mm], [section, azimuth], azimuths from 0 in equal steps of a turn.
     radii: Vec<[f32; AZIMUTHS]>,
 }
 
-impl Cut {
+impl StemCut {
     /// Place of the first section along the log [mm].
     pub(super) fn start(&self) -> f32 {
         self.start
@@ -146,7 +146,7 @@ impl Sawing {
     }
 
     /// The stem's outline around the board.
-    pub fn cut(&self, wood: &Wood, stem: &Stem) -> Cut {
+    pub fn cut(&self, wood: &Wood, stem: &Stem) -> StemCut {
         let reach = half_size(wood).length() + SECTION_MM;
         let count = (2.0 * reach / SECTION_MM).ceil() as usize + 2;
         let radii = (0..count).map(|row| {
@@ -156,7 +156,7 @@ impl Sawing {
                 stem.radius_mm(self.azimuth + phi, height) as f32
             })
         });
-        Cut { start: -reach, radii: radii.collect() }
+        StemCut { start: -reach, radii: radii.collect() }
     }
 
     /// The branches that disturb the board, with the numbers of those that the upper face shows, in their order along it; `relief` is

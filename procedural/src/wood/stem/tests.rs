@@ -315,7 +315,7 @@ fn growth_layers_close_over_a_stub_smoothly_and_fibres_with_them() {
 fn the_law_of_the_width_is_that_of_the_file() {
     // Row 8 of the scanned log: the law has its maximum where the branch died.
     let row = [0.553483, -0.14481, 350.565, 0.133432, -0.262179, 2.05488, 0.0302885, 138.0, 87.4148];
-    let outline = Outline::measured([0.0, 4000.0], &[vec![130.0; 36], vec![130.0; 36]]);
+    let outline = StemOutline::measured([0.0, 4000.0], &[vec![130.0; 36], vec![130.0; 36]]);
     let branch = StemBranch::measured(&row, &outline);
     assert!(branch.end_mm.is_infinite() && branch.death_mm == 87.4148);
     assert!((branch.widest_mm() - 87.4).abs() < 0.1);

@@ -18,8 +18,8 @@ use super::super::next_event::LensEstimator;
 use super::super::plane_layers::{PreparedLayer, StackGeometry, StackObserver};
 use super::super::tracker::{Geometry, Photon};
 use transport::kernel::diffusion;
-use transport::kernel::table::{CONE_BINS, FIRST_PATH, LANES, NODE, PATH_BINS, PATH_RATIO};
-use transport::kernel::view::{KIND_GROUPS, VIEW_LANES, VIEW_TERMS, View, view_group};
+use transport::kernel::table::{FIRST_PATH, LANES, NODE, PATH_BINS, PATH_RATIO};
+use transport::kernel::view::{CONE_BINS, KIND_GROUPS, VIEW_LANES, VIEW_TERMS, View, view_group};
 use transport::stack::{CylinderPhase, Scattering, Stack};
 
 /// Bins of path lengths that are walked; those beyond follow from diffusion.
@@ -49,7 +49,7 @@ const SEEN_FROM: [f64; 4] = [1.0, 3.0, 1.0, 0.3];
 
 /// A half space in optical units.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct HalfSpace {
+pub struct MeasuredHalfSpace {
     /// Background's share of scattering, sigma_i / (sigma_i + k) [1].
     pub rho: f64,
     /// Dive of the fibres below the surface [deg].
@@ -79,7 +79,7 @@ pub struct PathBin {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PathStatistics {
     /// Of what.
-    pub of: HalfSpace,
+    pub of: MeasuredHalfSpace,
     /// `[2][WALKED_BINS]`.
     pub bins: [[PathBin; WALKED_BINS]; 2],
     /// Light that was still inside after the last bin [1].
@@ -153,7 +153,7 @@ fn bin(path: f64) -> usize {
 }
 
 /// Walks `photons` through `of`.
-pub fn measure(of: HalfSpace, photons: u64, seed: u64) -> PathStatistics {
+pub fn measure(of: MeasuredHalfSpace, photons: u64, seed: u64) -> PathStatistics {
     let (sin, cos) = libm::sincos(of.dive_deg.to_radians());
     // The diving end points along +y.
     let axis = DVec3::new(0.0, cos, -sin);
@@ -195,7 +195,7 @@ pub fn measure(of: HalfSpace, photons: u64, seed: u64) -> PathStatistics {
 }
 
 /// Adds batches in their order and divides by the number of photons.
-fn gather(of: HalfSpace, batches: &[HalfSpaceSums], photons: f64) -> PathStatistics {
+fn gather(of: MeasuredHalfSpace, batches: &[HalfSpaceSums], photons: f64) -> PathStatistics {
     let mut bins = [[PathBin::default(); WALKED_BINS]; 2];
     for (part, row) in bins.iter_mut().enumerate() {
         for (i, bin) in row.iter_mut().enumerate() {
@@ -237,7 +237,7 @@ pub fn table(all: &[PathStatistics]) -> Vec<[f32; NODE]> {
     let numbers: Vec<usize> = walked.chain(views).collect();
     for places in alike.values() {
         let terms = |i: usize| {
-            let HalfSpace { n, dispersion_deg, .. } = all[i].of;
+            let MeasuredHalfSpace { n, dispersion_deg, .. } = all[i].of;
             let dispersion = libm::log(dispersion_deg);
             [1.0, n, n * n, dispersion, dispersion * dispersion].map(|term| term as f32)
         };
@@ -381,7 +381,7 @@ struct MeasuredView {
     fitted: f64,
 }
 
-fn measured_views(of: HalfSpace) -> Vec<MeasuredView> {
+fn measured_views(of: MeasuredHalfSpace) -> Vec<MeasuredView> {
     let sin_dive = libm::sin(of.dive_deg.to_radians()) as f32;
     let mut views = Vec::new();
     for (i, tilt) in TILTS_DEG.iter().enumerate() {
