@@ -105,6 +105,8 @@ struct TransmittedPoint {
     exit: [f32; BASIS],
     /// How its pocket holds light together [mm^-2].
     confined_per_mm2: f32,
+    /// Share of light beyond a pocket's end that comes back [1].
+    holds: f32,
     metal: bool,
     sealed: bool,
 }
@@ -134,6 +136,8 @@ pub struct TransmissionScratch {
     sealed: Vec<bool>,
     /// Variance along the line of what is out of focus, a column [px^2].
     defocus: Vec<f32>,
+    /// Share of light beyond a pocket's end that comes back, a column [1].
+    holds: Vec<f32>,
     /// Stretches of columns along which light spreads below the film.
     pieces: Vec<Range<usize>>,
     buffer: Vec<f32>,
@@ -252,8 +256,9 @@ impl TransmissionScratch {
         let sight = view.sight(seen.x, &Surface { z: seen.z, slope_x, slope_y });
         let white = under_normal(film).dot(sight.view).max(0.0) * sight.electrons;
         let metal = film.under.gloss.is_metal();
-        // Foil throws what walls send back to it elsewhere than to the lens.
-        let confinement = Confinement::of(film, if metal { 0.0 } else { spread.holds }, spread.beyond[1]);
+        // Foil throws flat light elsewhere than to the lens: what a wall has sent back must be turned down once more.
+        let holds = if metal { spread.holds * spread.holds } else { spread.holds };
+        let confinement = Confinement::of(film, holds, spread.beyond[1]);
         let widened = sight.laser_variance * (widening.min(MAX_WIDENING).powi(2) - 1.0);
         self.below[column] = Some(TransmittedPoint {
             column: view.camera.project(seen.x, 0.0, seen.z)[0],
@@ -267,6 +272,7 @@ impl TransmissionScratch {
             }),
             exit: std::array::from_fn(|j| if j < NARROW_WIDTHS { passes } else { spread.below[j].sqrt() * passes }),
             confined_per_mm2: confinement.per_mm2,
+            holds,
             metal,
             sealed,
         });
@@ -296,6 +302,7 @@ impl TransmissionScratch {
         self.sealed.clear();
         self.sealed.resize(columns, false);
         self.defocus.resize(columns, 0.0);
+        self.holds.resize(columns, 0.0);
         let (mut first, mut last) = (columns, 0);
         for pair in self.below.windows(2) {
             let [Some(a), Some(b)] = pair else { continue };
@@ -319,6 +326,7 @@ impl TransmissionScratch {
                 line.centre[column] = mix(a.sight.row, b.sight.row);
                 line.rows_per_mm[column] = mix(a.sight.rows_per_mm, b.sight.rows_per_mm);
                 line.confined_per_mm2[column] = a.confined_per_mm2;
+                self.holds[column] = a.holds;
                 line.variance[column] = mix(a.sight.variance, b.sight.variance);
                 line.metal[column] = a.metal;
                 let shows = a.exit[0] > 0.0 && b.exit[0] > 0.0;
@@ -342,12 +350,13 @@ impl TransmissionScratch {
                 for piece in &self.pieces {
                     let (source, defocus) = (&mut line.source[j][piece.clone()], &self.defocus[piece.clone()]);
                     if source.iter().any(|&light| light != 0.0) {
-                        let side = if over_hidden && line.metal[piece.start] { 0.0 } else { 1.0 };
+                        let ends = [piece.start, piece.end - 1].map(|end| self.holds[end]);
+                        let sides = if over_hidden && line.metal[piece.start] { ends } else { [1.0; 2] };
                         blur_varying(
                             source,
                             camera.along_variance(PACK_SPREAD_MM[j]),
                             defocus,
-                            [side; 2],
+                            sides,
                             &mut self.buffer,
                         );
                     }
