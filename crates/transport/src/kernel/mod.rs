@@ -197,7 +197,8 @@ fn surface_point_spread(texel: &SurfacePoint, table: &HalfSpaceTable, shares: &W
         let shrink = (widest / variance.max(widest)).sqrt();
         let all = texel.enter * weight[l] * left * shrink;
         w[l] = if all < MIN_BIN_WEIGHT { 0.0 } else { all };
-        place[l] = shares.place(ln(variance.clamp(0.0, widest) + widths::line_mm2()));
+        // No `clamp`: its check of bounds that are not known beforehand would keep this from being vector code.
+        place[l] = shares.place(ln(variance.max(0.0).min(widest) + widths::line_mm2()));
     }
     let (mut all, mut seen, mut moment) = ([0.0f32; BASIS], [0.0f32; BASIS], [0.0f32; BASIS]);
     for l in 0..PATH_BINS {
