@@ -219,6 +219,7 @@ fn flow(kernel: &FilmStackKernel, stack: &FilmStack) -> FilmFlow {
     let seen = seen_through(n, extinction, stack.view_up);
     let normal = Vec3::new(-film.under_slope[0], -film.under_slope[1], 1.0).normalize();
     let under = &film.under;
+    let aslant = turned_once_aslant(stack);
     if let (None, true) = (film.gap_mm, foil) {
         let [along, across] = under.gloss.roughness;
         let roughness = (0.5 * (along * along + across * across)).sqrt();
@@ -235,7 +236,7 @@ fn flow(kernel: &FilmStackKernel, stack: &FilmStack) -> FilmFlow {
         let all = turned.map(|part| enter * (part + mirrored));
         return FilmFlow {
             film: turned.map(|part| enter * part),
-            towards: turned.map(|part| enter * (law * part + turned_once_aslant(stack))),
+            towards: turned.map(|part| enter * (law * part + aslant)),
             below: [glint; FREQUENCY_COUNT],
             passes: out,
             holds: 0.0,
@@ -246,7 +247,6 @@ fn flow(kernel: &FilmStackKernel, stack: &FilmStack) -> FilmFlow {
     }
     let of = kernel.films.at(turns, absorbed);
     let laws = of.laws(stack.view_up);
-    let aslant = turned_once_aslant(stack);
     let gap = film.gap_mm.unwrap_or(0.0);
     let (back, on) = (place.read(&of.back()), place.read(&of.on()));
     let (diffuse_back, diffuse_on) = (place.read(&of.diffuse_back()), place.read(&of.diffuse_on()));
