@@ -20,7 +20,7 @@ fn row(bencher: Bencher, change: f32) {
         let film = Film {
             thickness_mm: 0.1 + 1e-5 * i as f32,
             gap_mm: Some(0.5),
-            room_mm: f32::INFINITY,
+            room_mm: [f32::INFINITY; 2],
             under,
             under_slope: [0.0; 2],
         };

@@ -94,8 +94,8 @@ pub struct Film {
     pub thickness_mm: f32,
     /// Height of the air below it; `None` where it is sealed to what lies below [mm].
     pub gap_mm: Option<f32>,
-    /// Length of that air along the motion, between walls; infinite where there are none [mm].
-    pub room_mm: f32,
+    /// Distances along the motion to the walls that end that air, against the motion and with it; infinite where there are none [mm].
+    pub room_mm: [f32; 2],
     /// What lies below: tablet or foil.
     pub under: Medium,
     /// dz/dx and dz/dy of the surface of what lies below [1].

@@ -240,8 +240,13 @@ fn glints_stand_where_facets_bisect_laser_and_lens() {
     let view = Vec3::new(-0.12, -0.42, 0.9).normalize();
     for under in [foil, black] {
         let glint = |light: Vec3| {
-            let film =
-                Film { thickness_mm: 0.1, gap_mm: Some(3.0), room_mm: f32::INFINITY, under, under_slope: [0.0; 2] };
+            let film = Film {
+                thickness_mm: 0.1,
+                gap_mm: Some(3.0),
+                room_mm: [f32::INFINITY; 2],
+                under,
+                under_slope: [0.0; 2],
+            };
             let medium = Medium::isotropic(0.001, 0.001, 1.53, Gloss::NONE);
             let cover = FilmStack { medium, film, enter: 0.956, view_up: view.z, light_up: 1.0, view, light };
             FilmStackKernel::new().spread(&cover).below.iter().sum::<f32>() / gloss(&under.gloss, Vec3::Z, light, view)

@@ -184,10 +184,10 @@ impl FormedPocket {
         PocketFilm { inset, rise: factor * rise, slope, drawn }
     }
 
-    /// Length along the unit vector `way` of the pocket's part of the line through `p` from its middle [mm].
-    pub fn chord(&self, p: Vec2, way: Vec2) -> f32 {
+    /// Distances from `p`, from the pocket's middle, to the pocket's ends against the unit vector `way` and along it [mm].
+    pub fn ends(&self, p: Vec2, way: Vec2) -> [f32; 2] {
         let own = |v: Vec2| Vec2::new(self.axis.dot(v), self.axis.perp_dot(v));
-        self.outline.chord(own(p), own(way))
+        self.outline.ends(own(p), own(way))
     }
 
     /// What the film's thickness is divided by, less one, where it is drawn to the full: from the volume of film [1].

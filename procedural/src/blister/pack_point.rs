@@ -281,8 +281,8 @@ impl Pack {
             thickness_mm: spot.leaf.thickness,
             gap_mm: (!spot.sealed()).then_some(gap),
             room_mm: match spot.cell {
-                Some(cell) if inside => self.web.chord(spot.p, cell, self.lay.across(Vec2::Y)),
-                _ => f32::INFINITY,
+                Some(cell) if inside => self.web.ends(spot.p, cell, self.lay.across(Vec2::Y)),
+                _ => [f32::INFINITY; 2],
             },
             under: below.medium,
             under_slope: [below.surface.slope_x, below.surface.slope_y],

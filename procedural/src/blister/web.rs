@@ -236,9 +236,9 @@ impl FormedWeb {
         }
     }
 
-    /// Length along the unit vector `way` of the pocket's part of the line through a place of the card [mm].
-    pub fn chord(&self, p: Vec2, cell: usize, way: Vec2) -> f32 {
-        self.formed.chord(p - self.cells[cell].middle, way)
+    /// Distances from a place of the card to the pocket's ends against the unit vector `way` and along it [mm].
+    pub fn ends(&self, p: Vec2, cell: usize, way: Vec2) -> [f32; 2] {
+        self.formed.ends(p - self.cells[cell].middle, way)
     }
 
     /// Bumps and crevices of formed film [mm], their slope [1], and the relative variation of its thickness [1].

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use super::band::Band;
 use super::digitise::{Digitiser, TileExposure};
+use super::interreflections::Exchange;
 use super::line_image::{LineShape, draw, surface_line};
 use super::motion_blur::{self, MotionBlur};
 use super::row::{Row, WindowNeed};
@@ -96,6 +97,7 @@ impl Sensor {
             && self.second.is_none()
             && band.volume(profile).is_none()
             && row.defocus_radius.is_empty()
+            && !Exchange { geometry: &self.geometry, band, profile }.is_near(tile)
             && row.secondary.as_ref().is_none_or(|secondary| secondary.needs[tile] == WindowNeed::Line)
             && mixed_columns::of_tile(&row.mixed, tile).is_empty()
             && streak::near_tile(&row.streaks, tile).is_empty()
@@ -194,6 +196,7 @@ fn still(sensor: &Sensor, band: &Band, profile: usize, tile: usize, rows: Range<
             let offsets = band.neighbours(profile, &sensor.geometry);
             let neighbours: [&Row; ROWS] = std::array::from_fn(|k| band.neighbour(profile, offsets[k]));
             draw(own, &neighbours, start, &line, first);
+            Exchange { geometry: &sensor.geometry, band, profile }.add(tile, first);
             if let Some(secondary) = &own.secondary {
                 compositing::composite(own, &neighbours, secondary, tile, scratch);
             }

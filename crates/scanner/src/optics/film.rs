@@ -37,6 +37,11 @@ const LEAST_VIEW_SLANT: f32 = 0.05;
 const MAX_WIDENING: f32 = 10.0;
 /// First of the widths whose light fills a pocket: of 0.7 mm and more.
 pub(super) const FILLING: usize = 5;
+/// First of the widths whose light has forgotten where it came in, and reaches from one line's window into another's: of 1.3 mm and more.
+pub(super) const FAR: usize = 6;
+/// Wide light that upright walls let out on top of what level film does, over the share that does not come back from them. Fitted to light
+/// beside the line of 24 packs of recipes/gap by the photon tracker [1].
+const WALL_EXIT: f32 = 0.6;
 /// Standard deviation of a Gaussian as flat as light that fills a room, over the room's length [1].
 const FILLED: f32 = 0.55;
 /// Shortest room that counts [mm].
@@ -50,12 +55,21 @@ const MAX_RADIANCE_FACTOR: f32 = 2.0;
 /// Mean run of light on its way out in free paths, as in the kernel [1].
 const ESCAPE_FREE_PATHS: f32 = 1.3;
 
+/// Factor by which wide light leaves film of this normal over that of a pocket's level film: a wall lets out what does not come back [1].
+pub(super) fn wall_exit(film: &Film, holds: f32, normal: Vec3) -> f32 {
+    let is_room = film.room_mm.iter().all(|end| end.is_finite());
+    if is_room { 1.0 + WALL_EXIT * (1.0 - holds) * (1.0 - normal.z * normal.z) } else { 1.0 }
+}
+
 /// How the walls of a pocket hold together light that fills it: a share of what would spread beyond them along the motion comes back.
+/// What fills the pocket lies about its middle, wherever it came in.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Confinement {
     /// Of a Gaussian's variance v, v / (1 + v per_mm2) is left [mm^-2].
     pub per_mm2: f32,
-    half_room_mm: f32,
+    /// Where the room's middle lies, along the motion [mm].
+    pub middle_mm: f32,
+    room_mm: [f32; 2],
     holds: f32,
     /// Light beyond the widest width over that of the widest [1].
     beyond: f32,
@@ -64,10 +78,12 @@ pub(super) struct Confinement {
 impl Confinement {
     /// Of light below `film`, which throws the share `holds` of it back and of which this much lies `beyond` the widest width.
     pub fn of(film: &Film, holds: f32, beyond: f32) -> Self {
-        let holds = if film.room_mm.is_finite() { holds } else { 0.0 };
-        let room_mm = film.room_mm.max(LEAST_ROOM_MM);
-        let (half_room_mm, widest) = (0.5 * room_mm, FILLED * room_mm);
-        Self { per_mm2: holds / (widest * widest), half_room_mm, holds, beyond }
+        let is_room = film.room_mm.iter().all(|end| end.is_finite());
+        let holds = if is_room { holds } else { 0.0 };
+        let room_mm = film.room_mm.map(|end| end.max(0.5 * LEAST_ROOM_MM));
+        let [before, behind] = room_mm;
+        let (widest, middle_mm) = (FILLED * (before + behind), if is_room { 0.5 * (behind - before) } else { 0.0 });
+        Self { per_mm2: holds / (widest * widest), middle_mm, room_mm, holds, beyond }
     }
 
     /// What a width's light is multiplied by, for what comes back from the walls [1].
@@ -75,13 +91,30 @@ impl Confinement {
         if j < FILLING {
             return 1.0;
         }
-        let deviations = self.half_room_mm / PACK_SPREAD_MM[j];
-        let places = deviations * deviations * confined(PACK_SPREAD_MM[j], self.per_mm2);
-        // Share of a Gaussian within its middle (Polya 1945, within 0.01).
-        let within = (1.0 - exp(-std::f32::consts::FRAC_2_PI * places)).max(0.0).sqrt();
+        let narrowed = confined(PACK_SPREAD_MM[j], self.per_mm2);
+        let shift = middle_shift(narrowed, self.middle_mm);
+        let [before, behind] = self.room_mm;
+        // Share of a Gaussian between its middle and an end (Polya 1945, within 0.01).
+        let within = [before + shift, behind - shift].map(|end| {
+            let deviations = end.max(0.0) / PACK_SPREAD_MM[j];
+            let places = deviations * deviations * narrowed;
+            0.5 * (1.0 - exp(-std::f32::consts::FRAC_2_PI * places)).max(0.0).sqrt()
+        });
+        let within = within[0] + within[1];
         let beyond = if j == BASIS - 1 { self.holds * self.beyond } else { 0.0 };
         (1.0 + beyond) / (1.0 - self.holds * (1.0 - within))
     }
+
+    /// How far along the motion a width's light lies from where it came in [mm].
+    pub fn shift_mm(&self, j: usize) -> f32 {
+        if j < FILLING { 0.0 } else { middle_shift(confined(PACK_SPREAD_MM[j], self.per_mm2), self.middle_mm) }
+    }
+}
+
+/// How far light of a width whose variance walls divide by `narrowed` moves towards the middle of their room: as far as it fills that [mm].
+#[inline(always)]
+pub(super) fn middle_shift(narrowed: f32, middle_mm: f32) -> f32 {
+    middle_mm * (1.0 - 1.0 / narrowed)
 }
 
 /// What walls that hold light together divide the variance along the motion by, of light that would spread by `spread_mm` [1].
@@ -103,8 +136,8 @@ struct TransmittedPoint {
     light: [f32; BASIS],
     /// Factor by which each width leaves here; 0 where something hides this point from the lens [1].
     exit: [f32; BASIS],
-    /// How its pocket holds light together [mm^-2].
-    confined_per_mm2: f32,
+    /// How its pocket holds light together [mm^-2], and where its middle lies along the motion [mm].
+    room: [f32; 2],
     /// Share of light beyond a pocket's end that comes back [1].
     holds: f32,
     metal: bool,
@@ -271,7 +304,7 @@ impl TransmissionScratch {
                 _ => spread.below[j].sqrt() * white * confinement.gain(j),
             }),
             exit: std::array::from_fn(|j| if j < NARROW_WIDTHS { passes } else { spread.below[j].sqrt() * passes }),
-            confined_per_mm2: confinement.per_mm2,
+            room: [confinement.per_mm2, confinement.middle_mm],
             holds,
             metal,
             sealed,
@@ -284,7 +317,13 @@ impl TransmissionScratch {
         let padded = columns.next_multiple_of(TILE);
         let old = line.columns.clone();
         // Columns without a line are alike whatever was there before: their numbers too decide how far a tile's are drawn.
-        for field in [&mut line.centre, &mut line.rows_per_mm, &mut line.variance, &mut line.confined_per_mm2] {
+        for field in [
+            &mut line.centre,
+            &mut line.rows_per_mm,
+            &mut line.variance,
+            &mut line.confined_per_mm2,
+            &mut line.room_middle_mm,
+        ] {
             field.resize(padded, 1.0);
             field[old.clone()].fill(1.0);
         }
@@ -325,7 +364,7 @@ impl TransmissionScratch {
                 (first, last) = (first.min(column), last.max(column + 1));
                 line.centre[column] = mix(a.sight.row, b.sight.row);
                 line.rows_per_mm[column] = mix(a.sight.rows_per_mm, b.sight.rows_per_mm);
-                line.confined_per_mm2[column] = a.confined_per_mm2;
+                [line.confined_per_mm2[column], line.room_middle_mm[column]] = a.room;
                 self.holds[column] = a.holds;
                 line.variance[column] = mix(a.sight.variance, b.sight.variance);
                 line.metal[column] = a.metal;

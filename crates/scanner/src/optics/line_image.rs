@@ -6,7 +6,7 @@
 
 use multiversion::multiversion;
 
-use super::film::{FILLING, confined};
+use super::film::{FAR, FILLING, confined, middle_shift};
 use super::gaussian_stepper::{CompositeLine, GaussianStepper, add_line};
 use super::laser::LineProfile;
 use super::row::{Row, TransmittedLine};
@@ -115,13 +115,16 @@ pub(crate) fn draw_transmitted(
         if source.iter().all(|&s| s == 0.0) {
             continue;
         }
-        let mut wide = *variance;
+        let (mut wide, mut place) = (*variance, phase);
         let confined_per_mm2 = confined_in(&own.confined_per_mm2, start, j);
+        let middle_mm = load(&own.room_middle_mm, start);
         for c in 0..TILE {
             let sigma = PACK_SPREAD_MM[j] * rows_per_mm[c];
-            wide[c] += sigma * sigma / confined(PACK_SPREAD_MM[j], confined_per_mm2[c]);
+            let narrowed = confined(PACK_SPREAD_MM[j], confined_per_mm2[c]);
+            wide[c] += sigma * sigma / narrowed;
+            place[c] += middle_shift(narrowed, middle_mm[c]) * rows_per_mm[c];
         }
-        GaussianStepper::new(&phase, &wide).add(
+        GaussianStepper::new(&place, &wide).add(
             source,
             |k| neighbours[k].leaves(j, start),
             &(0..ROWS),
@@ -137,18 +140,16 @@ fn confined_in(per_mm2: &[f32], start: usize, j: usize) -> &[f32; TILE] {
     if j < FILLING || per_mm2.is_empty() { &FREE } else { load(per_mm2, start) }
 }
 
-/// First of the widths that reach from one line's window into another's: of 1.3 mm and more.
-const FAR: usize = 6;
-
 /// Adds the light of `own` that falls into a window beyond the one that its line was drawn in, which begins at `drawn`: what spreads far
 /// over a pocket shows about the other line too.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 pub(crate) fn add_beyond(own: &Row, neighbours: &[&Row; ROWS], start: usize, drawn: &[i32; TILE], window: &mut Window) {
     let exits = |j| [0, ROWS - 1].map(|k| neighbours[k].leaves(j, start, k > CENTRE));
     let spread = load(&own.spread_rows_per_mm, start);
-    let confined = confined_in(&own.confined_per_mm2, start, FAR);
-    let lines = [load(&own.centre, start), load(&own.variance, start), spread, confined];
-    beyond(lines, |j| load(&own.source[j], start), exits, drawn, window);
+    let per_mm2 = confined_in(&own.confined_per_mm2, start, FAR);
+    let lines = [load(&own.centre, start), load(&own.variance, start), spread, per_mm2];
+    let shift = |j: usize| *load(&own.shift[j], start);
+    beyond(lines, |j| load(&own.source[j], start), shift, exits, drawn, window);
 }
 
 /// The same of a line that is seen through a film.
@@ -161,9 +162,16 @@ pub(crate) fn add_transmitted_beyond(
     window: &mut Window,
 ) {
     let exits = |j| [0, ROWS - 1].map(|k| neighbours[k].leaves(j, start));
-    let confined = confined_in(&own.confined_per_mm2, start, FAR);
-    let lines = [load(&own.centre, start), load(&own.variance, start), load(&own.rows_per_mm, start), confined];
-    beyond(lines, |j| load(&own.source[j], start), exits, drawn, window);
+    let per_mm2 = confined_in(&own.confined_per_mm2, start, FAR);
+    let lines = [load(&own.centre, start), load(&own.variance, start), load(&own.rows_per_mm, start), per_mm2];
+    let middle_mm = load(&own.room_middle_mm, start);
+    let shift = |j: usize| {
+        std::array::from_fn(|c| {
+            let narrowed = confined(PACK_SPREAD_MM[j], per_mm2[c]);
+            -middle_shift(narrowed, middle_mm[c]) * lines[2][c]
+        })
+    };
+    beyond(lines, |j| load(&own.source[j], start), shift, exits, drawn, window);
 }
 
 /// Adds the far widths of lines, by their centres, variances, rows per mm and confinements, to the rows of a window that lie outside of the windows that
@@ -172,6 +180,7 @@ pub(crate) fn add_transmitted_beyond(
 fn beyond<'a>(
     [centre, variance, rows_per_mm, confined_per_mm2]: [&[f32; TILE]; 4],
     source: impl Fn(usize) -> &'a [f32; TILE],
+    shift: impl Fn(usize) -> [f32; TILE],
     exits: impl Fn(usize) -> [&'a [f32; TILE]; 2],
     drawn: &[i32; TILE],
     window: &mut Window,
@@ -184,14 +193,14 @@ fn beyond<'a>(
         if source.iter().all(|&s| s == 0.0) {
             continue;
         }
-        let [before, behind] = exits(j);
+        let ([before, behind], shift) = (exits(j), shift(j));
         let (mut light, mut step, mut ratio) = ([0.0f32; TILE], [0.0f32; TILE], [0.0f32; TILE]);
         for c in 0..TILE {
             let sigma = PACK_SPREAD_MM[j] * rows_per_mm[c];
             let spread = sigma * sigma / confined(PACK_SPREAD_MM[j], confined_per_mm2[c]);
             // What a narrow line sends so far is nothing, and not to be stepped from there.
             let half = 0.5 / (variance[c] + spread).max(LEAST_FAR_PX2);
-            let away = (window.first_row[c] as f32 - centre[c]).clamp(-MAX_BEYOND, MAX_BEYOND);
+            let away = (window.first_row[c] as f32 - centre[c] - shift[c]).clamp(-MAX_BEYOND, MAX_BEYOND);
             let reaches = if spread < LEAST_FAR_PX2 { 0.0 } else { source[c] };
             light[c] = reaches * 0.564_189_6 * half.sqrt() * exp(-away * away * half);
             step[c] = exp(-(2.0 * away + 1.0) * half);

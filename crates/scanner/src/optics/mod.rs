@@ -24,6 +24,7 @@ mod front_face;
 mod full_frame;
 mod gaussian_stepper;
 mod highlights;
+mod interreflections;
 pub mod laser;
 mod line_image;
 mod mixed_columns;

@@ -4,6 +4,7 @@
 //! every profile whose window holds it: as the source of its own line, and as the exit of its neighbours' light.
 
 use super::coherence::{CONTRAST_COLUMNS, RowContrasts};
+use super::interreflections::Patches;
 use super::mixed_columns::MixedColumn;
 use super::speckle::TILE;
 use super::streak::Streak;
@@ -143,6 +144,8 @@ pub struct SecondaryLight {
     pub transmitted: TransmittedLine,
     /// Mirror images, by rising column.
     pub reflections: Vec<Reflection>,
+    /// What sends light to other parts of the body, and shows theirs.
+    pub(super) patches: Patches,
     /// Sensor row of the first row of each window, a column [px].
     pub windows: [Vec<i32>; 2],
     /// Whether a tile of columns needs more than its line's own window.
@@ -182,6 +185,8 @@ pub struct TransmittedLine {
     pub source: [Vec<f32>; BASIS],
     /// How its pocket holds light together along the motion, as `film::Confinement` has it [mm^-2].
     pub confined_per_mm2: Vec<f32>,
+    /// Where the pocket's middle lies along the motion, from here [mm].
+    pub room_middle_mm: Vec<f32>,
     /// Factor by which each width leaves here through the film, `[BASIS][columns]`; narrow ones have left already [sqrt(1)].
     pub exit: [Vec<f32>; BASIS],
     /// Whether metal throws it back.

@@ -34,6 +34,7 @@ use transport::fresnel;
 use transport::kernel::{
     BASIS, PACK_SPREAD_MM, SPREAD_MM, SpreadRow, SurfacePoint, WidthShares, line_spread, path_laws,
 };
+use transport::line::LEAST_FACING;
 
 /// Makes rows; holds what is worked out once.
 #[derive(Debug)]
@@ -57,6 +58,8 @@ pub(crate) struct RowScratch {
     spread: SpreadRow,
     /// Light of each column towards the lens from a white Lambertian surface [e-].
     white: Vec<f32>,
+    /// The same of light that fills pockets: wherever it came in, a level surface shows it [e-].
+    filling: Vec<f32>,
     /// Buffer for blurring along the line.
     line: Vec<f32>,
     /// Variance along the line of what is out of focus; empty where nothing can be [px^2].
@@ -78,6 +81,7 @@ impl RowScratch {
             points: vec![SurfacePoint::BLACK; columns],
             spread: SpreadRow::new(columns),
             white: vec![0.0; columns],
+            filling: vec![0.0; columns],
             line: Vec::new(),
             defocus: Vec::new(),
             spans: Vec::new(),
@@ -158,7 +162,8 @@ impl RowMaker {
             (first, last) = (first.min(column), column + 1);
             let normal = Vec3::new(-hit.surface.slope_x, -hit.surface.slope_y, 1.0).normalize();
             let facing = normal.dot(sight.view).max(0.0);
-            let lit = LitColumn { column, hit, sight, normal, white: facing * reach };
+            let arrives = if hit.lit { sight.electrons } else { 0.0 };
+            let lit = LitColumn { column, hit, sight, normal, white: facing * reach, arrives };
             lit.reflect(scratch, row);
             match &hit.matter.film {
                 Some(film) => lit.enter_film(film, view, scratch, row),
@@ -197,7 +202,7 @@ impl RowMaker {
     #[inline]
     fn conveyor(&self, column: usize, white: f32, scratch: &mut RowScratch, row: &mut Row) {
         row.surface_light[column] = white * self.conveyor_reflectance;
-        (scratch.white[column], row.entered_light[column]) = (0.0, 0.0);
+        (scratch.white[column], scratch.filling[column], row.entered_light[column]) = (0.0, 0.0, 0.0);
         scratch.points[column] = SurfacePoint::BLACK;
         scratch.albedo[column] = self.conveyor_reflectance;
     }
@@ -236,7 +241,7 @@ impl RowMaker {
             }
             start += part.len();
         }
-        let RowScratch { along, spread, white, defocus, .. } = scratch;
+        let RowScratch { along, spread, white, filling, defocus, .. } = scratch;
         along.find(&row.hits, own.clone(), relief);
         for j in 0..BASIS {
             for column in own.clone() {
@@ -244,7 +249,10 @@ impl RowMaker {
                 let hit = &row.hits[column];
                 let inside = if row.bare[column] || !hit.seen { 0.0 } else { 1.0 };
                 row.exit[j][column] = spread.exit[j][column] * inside;
-                row.source[j][column] = spread.enter[j][column] * white[column] * inside;
+                // Light that fills a pocket comes in by walls that look away, too.
+                let fills = j >= film::FAR && relief && !row.bare[column];
+                let light = if fills { filling[column] } else { white[column] * inside };
+                row.source[j][column] = spread.enter[j][column] * light;
                 row.shift[j][column] = -spread.shift[j][column] * row.rows_per_mm[column];
             }
             along.blur(&mut row.source[j], row.spread_mm[j], &row.hits, defocus, camera);
@@ -328,15 +336,18 @@ struct LitColumn<'a> {
     normal: Vec3,
     /// Light towards the lens from a white Lambertian surface; what follows multiplies it by radiance factors [e-].
     white: f32,
+    /// The laser's light there, seen or not, as a white Lambertian surface that faces the lens would show it [e-].
+    arrives: f32,
 }
 
 impl LitColumn<'_> {
     /// Light that the surface itself throws back.
     #[inline]
     fn reflect(&self, scratch: &mut RowScratch, row: &mut Row) {
-        let Self { column, sight, normal, white, .. } = *self;
+        let Self { column, sight, normal, white, arrives, .. } = *self;
         let gloss = &self.hit.matter.medium.gloss;
         scratch.white[column] = white;
+        scratch.filling[column] = arrives * sight.view.z;
         row.surface_light[column] = white * fresnel::gloss(gloss, normal, -sight.light, sight.view);
         scratch.albedo[column] = gloss.matte + gloss.share * gloss.reflectance;
     }
@@ -344,7 +355,7 @@ impl LitColumn<'_> {
     /// Light that enters a film over something else.
     #[inline]
     fn enter_film(&self, film: &Film, view: RowView<'_>, scratch: &mut RowScratch, row: &mut Row) {
-        let Self { column, hit, sight, normal, white } = *self;
+        let Self { column, hit, sight, normal, arrives, .. } = *self;
         let medium = &hit.matter.medium;
         // Its paths decide the contrast of speckle.
         scratch.points[column] = surface_point(medium, normal, sight.light, sight.view);
@@ -353,13 +364,16 @@ impl LitColumn<'_> {
         scratch.along.note(column, spread.holds);
         row.confined_per_mm2[column] = confinement.per_mm2;
         let shift = film::exit_shift(medium, film, sight.view);
+        let wall = film::wall_exit(film, spread.holds, normal);
         for j in 0..BASIS {
             // Light enters and leaves by one root each: what walls add counts once.
             scratch.spread.enter[j][column] = spread.enter[j] * confinement.gain(j);
-            scratch.spread.exit[j][column] = spread.exit[j];
-            scratch.spread.shift[j][column] = shift;
+            scratch.spread.exit[j][column] = spread.exit[j] * if j < film::FAR { 1.0 } else { wall };
+            scratch.spread.shift[j][column] = shift + confinement.shift_mm(j);
         }
-        row.entered_light[column] = white * film::entering_share(medium.n_eff, normal, -sight.light);
+        // What enters where the lens does not see it comes out elsewhere.
+        let facing = normal.dot(sight.view).max(LEAST_FACING);
+        row.entered_light[column] = arrives * facing * film::entering_share(medium.n_eff, normal, -sight.light);
         scratch.albedo[column] += spread.passes * spread.below.iter().sum::<f32>();
         scratch.secondary.transmission.note(column, (hit, &sight), film, &spread, &view);
     }

@@ -27,6 +27,7 @@ impl SecondaryLight {
     pub(crate) fn make(&mut self, lit: &LitRow<'_>, row: &Row, scratch: &mut SecondaryScratch) {
         scratch.transmission.draw(lit.view.camera, &mut self.transmitted);
         scratch.reflections.images(lit, &mut self.reflections);
+        self.patches.find(lit, row, &mut scratch.covers);
         let columns = row.centre.len();
         for window in &mut self.windows {
             window.resize(columns, 0);

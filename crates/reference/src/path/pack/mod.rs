@@ -41,14 +41,12 @@ use self::shape::{FilmMatter, PackFace, PackRayEnd, PackRegion, PackShape};
 use super::LONGEST_MM;
 use super::tracker::{Fate, FlightEnd, Geometry, LineObserver, Photon, RouletteOrder, Target, refracted, transmitted};
 use transport::fresnel::fresnel_dielectric;
-use transport::line::LineSource;
+use transport::line::{LEAST_FACING, LineSource};
 use transport::phase::{henyey_greenstein, isotropic, uniform};
 use transport::stack::PIGMENT_G;
 
 /// Meetings with surfaces after which light is given up: it is caught in a wedge.
 const MAX_MEETINGS: u32 = 10_000;
-/// Light enters at least so far towards the lens; less is grazing, and optics sends hardly any [1].
-const MIN_FACING: f64 = 0.02;
 /// Push that brings light on a solid's surface back inside [mm].
 const PUSH_INSIDE_MM: f64 = 1e-5;
 
@@ -217,7 +215,7 @@ impl Target for PackGeometry {
         };
         let direction = refracted_into(DVec3::NEG_Z, -normal, 1.0 / n, fresnel_dielectric(1.0, n, normal.z).1);
         let photon = Photon { position, direction, weight: 1.0, layer: 0, path: 0.0, turned: 0, guided: 0 };
-        let scale = std::f64::consts::PI / normal.dot(self.view).max(MIN_FACING);
+        let scale = std::f64::consts::PI / normal.dot(self.view).max(f64::from(LEAST_FACING));
         let clearance = Clearance::default();
         self.track(PackPhoton { photon, scale, region, cell, left: None, clearance, meetings: 0 }, observer, rng);
     }

@@ -106,6 +106,8 @@ pub struct FilmStackSpread {
     pub holds: f32,
     /// Light beyond the widest width over that of the widest, of what leaves from the film and of what lies below [1].
     pub beyond: [f32; 2],
+    /// Share of the light that meets the film which leaves it upwards again, whichever way [1].
+    pub reflects: f32,
 }
 
 /// Answers for film stacks, one after the other. It remembers what the last ones were made of, which saves time and changes no
@@ -191,7 +193,7 @@ fn spread(kernel: &FilmStackKernel, stack: &FilmStack) -> FilmStackSpread {
         (flow[0] - weights.iter().sum::<f32>()).max(0.0) / weights[BASIS - 1].max(f32::MIN_POSITIVE)
     };
     let beyond = [beyond(&flow.film, &weights), beyond(&flow.below, &below)].map(|beyond| beyond.min(MAX_BEYOND));
-    FilmStackSpread { enter, exit, below, beyond, passes: flow.passes, holds: flow.holds }
+    FilmStackSpread { enter, exit, below, beyond, passes: flow.passes, holds: flow.holds, reflects: flow.total }
 }
 
 /// A direction in air as a level film of index `n` bends it.

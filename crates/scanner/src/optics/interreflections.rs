@@ -1,0 +1,419 @@
+//! Interreflections: laser light that one part of a body scatters to all sides, and that another part scatters to the lens.
+//!
+//! Radiosity with one exchange (Goral et al. 1984). A patch of the line sends out its flux times albedo by Lambert's law;
+//! of that the area dA receives cos(theta) cos(theta') dA / (pi d^2), and what of light from all sides it sends to the lens is, by
+//! reciprocity, the share of light from there that its film throws back: foil below too, which the laser's light leaves elsewhere. Both sides are sampled at every [`STRIDE`]th column and [`NODE_ROWS`]th row of a
+//! window; what is seen between is linear. The card lights a pocket's walls that way, and walls the card about them:
+//! light that comes from far and falls wide, which no width of the film's own spread holds.
+//! Neglected: what stands between two patches that face each other, exchanges after the first, light from beyond the
+//! tiles next to a tile's own or beyond the line's own window, how far light spreads in films and pockets before it leaves, which way they prefer to
+//! scatter, what lies open in holes, bodies of wood, and the conveyor.
+
+use glam::Vec3;
+use multiversion::multiversion;
+use procedural::Film;
+
+use super::band::Band;
+use super::camera::Sight;
+use super::film::{FAR, confined, entering_share, spread, wall_exit};
+use super::reflections::LitRow;
+use super::row::Row;
+use super::scan_geometry::ScanGeometry;
+use super::speckle::TILE;
+use super::window::{ROWS, Window, window_start};
+use transport::kernel::film_stack::FilmStackKernel;
+use transport::kernel::{BASIS, PACK_SPREAD_MM};
+
+/// Columns by which patches are apart.
+const STRIDE: usize = 4;
+/// Patches of a tile.
+const PER_TILE: usize = TILE / STRIDE;
+/// Rows by which those are apart in which received light is worked out [px].
+const NODE_ROWS: usize = 4;
+/// Rows of a window in which it is: every so many, and the last.
+const NODES: usize = ROWS / NODE_ROWS + 1;
+/// Square of a slope from which a patch faces others [1].
+const UNEVEN_SLOPE2: f32 = 0.01;
+/// Square of the distance under which patches are no points to each other: of the way between samples on a wall [mm^2].
+const NEAR_MM2: f32 = 0.005;
+/// Share of light from all sides that enters a film (index 1.5) [1].
+const ENTERS_FROM_ALL_SIDES: f32 = 0.91;
+/// Most by which light from all sides enters better than the laser's [1].
+const MAX_EASE: f32 = 2.0;
+/// Patches on either side that light one once more.
+const AGAIN: usize = 24;
+const ROOT_3: f32 = 1.732_050_8;
+/// Places of a vector.
+const LANES: usize = 16;
+
+/// Patches of a row, structure of arrays padded to whole tiles.
+#[derive(Debug, Clone, Default)]
+pub struct Patches {
+    /// Place along the line [mm].
+    x: Vec<f32>,
+    /// Height [mm].
+    z: Vec<f32>,
+    slope_x: Vec<f32>,
+    slope_y: Vec<f32>,
+    /// Flux of the line that the patch sends out, by length of the normal (-slope_x, -slope_y, 1); as light that a white Lambertian surface shows the lens [e-].
+    sends: Vec<f32>,
+    /// The same of light that has filled a pocket, which leaves about the line with a standard deviation of `glow_mm` along the motion.
+    glows: Vec<f32>,
+    glow_mm: Vec<f32>,
+    /// What of a flux by area of the level plane the patch sends on, by length of the line along the motion and of the normal [mm].
+    returns: Vec<f32>,
+    /// What of a flux by area of the level plane a column shows to the lens, by length of the line along the motion, over pi; 0 where the lens does not see it [mm].
+    shows: Vec<f32>,
+    /// Whether any patch of a tile faces others.
+    uneven: Vec<bool>,
+}
+
+/// A row's exchange with those that a window looks at.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Exchange<'a> {
+    /// Positions of the profiles.
+    pub geometry: &'a ScanGeometry,
+    /// Rows around the profile.
+    pub band: &'a Band,
+    /// Number of the profile whose line sends light out.
+    pub profile: usize,
+}
+
+/// A patch that receives light, and how far the line lies from it along the motion [mm].
+#[derive(Debug, Clone, Copy)]
+struct Receiver {
+    x: f32,
+    z: f32,
+    slope_x: f32,
+    slope_y: f32,
+    line_y: f32,
+}
+
+impl Patches {
+    /// Takes the patches of a row.
+    pub(crate) fn find(&mut self, lit: &LitRow<'_>, row: &Row, covers: &mut FilmStackKernel) {
+        let columns = lit.hits.len();
+        let padded = columns.next_multiple_of(TILE);
+        let Self { x, z, slope_x, slope_y, sends, glows, glow_mm, returns, shows, .. } = self;
+        for field in [x, z, slope_x, slope_y, sends, glows, glow_mm, returns, shows] {
+            field.clear();
+            field.resize(padded / STRIDE, 0.0);
+        }
+        self.uneven.clear();
+        self.uneven.resize(padded / TILE, false);
+        for column in (0..columns).step_by(STRIDE) {
+            if let Some(film) = &lit.hits[column].matter.film {
+                self.take(column, lit, row, film, covers);
+            }
+        }
+        if self.uneven.contains(&true) {
+            light_once_more(self);
+        }
+    }
+
+    /// Takes the patch about a column that sees a film.
+    fn take(&mut self, column: usize, lit: &LitRow<'_>, row: &Row, film: &Film, covers: &mut FilmStackKernel) {
+        let hit = &lit.hits[column];
+        let (place, surface, medium) = (column / STRIDE, &hit.surface, &hit.matter.medium);
+        let upright2 = 1.0 + surface.slope_x * surface.slope_x + surface.slope_y * surface.slope_y;
+        let normal = Vec3::new(-surface.slope_x, -surface.slope_y, 1.0) / upright2.sqrt();
+        let sight = lit.view.sight(hit.x, surface);
+        // A wall scatters to where the lens is not.
+        let spread = spread(&hit.matter, film, normal, &Sight { view: normal, ..sight }, covers);
+        (self.x[place], self.z[place]) = (hit.x, surface.z);
+        (self.slope_x[place], self.slope_y[place]) = (surface.slope_x, surface.slope_y);
+        if hit.lit {
+            let near = spread.enter.iter().zip(spread.exit).take(FAR);
+            let own: f32 = near.map(|(enter, exit)| enter * exit).sum();
+            let out = medium.gloss.matte + own + spread.passes * spread.below.iter().sum::<f32>();
+            self.sends[place] = STRIDE as f32 * sight.electrons * out / upright2.sqrt();
+        }
+        let per_mm2 = row.confined_per_mm2[column];
+        let wall = wall_exit(film, spread.holds, normal);
+        let (mut glow, mut moment) = (0.0, 0.0);
+        for j in FAR..BASIS {
+            let flux = row.source[j][column] * spread.exit[j] * wall / sight.view.z;
+            glow += flux;
+            moment += flux * PACK_SPREAD_MM[j] * PACK_SPREAD_MM[j] / confined(PACK_SPREAD_MM[j], per_mm2);
+        }
+        // A wall has more area than the card below it, and all of it glows.
+        self.glows[place] = STRIDE as f32 * glow;
+        self.glow_mm[place] = if glow > 0.0 { (moment / glow).sqrt() } else { 0.0 };
+        let [before, behind] = [column.saturating_sub(1), (column + 1).min(lit.hits.len() - 1)];
+        let wide = (lit.hits[behind].x - lit.hits[before].x) / (behind - before).max(1) as f32;
+        let enters = entering_share(medium.n_eff, normal, -sight.light);
+        let ease = (ENTERS_FROM_ALL_SIDES / enters.max(f32::MIN_POSITIVE)).min(MAX_EASE);
+        let reflects = wide.clamp(0.0, 2.0 * sight.column_mm) * (medium.gloss.matte + ease * spread.reflects);
+        self.returns[place] = STRIDE as f32 * reflects / upright2.sqrt();
+        if hit.seen {
+            self.shows[place] = std::f32::consts::FRAC_1_PI * reflects * normal.dot(sight.view).max(0.0);
+        }
+        self.uneven[column / TILE] |= upright2 > 1.0 + UNEVEN_SLOPE2;
+    }
+
+    /// The patch at a place, with the line that far from it along the motion [mm].
+    fn receiver(&self, place: usize, line_y: f32) -> Receiver {
+        Receiver {
+            x: self.x[place],
+            z: self.z[place],
+            slope_x: self.slope_x[place],
+            slope_y: self.slope_y[place],
+            line_y,
+        }
+    }
+}
+
+/// Adds to what glows the light that the line's patches send each other: what they send on is the second exchange. Of a patch that
+/// is even along the motion, at a distance r across it, the integral of 1 / d^4 along the motion is pi / (2 r^3), and that of y^2 / d^4 is r^2 times that.
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
+fn light_once_more(patches: &mut Patches) {
+    let places = patches.x.len();
+    for at in 0..places {
+        let [x, z, slope_x] = [patches.x[at], patches.z[at], patches.slope_x[at]];
+        let near = at.saturating_sub(AGAIN) / LANES * LANES..(at + AGAIN).next_multiple_of(LANES).min(places);
+        let (mut fluxes, mut moments) = ([0.0f32; LANES], [0.0f32; LANES]);
+        for start in near.step_by(LANES) {
+            let [xs, zs, slopes, sends] = [&patches.x, &patches.z, &patches.slope_x, &patches.sends]
+                .map(|field| field[start..].first_chunk::<LANES>().expect("a tile holds whole vectors"));
+            for lane in 0..LANES {
+                let (dx, dz) = (xs[lane] - x, zs[lane] - z);
+                let (received, sent) = ((dz - slope_x * dx).max(0.0), (slopes[lane] * dx - dz).max(0.0));
+                let r2 = dx * dx + dz * dz + NEAR_MM2;
+                let flux = sends[lane] * received * sent / (r2 * r2.sqrt());
+                fluxes[lane] += flux;
+                moments[lane] += flux * r2;
+            }
+        }
+        let (flux, moment) = (fluxes.iter().sum::<f32>(), moments.iter().sum::<f32>());
+        let returned = 0.5 * patches.returns[at];
+        let (glow, variance) = (patches.glows[at], patches.glow_mm[at] * patches.glow_mm[at]);
+        let all = glow + returned * flux;
+        if all > 0.0 {
+            patches.glow_mm[at] = ((glow * variance + returned * moment) / all).sqrt();
+            patches.glows[at] = all;
+        }
+    }
+}
+
+/// Flux that each of `receivers` gets by area of the level plane from the patches `from`, times pi [e-/mm^2].
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
+fn receive(from: &Patches, places: std::ops::Range<usize>, receivers: &[Receiver; NODES], got: &mut [f32; NODES]) {
+    let fields = [&from.x, &from.z, &from.slope_x, &from.slope_y, &from.sends, &from.glows, &from.glow_mm]
+        .map(|field| &field[places.clone()]);
+    for (at, got) in receivers.iter().zip(got) {
+        let mut sums = [0.0f32; LANES];
+        for start in (0..fields[0].len()).step_by(LANES) {
+            let [x, z, slope_x, slope_y, sends, glows, glow_mm] =
+                fields.map(|field| field[start..].first_chunk::<LANES>().expect("a tile holds whole vectors"));
+            // The line, and where what glows about it lies (Gauss and Hermite's rule of three nodes).
+            for (deviations, weight) in [(0.0, 2.0 / 3.0), (-ROOT_3, 1.0 / 6.0), (ROOT_3, 1.0 / 6.0)] {
+                let line = if deviations == 0.0 { 1.0 } else { 0.0 };
+                for lane in 0..LANES {
+                    let (dx, dz) = (x[lane] - at.x, z[lane] - at.z);
+                    let dy = at.line_y + deviations * glow_mm[lane];
+                    let received = (dz - at.slope_x * dx - at.slope_y * dy).max(0.0);
+                    let sent = (slope_x[lane] * dx + slope_y[lane] * dy - dz).max(0.0);
+                    let d2 = dx * dx + dy * dy + dz * dz + NEAR_MM2;
+                    sums[lane] += (line * sends[lane] + weight * glows[lane]) * received * sent / (d2 * d2);
+                }
+            }
+        }
+        *got = sums.iter().sum();
+    }
+}
+
+impl Exchange<'_> {
+    /// Whether a tile's columns may send each other light.
+    pub fn is_near(&self, tile: usize) -> bool {
+        let rows = [0, self.geometry.neighbours[0], self.geometry.neighbours[ROWS - 1]];
+        rows.into_iter().any(|offset| uneven_near(self.band.neighbour(self.profile, offset), tile))
+    }
+
+    /// Adds what the tile's columns show of each other's light to the window about their line.
+    pub fn add(&self, tile: usize, window: &mut Window) {
+        let own = self.band.row(self.profile);
+        let Some(from) = own.secondary.as_ref().map(|secondary| &secondary.patches) else { return };
+        let offsets = self.band.neighbours(self.profile, self.geometry);
+        let rows: [&Row; NODES] =
+            std::array::from_fn(|node| self.band.neighbour(self.profile, offsets[(node * NODE_ROWS).min(ROWS - 1)]));
+        if !rows.iter().any(|row| uneven_near(row, tile)) && !uneven_near(own, tile) {
+            return;
+        }
+        let own_y = self.geometry.position(self.profile as isize);
+        let away: [f32; NODES] = std::array::from_fn(|node| {
+            let offset = offsets[(node * NODE_ROWS).min(ROWS - 1)];
+            (self.geometry.position(self.profile as isize + offset) - own_y) as f32
+        });
+        let tiles = from.uneven.len();
+        let sources = tile.saturating_sub(1) * PER_TILE..(tile + 2).min(tiles) * PER_TILE;
+        let mut shown = [[0.0f32; ROWS]; PER_TILE + 1];
+        for (i, shown) in shown.iter_mut().enumerate() {
+            let place = (tile * PER_TILE + i).min(from.x.len() - 1);
+            let column = place * STRIDE;
+            let first = window_start(own.centre[column]) as f32;
+            let patches = rows.map(|row| row.secondary.as_ref().map_or(from, |secondary| &secondary.patches));
+            let receivers = std::array::from_fn(|node| patches[node].receiver(place, -away[node]));
+            let mut got = [0.0; NODES];
+            receive(from, sources.clone(), &receivers, &mut got);
+            let mut nodes = [Node::default(); NODES];
+            for (node, seen) in nodes.iter_mut().enumerate() {
+                let row = rows[node];
+                *seen = Node {
+                    row: row.centre[column] - away[node] * row.rows_per_mm[column] - first,
+                    y: away[node],
+                    by_mm: got[node] * patches[node].shows[place],
+                };
+            }
+            for pair in nodes.windows(2) {
+                lay(pair[0], pair[1], shown);
+            }
+        }
+        for k in window.drawn.clone() {
+            for (c, light) in window.volume[k].iter_mut().enumerate() {
+                let (a, part) = (c / STRIDE, (c % STRIDE) as f32 / STRIDE as f32);
+                *light += shown[a][k] * (1.0 - part) + shown[a + 1][k] * part;
+            }
+        }
+    }
+}
+
+/// Whether a tile of a row, or one beside it, faces others.
+fn uneven_near(row: &Row, tile: usize) -> bool {
+    let near = |uneven: &[bool]| uneven[tile.saturating_sub(1)..(tile + 2).min(uneven.len())].contains(&true);
+    row.secondary.as_ref().is_some_and(|secondary| near(&secondary.patches.uneven))
+}
+
+/// Light that a column shows in one row of the specimen.
+#[derive(Debug, Clone, Copy, Default)]
+struct Node {
+    /// Where in the window it is seen [px].
+    row: f32,
+    /// Where along the motion it comes from [mm].
+    y: f32,
+    /// Light by length along the motion [e-/mm].
+    by_mm: f32,
+}
+
+/// Lays the light between two nodes on the rows of a window.
+fn lay(a: Node, b: Node, rows: &mut [f32; ROWS]) {
+    let (step, length) = (b.row - a.row, (b.y - a.y).abs());
+    if step.abs() < 1e-3 || (a.by_mm == 0.0 && b.by_mm == 0.0) {
+        return;
+    }
+    let (low, high) = (a.row.min(b.row).max(-0.5), a.row.max(b.row).min(ROWS as f32 - 0.5));
+    let by_row = length / step.abs();
+    let mut from = low;
+    while from < high {
+        // Pixels end halfway between rows.
+        let row = (from + 0.5).floor();
+        let to = (row + 0.5).min(high);
+        let middle = (0.5 * (from + to) - a.row) / step;
+        let light = a.by_mm + (b.by_mm - a.by_mm) * middle;
+        if let Some(sum) = rows.get_mut(row as usize) {
+            *sum += (to - from) * by_row * light;
+        }
+        from = to.max(from + 1e-3);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+    use rand::RngExt;
+
+    use super::*;
+
+    /// Card and wall of a pocket with a line across both: rays by Lambert's law from the card, followed to the wall, land as often in each
+    /// strip along the motion and each part of the height as patches say.
+    #[test]
+    fn walls_receive_what_rays_from_the_card_bring() {
+        let mut rng = procedural::Stream::root(41).rng();
+        for _ in 0..12 {
+            let [steep, lean] = [rng.random_range(0.5..4.0f32), rng.random_range(-0.5..0.5f32)];
+            let (pitch, columns) = (0.06f32, 2 * TILE);
+            // The card ends at x = 0, where the line meets the wall's foot, and the wall rises to z = 3.
+            let wall_end = 3.0 / steep;
+            let x = |place: usize| ((place as f32 - (columns / STRIDE / 2) as f32) + 0.5) * pitch * STRIDE as f32;
+            let places = columns / STRIDE;
+            let zeros = || vec![0.0; places];
+            let mut card = Patches {
+                x: zeros(),
+                z: zeros(),
+                slope_x: zeros(),
+                slope_y: zeros(),
+                sends: zeros(),
+                glows: zeros(),
+                glow_mm: zeros(),
+                ..Patches::default()
+            };
+            for place in 0..places {
+                card.x[place] = x(place);
+                if x(place) < 0.0 {
+                    card.sends[place] = STRIDE as f32 * pitch;
+                }
+            }
+            let length = pitch * STRIDE as f32 * (places / 2) as f32;
+            // The wall is z = steep (x - lean y).
+            let mut sums = [[0.0f64; 3]; 4];
+            let bin = |y: f32, z: f32| [((y + 4.0) / 2.0) as usize, z.clamp(0.0, 2.99) as usize];
+            let (steps_x, steps_y) = (60, 160);
+            for i in 0..steps_x {
+                for j in 0..steps_y / NODES + 1 {
+                    let ys: [f32; NODES] = std::array::from_fn(|node| {
+                        -4.0 + 8.0 * ((j * NODES + node) as f32 + 0.5) / ((steps_y / NODES + 1) * NODES) as f32
+                    });
+                    let over = |_: f32| wall_end * (i as f32 + 0.5) / steps_x as f32;
+                    let receivers = ys.map(|y| Receiver {
+                        x: lean * y + over(y),
+                        z: steep * over(y),
+                        slope_x: steep,
+                        slope_y: -steep * lean,
+                        line_y: -y,
+                    });
+                    let mut got = [0.0; NODES];
+                    receive(&card, 0..places, &receivers, &mut got);
+                    let area = wall_end / steps_x as f32 * 8.0 / ((steps_y / NODES + 1) * NODES) as f32;
+                    for (receiver, got) in receivers.iter().zip(got) {
+                        let [row, height] = bin(-receiver.line_y, receiver.z);
+                        sums[row][height] += f64::from(got * area * std::f32::consts::FRAC_1_PI);
+                    }
+                }
+            }
+            let rays = 400_000;
+            let mut counts = [[0.0f64; 3]; 4];
+            for _ in 0..rays {
+                let from = Vec3::new(-length * rng.random::<f32>(), 0.0, 0.0);
+                let (turn, sin2) = (std::f32::consts::TAU * rng.random::<f32>(), rng.random::<f32>());
+                let way = Vec3::new(sin2.sqrt() * turn.cos(), sin2.sqrt() * turn.sin(), (1.0 - sin2).sqrt());
+                // z = steep (x - lean y) on the ray.
+                let closing = steep * (way.x - lean * way.y) - way.z;
+                let t = -steep * from.x / closing;
+                let at = from + way * t;
+                if closing > 0.0 && at.y.abs() < 4.0 && at.z < 3.0 {
+                    let [row, height] = bin(at.y, at.z);
+                    counts[row][height] += 1.0;
+                }
+            }
+            for (sums, counts) in sums.as_flattened().iter().zip(counts.as_flattened()) {
+                let flux = counts * f64::from(length) / f64::from(rays);
+                let error = counts.max(1.0).sqrt() * f64::from(length) / f64::from(rays);
+                let off = (sums - flux).abs();
+                assert!(off < 4.0 * error + 0.04 * flux, "{sums} and {flux} +- {error}, slopes {steep} and {lean}");
+            }
+        }
+    }
+
+    /// Rows hold the light between two nodes wherever these lie, folded images too.
+    #[test]
+    fn rows_hold_all_light_between_nodes() {
+        let mut rng = procedural::Stream::root(42).rng();
+        for _ in 0..300 {
+            let mut node = |y: f32| Node { row: rng.random_range(1.0..42.0), y, by_mm: rng.random_range(0.0..9.0) };
+            let (a, b) = (node(0.3), node(1.1));
+            let mut rows = [0.0; ROWS];
+            lay(a, b, &mut rows);
+            let (sum, whole) = (rows.iter().sum::<f32>(), 0.5 * (a.by_mm + b.by_mm) * 0.8);
+            assert!((sum - whole).abs() < 2e-3 * whole, "{sum} of {whole} between {a:?} and {b:?}");
+        }
+    }
+}
