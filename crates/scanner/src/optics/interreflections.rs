@@ -1,12 +1,13 @@
 //! Interreflections: laser light that one part of a body scatters to all sides, and that another part scatters to the lens.
 //!
-//! Radiosity with one exchange (Goral et al. 1984). A patch of the line sends out its flux times albedo by Lambert's law;
+//! Radiosity (Goral et al. 1984). A patch of the line sends out its flux times albedo by Lambert's law;
 //! of that the area dA receives cos(theta) cos(theta') dA / (pi d^2), and what of light from all sides it sends to the lens is, by
 //! reciprocity, the share of light from there that its film throws back: foil below too, which the laser's light leaves elsewhere. Both sides are sampled at every [`STRIDE`]th column and [`NODE_ROWS`]th row of a
 //! window; what is seen between is linear. The card lights a pocket's walls that way, and walls the card about them:
-//! light that comes from far and falls wide, which no width of the film's own spread holds.
-//! Neglected: what stands between two patches that face each other, exchanges after the first, light from beyond the
-//! tiles next to a tile's own or beyond the line's own window, how far light spreads in films and pockets before it leaves, which way they prefer to
+//! light that comes from far and falls wide, which no width of the film's own spread holds. What has filled a pocket glows from all
+//! of its walls; so does what patches of the line have sent each other, a second exchange that is worked out across the motion alone.
+//! Neglected: what stands between two patches that face each other, exchanges after the second, light from beyond the
+//! tiles next to a tile's own or beyond the line's own window, how far light spreads in films before it leaves, which way they prefer to
 //! scatter, what lies open in holes, bodies of wood, and the conveyor.
 
 use glam::Vec3;
