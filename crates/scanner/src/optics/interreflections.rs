@@ -3,8 +3,8 @@
 //! Radiosity (Goral et al. 1984). A patch of the line sends out its flux times albedo by Lambert's law;
 //! of that the area dA receives cos(theta) cos(theta') dA / (pi d^2), and what of light from all sides it sends to the lens is, by
 //! reciprocity, the share of light from there that its film throws back: foil below too, which the laser's light leaves elsewhere. Patches
-//! are [`STRIDE`] columns wide, and received light is worked out in every [`NODE_ROWS`]th row of a window; what is seen between is linear. The card lights a pocket's walls that way, and walls the card about them:
-//! light that comes from far and falls wide, which no width of the film's own spread holds. What has filled a pocket glows from all
+//! are [`STRIDE`] columns wide, and received light is worked out in every [`NODE_ROWS`]th row of a window; what is seen between is linear.
+//! The card lights a pocket's walls that way, and walls the card about them: light that comes from far and falls wide, which no width of the film's own spread holds. What has filled a pocket glows from all
 //! of its walls; so does what patches of the line have sent each other, a second exchange that is worked out across the motion alone.
 //! Neglected: what stands between two patches that face each other, exchanges after the second, light from beyond the
 //! tiles next to a tile's own or beyond the line's own window, how far light spreads in films before it leaves, which way they prefer to
@@ -239,25 +239,29 @@ fn receive(
 impl Exchange<'_> {
     /// Whether a tile's columns may send each other light.
     pub fn is_near(&self, tile: usize) -> bool {
-        let rows = [0, self.geometry.neighbours[0], self.geometry.neighbours[ROWS - 1]];
-        rows.into_iter().any(|offset| uneven_near(self.band.neighbour(self.profile, offset), tile))
+        uneven_near(self.band.row(self.profile), tile) || self.rows().into_iter().any(|row| uneven_near(row, tile))
+    }
+
+    /// Offsets of the rows in which received light is worked out [profiles].
+    fn offsets(&self) -> [isize; NODES] {
+        let offsets = self.band.neighbours(self.profile, self.geometry);
+        std::array::from_fn(|node| offsets[(node * NODE_ROWS).min(ROWS - 1)])
+    }
+
+    fn rows(&self) -> [&Row; NODES] {
+        self.offsets().map(|offset| self.band.neighbour(self.profile, offset))
     }
 
     /// Adds what the tile's columns show of each other's light to the window about their line.
     pub fn add(&self, tile: usize, window: &mut Window) {
         let own = self.band.row(self.profile);
         let Some(from) = own.secondary.as_ref().map(|secondary| &secondary.patches) else { return };
-        let offsets = self.band.neighbours(self.profile, self.geometry);
-        let rows: [&Row; NODES] =
-            std::array::from_fn(|node| self.band.neighbour(self.profile, offsets[(node * NODE_ROWS).min(ROWS - 1)]));
-        if !rows.iter().any(|row| uneven_near(row, tile)) && !uneven_near(own, tile) {
+        if !self.is_near(tile) {
             return;
         }
+        let rows = self.rows();
         let own_y = self.geometry.position(self.profile as isize);
-        let away: [f32; NODES] = std::array::from_fn(|node| {
-            let offset = offsets[(node * NODE_ROWS).min(ROWS - 1)];
-            (self.geometry.position(self.profile as isize + offset) - own_y) as f32
-        });
+        let away = self.offsets().map(|offset| (self.geometry.position(self.profile as isize + offset) - own_y) as f32);
         let tiles = from.uneven.len();
         let sources = tile.saturating_sub(1) * PER_TILE..(tile + 2).min(tiles) * PER_TILE;
         // One more patch on either side, to go over from one to the next.
