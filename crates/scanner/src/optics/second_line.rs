@@ -5,7 +5,7 @@
 //! there, by 0.5 % of x at 5 mm; a tile takes the columns that come nearest, within a column, and heights to first order of
 //! what is left. A thin lens that has the first one in focus has not the second, and blurs it along the rows. It stands in
 //! the second window of rows where the first does not hold it. Neglected: that the second line meets what it lights from,
-//! and the lens sees it at, an angle that differs by offset over distance; its blur along the line, streaks, mirror images
+//! and the lens sees it at, an angle that differs by offset over distance; its blur along the line, streaks, mirror images, interreflections
 //! and lines through films; what falls outside of both windows.
 
 use super::band::Band;
