@@ -111,7 +111,7 @@ impl Sensor {
         let mut exits = [0.0; BASIS];
         for k in (0..rows.start).chain(rows.end..ROWS) {
             let row = band.neighbour(profile, offsets[k]);
-            if row.has_front(tile * TILE) {
+            if row.front_of(tile * TILE).is_some() {
                 return None;
             }
             row.extremes[tile].raise(&mut exits);

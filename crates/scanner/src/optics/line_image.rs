@@ -7,6 +7,7 @@
 use multiversion::multiversion;
 
 use super::film::{FAR, FILLING, confined, middle_shift};
+use super::front_face::FrontExits;
 use super::gaussian_stepper::{CompositeLine, GaussianStepper, add_line};
 use super::laser::LineProfile;
 use super::row::{Row, TransmittedLine};
@@ -76,11 +77,13 @@ pub fn draw(own: &Row, neighbours: &[&Row; ROWS], start: usize, line: &LineShape
     }
     let phase = surface_line(own, start, line, &variance, window);
     let rows = window.drawn.clone();
+    let mut fronts = FrontExits::of(neighbours, start);
     for j in 0..BASIS {
         let source = load(&own.source[j], start);
         if source.iter().all(|&s| s == 0.0) {
             continue;
         }
+        fronts.look(j, own, start);
         let shift = load(&own.shift[j], start);
         let (mut wide, mut place) = (variance, phase);
         let confined_per_mm2 = confined_in(&own.confined_per_mm2, start, j);
@@ -89,7 +92,7 @@ pub fn draw(own: &Row, neighbours: &[&Row; ROWS], start: usize, line: &LineShape
             wide[c] += sigma * sigma / confined(own.spread_mm[j], confined_per_mm2[c]);
             place[c] -= shift[c];
         }
-        let exit = |k: usize| neighbours[k].leaves(j, start, k > CENTRE);
+        let exit = |k: usize| fronts.row(k).unwrap_or_else(|| load(&neighbours[k].exit[j], start));
         match line.profile {
             None => add_line(&place, &wide, source, exit, own.defocus_radius_of(start), &rows, &mut window.volume),
             Some(profile) => {
@@ -144,7 +147,7 @@ fn confined_in(per_mm2: &[f32], start: usize, j: usize) -> &[f32; TILE] {
 /// over a pocket shows about the other line too.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 pub(crate) fn add_beyond(own: &Row, neighbours: &[&Row; ROWS], start: usize, drawn: &[i32; TILE], window: &mut Window) {
-    let exits = |j| [0, ROWS - 1].map(|k| neighbours[k].leaves(j, start, k > CENTRE));
+    let exits = |j: usize| [0, ROWS - 1].map(|k| load(&neighbours[k].exit[j], start));
     let spread = load(&own.spread_rows_per_mm, start);
     let per_mm2 = confined_in(&own.confined_per_mm2, start, FAR);
     let lines = [load(&own.centre, start), load(&own.variance, start), spread, per_mm2];

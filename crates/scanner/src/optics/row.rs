@@ -4,6 +4,7 @@
 //! every profile whose window holds it: as the source of its own line, and as the exit of its neighbours' light.
 
 use super::coherence::{CONTRAST_COLUMNS, RowContrasts};
+use super::front_face::FrontTile;
 use super::interreflections::Patches;
 use super::mixed_columns::MixedColumn;
 use super::speckle::TILE;
@@ -18,6 +19,8 @@ pub(super) const NARROW_WIDTHS: usize = 3;
 /// Numbers of one position of the scan, structure of arrays over sensor columns, padded with zeros to whole tiles.
 #[derive(Debug, Clone, Default)]
 pub struct Row {
+    /// Place along the motion [mm].
+    pub y_mm: f32,
     /// Standard deviations of the fixed widths [mm].
     pub spread_mm: [f32; BASIS],
     /// What each column sees; noise-free truth.
@@ -85,21 +88,6 @@ impl Row {
         self.defocus_radius.get(start..)?.first_chunk()
     }
 
-    /// Factors by which width `j` leaves here in the tile that begins at column `start`, for light from `behind` this row
-    /// or from before it [sqrt(1)].
-    #[inline(always)]
-    pub fn leaves(&self, j: usize, start: usize, behind: bool) -> &[f32; TILE] {
-        match self.front.iter().find(|tile| behind && tile.start == start) {
-            Some(tile) => &tile.exit[j],
-            None => load(&self.exit[j], start),
-        }
-    }
-
-    /// Whether light of rows behind leaves through a front face in the tile that begins at column `start`.
-    pub(crate) fn has_front(&self, start: usize) -> bool {
-        self.front.iter().any(|tile| tile.start == start)
-    }
-
     /// Light in the brightest row of a column's line [e-].
     pub(crate) fn line_peak(&self, column: usize) -> f32 {
         let rows_per_mm = self.spread_rows_per_mm[column];
@@ -126,15 +114,6 @@ pub struct TileExtremes {
     pub(super) shift: [f32; BASIS],
     /// Factor by which each width leaves here [sqrt(1)].
     pub(super) exit: [f32; BASIS],
-}
-
-/// Factors by which light of rows behind leaves a row, in one tile.
-#[derive(Debug, Clone, PartialEq)]
-pub struct FrontTile {
-    /// First column of the tile.
-    pub start: usize,
-    /// Factors of each width [sqrt(1)].
-    pub exit: [[f32; TILE]; BASIS],
 }
 
 /// What a row sends to the camera besides its line, and where its windows of sensor rows stand for that.

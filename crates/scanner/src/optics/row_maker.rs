@@ -125,6 +125,7 @@ impl RowMaker {
     /// Makes the row of what `view` looks at.
     pub fn make(&self, view: RowView<'_>, scratch: &mut RowScratch, row: &mut Row) {
         self.look(view.specimen, view.y, &mut row.hits);
+        row.y_mm = view.y;
         row.bare.clear();
         row.bare.extend(row.hits.iter().map(Hit::is_bare));
         scratch.edges.find(view.specimen, view.y, &self.columns, self.conveyor, &row.hits, &mut row.mixed);

@@ -185,9 +185,10 @@ impl Sensor {
         if let Some(last) = band.rows.last_mut() {
             last.front.clear();
         }
+        let view = self.camera.sight(0.0, 0.0, 0.0).view;
         for place in (1..band.rows.len()).rev() {
             let (before, from) = band.rows.split_at_mut(place);
-            before[place - 1].open_front(&from[0]);
+            before[place - 1].open_front(&from[0], -view.z / view.y);
         }
         // The light that a moving object has in the next profile counts too.
         band.offsets = self.geometry.uneven_neighbours(band.profiles.start..band.profiles.end + 1);

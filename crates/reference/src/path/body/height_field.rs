@@ -180,6 +180,16 @@ impl HeightField {
         (height > 0.0).then_some(height)
     }
 
+    /// Where the body begins along y in each cell along x; `None` where it does so before the region, or nowhere [mm].
+    pub fn fronts(&self) -> Vec<Option<f64>> {
+        let nodes = self.cells[0] + 1;
+        let front = |i: usize| {
+            let first = (0..=self.cells[1]).find(|j| self.height[j * nodes + i] > 0.0).filter(|&j| j > 0)?;
+            Some(self.low.y + (first as f64 - 0.5) * self.pitch.y)
+        };
+        (0..self.cells[0]).map(front).collect()
+    }
+
     /// Outward normal of a cell's surface above a point.
     pub fn normal(&self, cell: CellIndex, position: DVec3) -> DVec3 {
         let local = (position - self.low) / self.pitch;

@@ -49,6 +49,9 @@ use transport::stack::CylinderPhase;
 const MAX_MEETINGS: u32 = 10_000;
 /// Slope from which on a surface is a wall, through which the lens does not look [1].
 const WALL_SLOPE: f64 = 2.0;
+/// Light from so far behind a front face is followed to the lens through it, and the least cosine between its normal and the motion [mm], [1].
+const FRONT_REACH_MM: f64 = 4.0;
+const FRONT_FACING: f64 = 0.9;
 /// Surface that stands so far above a point nearby may hide it from the lens [mm].
 const HIDES_MM: f64 = 0.1;
 /// Light to the lens that is always followed, and depth below which no more is given up for depth [1], [mm].
@@ -64,6 +67,8 @@ pub(super) struct BodyGeometry<'a> {
     media: MediumCache<'a>,
     view: DVec3,
     sines: MeanSineTable,
+    /// Place along y of the front face in each cell along x; `None` where it is not in the region [mm].
+    fronts: Vec<Option<f64>>,
 }
 
 /// A photon in a body, or in the air about it.
@@ -81,6 +86,24 @@ impl AsMut<Photon> for BodyPhoton {
     fn as_mut(&mut self) -> &mut Photon {
         &mut self.photon
     }
+}
+
+/// A surface through which the lens may see a collision.
+#[derive(Debug, Clone, Copy)]
+struct Window {
+    normal: DVec3,
+    /// How far below it the collision is, roughly [mm].
+    below: f64,
+    /// Cosine between it and the view, over that of the face above [1].
+    share: f64,
+}
+
+/// Light on its way to the lens, where it leaves a surface.
+#[derive(Debug, Clone, Copy)]
+struct SeenLight {
+    position: DVec3,
+    cell: CellIndex,
+    light: f64,
 }
 
 /// A surface of a body.
@@ -215,7 +238,8 @@ impl<'a> BodyGeometry<'a> {
     /// The body that `line` falls on.
     pub fn about(line: &LineSource<'a>) -> Self {
         let (heights, cuts) = HeightField::new(line);
-        Self { media: MediumCache::new(heights, cuts), view: line.view, sines: MeanSineTable::new() }
+        let fronts = heights.fronts();
+        Self { media: MediumCache::new(heights, cuts), view: line.view, sines: MeanSineTable::new(), fronts }
     }
 
     /// Refractive index of the body at its surface [1].
@@ -242,7 +266,7 @@ impl<'a> BodyGeometry<'a> {
         }
     }
 
-    /// Next-event estimate: shows the lens what a collision sends towards it.
+    /// Next-event estimate: shows the lens what a collision sends towards it, through the face above and through a front face nearby.
     #[inline(never)]
     fn show_lens(
         &self,
@@ -253,14 +277,53 @@ impl<'a> BodyGeometry<'a> {
         rng: &mut impl Rng,
     ) {
         let heights = self.media.heights();
-        let (normal, n) = (heights.lean(cell), f64::from(medium.n_eff));
+        let normal = heights.lean(cell);
         let facing = self.view.dot(normal);
-        let cosine = (1.0 - (1.0 - facing * facing) / (n * n)).max(0.0).sqrt();
-        if facing <= 0.0 || cosine <= 0.0 {
+        if facing <= 0.0 {
             return;
         }
+        let below = heights.around(cell) - photon.position.z;
+        if let Some(seen) = self.send_to_lens(photon, medium, Window { normal, below, share: 1.0 }, rng) {
+            let upright = heights.normal(seen.cell, seen.position).z;
+            if upright * upright * (1.0 + WALL_SLOPE * WALL_SLOPE) >= 1.0 && !self.hidden(seen.position, seen.cell) {
+                observer.see(seen.position, seen.light);
+            }
+        }
+        let front_facing = self.view.dot(DVec3::NEG_Y);
+        let below = self.fronts[cell[0]].map_or(f64::INFINITY, |front| photon.position.y - front);
+        if front_facing <= 0.0 || below > FRONT_REACH_MM {
+            return;
+        }
+        let front = Window { normal: DVec3::NEG_Y, below, share: front_facing / facing };
+        let Some(seen) = self.send_to_lens(photon, medium, front, rng) else { return };
+        let inside = seen.position + DVec3::Y * heights.pitch.y;
+        if heights.normal(seen.cell, seen.position).y > -FRONT_FACING
+            || !matches!(heights.march(seen.position, self.view, false, |_, _| None), RayEnd::Beyond(_))
+        {
+            return;
+        }
+        // The sensor row looks at the place where the line of sight crosses the face's level.
+        let rise = heights.above(inside).map_or(0.0, |top| (top - seen.position.z).max(0.0));
+        observer.see(seen.position + self.view * (rise / self.view.z), seen.light);
+    }
+
+    /// What of a collision's light reaches the lens through a window; `None` where chance or matter ends it, or it meets no surface.
+    #[inline(always)]
+    fn send_to_lens(
+        &self,
+        photon: &Photon,
+        medium: &Medium,
+        window: Window,
+        rng: &mut impl Rng,
+    ) -> Option<SeenLight> {
+        let Window { normal, below, share } = window;
+        let (heights, n, facing) = (self.media.heights(), f64::from(medium.n_eff), self.view.dot(normal));
+        let cosine = (1.0 - (1.0 - facing * facing) / (n * n)).max(0.0).sqrt();
+        if cosine <= 0.0 {
+            return None;
+        }
         let direction = ((self.view - normal * facing) / n + normal * cosine).normalize();
-        let share = f64::from(medium.sigma_i) / (4.0 * PI)
+        let turned = f64::from(medium.sigma_i) / (4.0 * PI)
             + f64::from(medium.k)
                 * cylinder_towards(
                     photon.direction,
@@ -271,13 +334,12 @@ impl<'a> BodyGeometry<'a> {
                     rng,
                 );
         let factor = PI * (1.0 - fresnel_dielectric(n, 1.0, cosine).0) / (n * n * cosine);
-        let mut light = photon.weight * share / extinction(medium) * factor;
+        let mut light = photon.weight * turned / extinction(medium) * factor * share;
         // Chance decides which of the many dim or deep ones are worth following; the depth need not be right for that.
-        let below = (heights.around(cell) - photon.position.z).min(MAX_JUDGED_DEPTH_MM);
-        let worth = light / SURE_LIGHT * libm::exp(-0.5 * below * extinction(medium));
+        let worth = light / SURE_LIGHT * libm::exp(-0.5 * below.min(MAX_JUDGED_DEPTH_MM) * extinction(medium));
         if worth < 1.0 {
             if uniform(rng) > worth {
-                return;
+                return None;
             }
             light /= worth;
         }
@@ -295,13 +357,8 @@ impl<'a> BodyGeometry<'a> {
             }
             None
         });
-        let RayEnd::Surface(length, cell) = stop else { return };
-        let position = photon.position + direction * length;
-        let upright = heights.normal(cell, position).z;
-        if upright * upright * (1.0 + WALL_SLOPE * WALL_SLOPE) < 1.0 || self.hidden(position, cell) {
-            return;
-        }
-        observer.see(position, light * libm::exp(-depth));
+        let RayEnd::Surface(length, cell) = stop else { return None };
+        Some(SeenLight { position: photon.position + direction * length, cell, light: light * libm::exp(-depth) })
     }
 
     /// Whether the body stands between a point on it and the lens.
