@@ -70,7 +70,8 @@ impl<'a> FrontExits<'a> {
             for c in 0..TILE {
                 let blur_mm2 = variance[c] / (rows_per_mm[c] * rows_per_mm[c]).max(f32::MIN_POSITIVE);
                 let way = [own.y_mm - front.edge_mm[c], front.before_mm[c], front.depth_mm[c]];
-                let share = if way[2] > 0.0 { share(way, own.spread_mm[j].max(LEAST_SPREAD_MM), blur_mm2) } else { 1.0 };
+                let share =
+                    if way[2] > 0.0 { share(way, own.spread_mm[j].max(LEAST_SPREAD_MM), blur_mm2) } else { 1.0 };
                 exit[c] = front.exit[j][c] * share;
             }
         }

@@ -278,7 +278,7 @@ impl Exchange<'_> {
             for (node, seen) in nodes.iter_mut().enumerate() {
                 let row = rows[node];
                 *seen = Node {
-                    row: row.centre[column] - away[node] * row.rows_per_mm[column] - first,
+                    row: row.centre[column] - away[node] * own.level_rows_per_mm - first,
                     y: away[node],
                     by_mm: got[node] * patches[node].shows[place],
                 };

@@ -11,6 +11,7 @@ use super::front_face::FrontExits;
 use super::gaussian_stepper::{CompositeLine, GaussianStepper, add_line};
 use super::laser::LineProfile;
 use super::row::{Row, TransmittedLine};
+use super::seen_rows::SeenRows;
 use super::speckle::TILE;
 use super::window::{CENTRE, ROWS, UNIT_EXIT, Window, load};
 use numerics::lanes::exp;
@@ -78,6 +79,7 @@ pub fn draw(own: &Row, neighbours: &[&Row; ROWS], start: usize, line: &LineShape
     let phase = surface_line(own, start, line, &variance, window);
     let rows = window.drawn.clone();
     let mut fronts = FrontExits::of(neighbours, start);
+    let seen = if line.profile.is_none() { SeenRows::of(own, neighbours, start) } else { None };
     for j in 0..BASIS {
         let source = load(&own.source[j], start);
         if source.iter().all(|&s| s == 0.0) {
@@ -92,6 +94,17 @@ pub fn draw(own: &Row, neighbours: &[&Row; ROWS], start: usize, line: &LineShape
             wide[c] += sigma * sigma / confined(own.spread_mm[j], confined_per_mm2[c]);
             place[c] -= shift[c];
         }
+        if let Some(seen) = seen.as_ref().filter(|_| j >= FAR) {
+            let exit = |k: usize, c: usize| neighbours[usize::from(seen.node[k][c])].exit[j][start + c];
+            let sigma = own.spread_mm[j] * own.level_rows_per_mm;
+            let mut moved = *shift;
+            for c in 0..TILE {
+                wide[c] = variance[c] + sigma * sigma / confined(own.spread_mm[j], confined_per_mm2[c]);
+                moved[c] *= own.level_rows_per_mm / own.rows_per_mm[start + c].max(f32::MIN_POSITIVE);
+            }
+            add_over_relief(seen, own.level_rows_per_mm, [&moved, &wide, source], exit, window);
+            continue;
+        }
         let exit = |k: usize| fronts.row(k).unwrap_or_else(|| load(&neighbours[k].exit[j], start));
         match line.profile {
             None => add_line(&place, &wide, source, exit, own.defocus_radius_of(start), &rows, &mut window.volume),
@@ -99,6 +112,30 @@ pub fn draw(own: &Row, neighbours: &[&Row; ROWS], start: usize, line: &LineShape
                 let composite = CompositeLine { own, start, profile, mixture: profile.mixture(Some(j)) };
                 composite.add(&place, &wide, source, exit, &rows, &mut window.volume);
             }
+        }
+    }
+}
+
+/// Adds light of a width that has spread over a surface that rises and falls, by its shift, variance and source.
+#[inline(always)]
+fn add_over_relief(
+    seen: &SeenRows,
+    rows_per_mm: f32,
+    [shift, variance, source]: [&[f32; TILE]; 3],
+    exit: impl Fn(usize, usize) -> f32,
+    window: &mut Window,
+) {
+    let (mut scale, mut half) = ([0.0f32; TILE], [0.0f32; TILE]);
+    for c in 0..TILE {
+        half[c] = 0.5 / variance[c];
+        scale[c] = source[c] * 0.564_189_6 * half[c].sqrt();
+    }
+    for k in window.drawn.clone() {
+        let (away, row) = (&seen.away_mm[k], &mut window.volume[k]);
+        let exit: [f32; TILE] = std::array::from_fn(|c| exit(k, c));
+        for c in 0..TILE {
+            let d = away[c] * rows_per_mm + shift[c];
+            row[c] += scale[c] * exit[c] * exp(-d * d * half[c]);
         }
     }
 }

@@ -38,6 +38,7 @@ mod row_view;
 mod scan_geometry;
 mod second_line;
 pub(crate) mod secondary_light;
+mod seen_rows;
 pub mod sensor;
 pub(crate) mod signal_chain;
 mod spans;

@@ -21,6 +21,8 @@ pub(super) const NARROW_WIDTHS: usize = 3;
 pub struct Row {
     /// Place along the motion [mm].
     pub y_mm: f32,
+    /// Rows per mm along the motion of a level surface in the middle, as high as the row's highest place [px/mm].
+    pub level_rows_per_mm: f32,
     /// Standard deviations of the fixed widths [mm].
     pub spread_mm: [f32; BASIS],
     /// What each column sees; noise-free truth.

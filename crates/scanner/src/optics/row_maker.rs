@@ -126,6 +126,8 @@ impl RowMaker {
     pub fn make(&self, view: RowView<'_>, scratch: &mut RowScratch, row: &mut Row) {
         self.look(view.specimen, view.y, &mut row.hits);
         row.y_mm = view.y;
+        let top = row.hits.iter().map(|hit| hit.surface.z).fold(0.0, f32::max);
+        row.level_rows_per_mm = view.camera.sight(0.0, top, 0.0).rows_per_mm;
         row.bare.clear();
         row.bare.extend(row.hits.iter().map(Hit::is_bare));
         scratch.edges.find(view.specimen, view.y, &self.columns, self.conveyor, &row.hits, &mut row.mixed);

@@ -309,13 +309,7 @@ impl<'a> BodyGeometry<'a> {
 
     /// What of a collision's light reaches the lens through a window; `None` where chance or matter ends it, or it meets no surface.
     #[inline(always)]
-    fn send_to_lens(
-        &self,
-        photon: &Photon,
-        medium: &Medium,
-        window: Window,
-        rng: &mut impl Rng,
-    ) -> Option<SeenLight> {
+    fn send_to_lens(&self, photon: &Photon, medium: &Medium, window: Window, rng: &mut impl Rng) -> Option<SeenLight> {
         let Window { normal, below, share } = window;
         let (heights, n, facing) = (self.media.heights(), f64::from(medium.n_eff), self.view.dot(normal));
         let cosine = (1.0 - (1.0 - facing * facing) / (n * n)).max(0.0).sqrt();

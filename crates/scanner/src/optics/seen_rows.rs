@@ -1,0 +1,76 @@
+//! Seen rows: where along the motion each sensor row of a window looks, on a surface that rises and falls.
+//!
+//! On a level surface sensor rows look at the specimen in even steps ([`super::scan_geometry`]). A wall that faces the lens takes more of
+//! them, one that looks away none: the lens looks aslant from the front, so each row shows the first place from there that falls on it.
+//! Light that has spread far leaves by the film at that place, and is as bright there as the way along the motion says. Surfaces are known
+//! in the rows that a window looks at, and straight between them.
+
+use super::row::Row;
+use super::speckle::TILE;
+use super::window::{ROWS, load, window_start};
+
+/// Distance from where a level surface would be seen, from which on places are looked for [px].
+const UNEVEN_PX: f32 = 1.0;
+
+/// Where a window looks, in one tile.
+#[derive(Debug)]
+pub(crate) struct SeenRows {
+    /// Distance along the motion from the line `[ROWS][TILE]` [mm].
+    pub away_mm: [[f32; TILE]; ROWS],
+    /// Row of the window whose row of the specimen stands there `[ROWS][TILE]`.
+    pub node: [[u8; TILE]; ROWS],
+}
+
+impl SeenRows {
+    /// Where the window of the line of `own` looks, if its rows do not see a level surface; `neighbours` are what a row of a window each would see of one.
+    #[inline(always)]
+    pub fn of(own: &Row, neighbours: &[&Row; ROWS], start: usize) -> Option<Box<Self>> {
+        own.secondary.as_ref()?;
+        let own_centre = load(&own.centre, start);
+        // Where in the window each of the rows is seen.
+        let mut places = [[0.0f32; TILE]; ROWS];
+        let mut uneven = false;
+        for (k, place) in places.iter_mut().enumerate() {
+            let (centre, away) = (load(&neighbours[k].centre, start), neighbours[k].y_mm - own.y_mm);
+            let mut most = 0.0f32;
+            for c in 0..TILE {
+                let moved = centre[c] - own_centre[c];
+                place[c] = centre[c] - away * own.level_rows_per_mm - window_start(own_centre[c]) as f32;
+                most = most.max(moved.abs());
+            }
+            uneven |= most > UNEVEN_PX;
+        }
+        if !uneven {
+            return None;
+        }
+        let mut seen = Box::new(Self { away_mm: [[0.0; TILE]; ROWS], node: [[0; TILE]; ROWS] });
+        seen.look(&places, &neighbours.map(|row| row.y_mm - own.y_mm));
+        Some(seen)
+    }
+
+    /// Follows rows that are seen at these `places` of the window and lie this far away, from the front to the back.
+    #[inline(always)]
+    fn look(&mut self, places: &[[f32; TILE]; ROWS], away_mm: &[f32; ROWS]) {
+        // Rows from here on are taken.
+        let mut covered = [ROWS as u8; TILE];
+        for k in (0..ROWS).rev() {
+            let from = (k + 1).min(ROWS - 1);
+            let (before, here) = (&places[from], &places[k]);
+            for c in 0..TILE {
+                let first = here[c].ceil().clamp(0.0, ROWS as f32) as u8;
+                while covered[c] > first {
+                    covered[c] -= 1;
+                    let (row, step) = (usize::from(covered[c]), before[c] - here[c]);
+                    let part = if step > 0.0 { ((before[c] - row as f32) / step).clamp(0.0, 1.0) } else { 1.0 };
+                    self.away_mm[row][c] = away_mm[from] + (away_mm[k] - away_mm[from]) * part;
+                    self.node[row][c] = if part < 0.5 { from } else { k } as u8;
+                }
+            }
+        }
+        for (c, covered) in covered.into_iter().enumerate() {
+            for row in 0..usize::from(covered) {
+                self.away_mm[row][c] = away_mm[0];
+            }
+        }
+    }
+}
