@@ -21,7 +21,7 @@ const PHOTONS: u64 = 150_000;
 /// Columns averaged into one, 0.74 mm.
 const BIN: usize = 8;
 
-fn wood(mu_a: f32, sigma_i: f32, k: f32, n_eff: f32, dive_deg: f32) -> Medium {
+pub fn wood(mu_a: f32, sigma_i: f32, k: f32, n_eff: f32, dive_deg: f32) -> Medium {
     let (up, flat) = dive_deg.to_radians().sin_cos();
     let (fibre, dispersion_deg) = (Vec3::new(0.0, flat, up), procedural::WOOD_DISPERSION_DEG);
     Medium { mu_a, sigma_i, k, n_eff, fibre, dispersion_deg, gloss: procedural::Gloss::NONE, coat: 1.0 }
@@ -47,9 +47,11 @@ pub fn bench_of(scene: &Scene) -> impl Debug {
 /// What one column of the sensor sees of a line.
 pub struct Column {
     /// Place of its column along the line [mm].
-    x: f64,
+    pub x: f64,
     /// Whether it sees the body.
     pub on_body: bool,
+    /// Rows per mm along the motion.
+    pub rows_per_mm: f64,
     /// First row of its window.
     pub first: i32,
     /// Light by row of the window [e-].
@@ -61,7 +63,7 @@ pub fn columns(scene: &Scene, body: Body, transport: Transport) -> Vec<Column> {
     let scene = Scene { transport, ..scene.clone() };
     let profile = scene.size.profiles / 2;
     let (sensor, band) = target::expose(&scene, body, profile..profile + 1);
-    let hits = &band.row(profile).hits;
+    let (hits, rows_per_mm) = (&band.row(profile).hits, &band.row(profile).rows_per_mm);
     let mut scratch = Scratch::default();
     let mut columns = Vec::new();
     for tile in 0..scene.size.columns / TILE {
@@ -69,6 +71,7 @@ pub fn columns(scene: &Scene, body: Body, transport: Transport) -> Vec<Column> {
         columns.extend((0..TILE).map(|column| Column {
             x: f64::from(hits[tile * TILE + column].x),
             on_body: hits[tile * TILE + column].matter.class != Class::Background,
+            rows_per_mm: f64::from(rows_per_mm[tile * TILE + column]),
             first: scratch.windows[0].first_row[column],
             light: (0..ROWS).map(|k| f64::from(scratch.electrons(k, column))).collect(),
         }));

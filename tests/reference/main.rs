@@ -10,6 +10,7 @@ mod expose_camera;
 mod expose_laser;
 mod expose_parts;
 mod foil_through_film;
+mod front_faces;
 mod half_spaces;
 mod kept;
 mod layers;

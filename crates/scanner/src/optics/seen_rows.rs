@@ -74,3 +74,47 @@ impl SeenRows {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use rand::RngExt;
+
+    use super::*;
+
+    /// On random walks of heights: each row shows the first place from the front that falls on it, and what lies behind is hidden.
+    #[test]
+    fn rows_show_what_stands_first() {
+        let mut rng = procedural::Stream::root(43).rng();
+        let (rows_per_mm, mut hidden) = (5.0f32, 0);
+        for _ in 0..40 {
+            // A profile a row, from behind the line to before it.
+            let away: [f32; ROWS] = std::array::from_fn(|k| (22.0 - k as f32) / rows_per_mm);
+            let mut heights = [0.0f32; ROWS];
+            for k in 1..ROWS {
+                let step = if rng.random_bool(0.3) { rng.random_range(-1.5..1.5) } else { 0.0 };
+                heights[k] = heights[k - 1] + step;
+            }
+            let at = |k: usize| 22.0 - rows_per_mm * (away[k] + 0.466 * (heights[k] - heights[22]));
+            let places = std::array::from_fn(|k| [at(k); TILE]);
+            let mut seen = SeenRows { away_mm: [[0.0; TILE]; ROWS], node: [[0; TILE]; ROWS] };
+            seen.look(&places, &away);
+            for row in 0..ROWS {
+                let r = row as f32;
+                // From the front: the first stretch between two profiles that comes down to this row.
+                let stretch = (0..ROWS - 1).rev().find(|&k| at(k) <= r && (at(k + 1) >= r || k == ROWS - 2));
+                let expected = match stretch {
+                    _ if at(ROWS - 1) <= r => away[ROWS - 1],
+                    None => away[0],
+                    Some(k) => {
+                        let part = ((at(k + 1) - r) / (at(k + 1) - at(k))).clamp(0.0, 1.0);
+                        away[k + 1] + (away[k] - away[k + 1]) * part
+                    }
+                };
+                let got = seen.away_mm[row][TILE / 2];
+                assert!((got - expected).abs() < 1e-4, "row {row} shows {got} mm, not {expected}");
+            }
+            hidden += (0..ROWS - 1).filter(|&k| at(k) > at(k + 1)).count();
+        }
+        assert!(hidden > 50, "{hidden} places are hidden");
+    }
+}
