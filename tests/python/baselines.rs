@@ -170,7 +170,7 @@ fn training_learns_repeats_and_sees_what_check_sees() {
 /// true ones of the same patches, and the sidecar says which they were.
 #[test]
 fn training_takes_channels_and_shuffles_labels() {
-    let place = few_packs();
+    let place = packs("{train: 0.5, validation: 0.5, test: 0}", 16);
     let train = |options: &str| python(&place, &[], TRAIN, &format!("packs --task presence --epochs 12 {options}"));
     let sidecar = |name: &str| std::fs::read_to_string(place.path(name)).expect("it was written");
     let taught = said(&train("--channels scatter --out taught.onnx"));

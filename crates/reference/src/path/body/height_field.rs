@@ -180,12 +180,13 @@ impl HeightField {
         (height > 0.0).then_some(height)
     }
 
-    /// Where the body begins along y in each cell along x; `None` where it does so before the region, or nowhere [mm].
-    pub fn fronts(&self) -> Vec<Option<f64>> {
+    /// Where the body begins along y in each cell along x; `None` where it does so before the rows that are asked for, or nowhere [mm].
+    pub fn fronts(&self, line: &LineSource) -> Vec<Option<f64>> {
+        let first_row = line.y - line.row_mm * (line.rows as f64 + 0.5);
         let nodes = self.cells[0] + 1;
         let front = |i: usize| {
             let first = (0..=self.cells[1]).find(|j| self.height[j * nodes + i] > 0.0).filter(|&j| j > 0)?;
-            Some(self.low.y + (first as f64 - 0.5) * self.pitch.y)
+            Some(self.low.y + (first as f64 - 0.5) * self.pitch.y).filter(|&front| front > first_row)
         };
         (0..self.cells[0]).map(front).collect()
     }

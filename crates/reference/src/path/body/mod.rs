@@ -67,7 +67,7 @@ pub(super) struct BodyGeometry<'a> {
     media: MediumCache<'a>,
     view: DVec3,
     sines: MeanSineTable,
-    /// Place along y of the front face in each cell along x; `None` where it is not in the region [mm].
+    /// Place along y of the front face in each cell along x; `None` where no row shows it [mm].
     fronts: Vec<Option<f64>>,
 }
 
@@ -238,7 +238,7 @@ impl<'a> BodyGeometry<'a> {
     /// The body that `line` falls on.
     pub fn about(line: &LineSource<'a>) -> Self {
         let (heights, cuts) = HeightField::new(line);
-        let fronts = heights.fronts();
+        let fronts = heights.fronts(line);
         Self { media: MediumCache::new(heights, cuts), view: line.view, sines: MeanSineTable::new(), fronts }
     }
 
