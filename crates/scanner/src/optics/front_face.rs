@@ -19,7 +19,7 @@ use numerics::lanes::exp;
 use transport::kernel::BASIS;
 
 /// Spread down over that along the motion: of wood along the grain, 2.3 to 1 in the reference Monte Carlo, and a little of what dives [1].
-const DOWN_OVER_ALONG: f32 = 0.47;
+const DOWN_OVER_ALONG: f32 = 0.45;
 /// Distances beyond a front face and the one above at which light would be gone [mm].
 const BEYOND_MM: [f32; 2] = [0.5, 0.03];
 /// Least spread of light: less is nothing beside the blur of any image [mm].
