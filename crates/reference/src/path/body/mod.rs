@@ -22,7 +22,7 @@
 //!
 //! Source: Woodcock et al. 1965 for free paths. Neglected: refraction on entry, bending of light where n_eff changes
 //! inside, roughness finer than 0.1 mm, cracks narrower than 0.2 mm, light beyond 20 mm from the line's grid (it is
-//! booked as lost), light to the lens through walls and sides of cracks.
+//! booked as lost), light to the lens through walls other than the front face and through sides of cracks.
 
 mod height_field;
 mod medium_cache;
