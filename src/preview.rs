@@ -38,8 +38,12 @@ pub fn draw(scene: &Scene, record: &Record) -> RgbImage {
     let panel = PanelGrid::fit(record);
     let dark = scene.bench.exposure.dark_level_dn as f32;
     let scatter_dark = scanner::extract::scatter_dark(&scene.extraction, dark).kept;
+    // Where no pixel of the object is measured, the scales are those of whatever is.
+    let of_body = record.labels.class.iter().zip(&record.maps.range).any(|(class, z)| *class > 0 && !z.is_nan());
     let on_body = |map: &[f32]| -> Vec<f32> {
-        map.iter().zip(&record.labels.class).filter(|(v, class)| **class > 0 && **v > 0.0).map(|(v, _)| *v).collect()
+        let pixels = map.iter().zip(&record.labels.class).zip(&record.maps.range);
+        let shown = pixels.filter(|((_, class), z)| !z.is_nan() && (**class > 0 || !of_body));
+        shown.map(|((v, _), _)| *v).collect()
     };
     let (low, high) = ends(on_body(&record.maps.range));
     let bright = ends(on_body(&record.maps.reflectance)).1;
@@ -120,7 +124,7 @@ fn ends(mut values: Vec<f32>) -> (f32, f32) {
     values.sort_by(f32::total_cmp);
     let at = |share: f64| values.get(((values.len() as f64 - 1.0).max(0.0) * share) as usize).copied().unwrap_or(0.0);
     let (low, high) = (at(0.005), at(0.995));
-    (low, high.max(low + 1e-3))
+    (low, high.max(low + 0.1))
 }
 
 /// Sensor rows around the line in the kept exposure.

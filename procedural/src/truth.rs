@@ -152,6 +152,59 @@ impl Class {
         Self::LooseKnot,
     ];
 
+    /// Whether pixels of boards can have it.
+    pub fn is_of_wood(self) -> bool {
+        // Every class is named, so that a new one has to be put on its side.
+        match self {
+            Self::Clear
+            | Self::SoundKnot
+            | Self::DeadKnot
+            | Self::Rot
+            | Self::KnotHole
+            | Self::IncipientDecay
+            | Self::Pith
+            | Self::CompressionWood
+            | Self::BlueStain
+            | Self::ResinPocket
+            | Self::ResinStreak
+            | Self::BarkPocket
+            | Self::Check
+            | Self::Shake
+            | Self::Split
+            | Self::InsectHole
+            | Self::Wane
+            | Self::Dirt
+            | Self::RollerMark
+            | Self::PlanerSkip
+            | Self::Burn
+            | Self::LooseKnot => true,
+            Self::Background
+            | Self::Flange
+            | Self::Pocket
+            | Self::Missing
+            | Self::Broken
+            | Self::Chipped
+            | Self::Cracked
+            | Self::Capped
+            | Self::ForeignTablet
+            | Self::WrongCoat
+            | Self::Double
+            | Self::Particle
+            | Self::Fibre
+            | Self::Powder
+            | Self::Shallow
+            | Self::Collapsed
+            | Self::Punctured
+            | Self::Pinhole
+            | Self::Channel
+            | Self::Wrinkle
+            | Self::Delamination
+            | Self::TabletOnFlange
+            | Self::Tooth
+            | Self::Object => false,
+        }
+    }
+
     /// Name in files: lower case, underscores.
     pub fn name(self) -> &'static str {
         match self {

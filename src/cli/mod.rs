@@ -46,7 +46,7 @@ use progress::Progress;
   gen --recipe wood.yaml --n 10000 --estimate                  what it would take
   gen --recipe wood.yaml --n 10000 --out planks                make it, or continue it
   gen --recipe wood.yaml --n 10000 --out planks --part 0/4     every fourth shard, for four machines
-  gen --recipe wood -n 40 --set camera.tilt_deg=30 -o steep     a key of the recipe changed
+  gen --recipe wood -n 40 --set camera.tilt_deg=30 -o steep    a key of the recipe changed
   gen validate planks                                          check every file and label
   gen rig wood                                                 field of view, resolution, line, exposure, noise
   gen list                                                     the datasets below out
@@ -54,7 +54,7 @@ use progress::Progress;
   gen transport --medium clear-wood --model path               light inside plane layers
   gen study point                                              a point of light on wood, by every model
   gen compare planks scans                                     simulated beside real: noise, speckle, plots
-  gen fit --recipe mine.yaml --real scans               the recipe's numbers from scans of a real camera
+  gen fit --recipe mine.yaml --real scans                      the recipe's numbers from a real camera's scans
   gen check planks --model knots.onnx                          what a trained model makes of it
   gen export coco planks --out planks-coco                     in other people's formats, without rendering again
   gen report planks                                            one page for people, planks/reports/report.html
@@ -64,7 +64,7 @@ use progress::Progress;
   gen schema recipe > recipe.schema.json                       for an editor's completion
 
 Exit status: 0 all samples of the dataset, or of its part, are there, whoever made them; 1 they are not;
-2 unusable arguments.")]
+2 unusable arguments; 130 stopped by Ctrl-C, and the same command goes on.")]
 struct Cli {
     #[command(subcommand)]
     command: Option<Command>,

@@ -296,6 +296,7 @@ fn a_rig_is_told_in_words_of_data_sheets() {
         ("camera.rows=64", "are not seen in all columns"),
         ("motion.step_mm=0.3 --set motion.line_rate_hz=20000", "rows in an exposure: shorten exposure.time_us"),
         ("motion.step_mm=0.5", "times as long as wide; set motion.step_mm"),
+        ("output.bin.columns=8", "pixels of the binned images are 0.1"),
         ("board.offset_mm=300", "0.0 % of the object lies in the field of the images"),
     ] {
         let told = rig(&format!("{bench} --set {change}"));

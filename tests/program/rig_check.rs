@@ -13,12 +13,18 @@ use test_support::pages::{between, page};
 use test_support::program::{Place, assert_same, mesh_recipe, pack_recipe, recipe, sawtooth_recipe};
 
 /// Recipes of no use: what is changed of a shipped one, what is warned of, and a word of the remedy.
-const USELESS: [(&str, &str, &str, &str); 9] = [
+const USELESS: [(&str, &str, &str, &str); 10] = [
     ("wood-small", "laser.power_mw=0.1", "hardly-measured", "raise laser.power_mw"),
     ("wood-small", "camera.rows=64", "hardly-measured", "raise camera.rows"),
     ("wood-small", "board.thickness_mm=150", "hardly-measured", "raise camera.rows"),
     ("wood-small", "board.offset_mm=300", "object-out-of-view", "board.offset_mm"),
     ("wood-small", "board.lead_in_mm=100", "object-out-of-view", "board.lead_in_mm"),
+    (
+        "wood-small",
+        "board.width_mm=200 --set board.length_mm=300",
+        "object-out-of-view",
+        "scan.columns or camera.distance_mm, and the fan with it by laser.fan_angle_deg or laser.fan_height_mm; and let it begin",
+    ),
     ("wood-small", "laser.power_mw=3000", "saturated", "lower laser.power_mw"),
     ("blister-small", "laser.power_mw=0.1", "hardly-measured", "raise laser.power_mw"),
     ("blister-small", "laser.power_mw=3000", "saturated", "lower laser.power_mw"),
@@ -75,6 +81,18 @@ fn what_is_of_no_use_is_told_before_the_first_sample() {
         assert_eq!(report["warning_counts"][code], 1, "{recipe} {change}: {report:#}");
         assert!(strict.code == 1 && strict.err.contains("0 faults and"), "{change}: {}", strict.err);
     }
+}
+
+/// The whole recipe that the reference of keys shows makes samples of use.
+#[test]
+fn the_recipe_of_the_reference_has_no_warning() {
+    let page = recipe::reference_markdown();
+    let (_, rest) = page.split_once("A whole recipe:\n\n```yaml\n").expect("the page shows one");
+    let (text, _) = rest.split_once("```").expect("it ends");
+    let place = Place::new();
+    place.write("tiny.yaml", text.to_owned());
+    let made = place.done("--recipe tiny.yaml --n 1 --out set --strict");
+    assert!(!made.err.contains("warning"), "{}", made.err);
 }
 
 /// The cause is told, not the symptom: each remedy is of the key that is at fault, and the opposite of none.

@@ -50,6 +50,31 @@ fn pockets_fit_on_the_smallest_card() {
     only_pack(&text("{uniform: [40, 120]}"), (1, 8), "pack.pitch_x_mm", &["mm apart along the laser line", "move"]);
 }
 
+/// Counts that no pack has pockets for are refused; kinds that always exclude each other are noted.
+#[test]
+fn defects_have_pockets() {
+    only_pack(
+        "pack: {columns: 2, rows: 1}\ndefects: {missing: 3}",
+        (2, 11),
+        "defects.missing",
+        &["asks for 3 of at most 2 pockets", "more pockets"],
+    );
+    only_pack("defects: {missing: 0.3}", (1, 20), "defects.missing", &["not whole", "no share"]);
+    let good = |class: &str| {
+        let text = format!(
+            "name: a\nsubject: blister\npack: {{columns: 2, rows: 1}}\nclasses: {{a: {{share: 1, defects: {class}}}}}\n"
+        );
+        Recipe::parse("p.yaml", &text).expect("some packs can have them").notes().to_vec()
+    };
+    assert_eq!(good("{missing: {uniform: [1, 4]}, wrinkle: 5}"), Vec::<String>::new());
+    assert_eq!(good("{missing: 1, broken: 1}"), Vec::<String>::new());
+    let notes = good("{missing: {uniform: [1, 3]}, broken: 2}");
+    let told = |note: &String| {
+        ["classes.a.defects.missing", "3 or more", "at most 2 pockets"].iter().all(|word| note.contains(word))
+    };
+    assert!(notes.iter().any(told), "{notes:?}");
+}
+
 #[test]
 fn a_pack_needs_light_that_knows_air() {
     for model in ["diffusion", "thesis"] {

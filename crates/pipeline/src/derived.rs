@@ -119,8 +119,8 @@ fn true_row(scene: &Scene, sensor: &Sensor, specimen: &Specimen, row: usize) -> 
         let below = |hit: &Hit| hit.matter.film.as_ref().map_or(hit.surface.z, |film| height_below(&hit.surface, film));
         lower.extend(hits.iter().map(|hit| if hit.matter.class == Class::Background { f32::NAN } else { below(hit) }));
     }
-    let binning = binning(scene);
-    let lower = binning.mean(lower, f32::NAN, |z| !z.is_nan());
-    let (Labels { class, instance }, truth) = (binning.labels(labels), binning.truth(truth));
+    let binning = binning(scene, &sensor.camera().rig);
+    let Labels { class, instance } = binning.labels(labels);
+    let (lower, truth) = (binning.mean_on_body(lower, &class), binning.truth(truth, &class));
     TrueRow { row, class, instance, truth, lower }
 }

@@ -44,7 +44,7 @@ pub(super) fn exposed_rows(
         frames.extend(scan.whole().fill(&measurement, sensor, &band));
         // The last profiles of a scan can be too few for a row: they have a sensor frame alone.
         if strip.end <= rows {
-            let Scan { maps, labels, truth, .. } = scan.binned(scene);
+            let Scan { maps, labels, truth, .. } = scan.binned(scene, &sensor.camera().rig);
             let cols = scene.size.columns / scene.output.bin_columns;
             exposed.push(ExposedRows { first: strip.start, cols, maps, labels, truth });
         }

@@ -20,11 +20,11 @@ use rayon::prelude::*;
 
 use crate::effective::{calibration_numbers, effective, typical};
 use crate::labels::Binning;
-use bench::settings::{LogSource, SensorStack, Transport};
+use bench::settings::{LogSource, RangeForm, SensorStack, Transport};
 use dataset::record::{Below, Labels, Maps, Record, StackFrame, TruthMaps};
 use recipe::{Plan, Scene, Subject};
-use scanner::extract::{MeasuredProfile, RectifiedGrid, extract, rectify};
-use scanner::frame::{Calibration, Frame};
+use scanner::extract::{MAX_SURFACE_SLOPE, MeasuredProfile, RectifiedGrid, extract, rectify};
+use scanner::frame::{Calibration, Frame, Rig};
 use scanner::optics::encoder::turn;
 use scanner::optics::speckle::PatternCache;
 use scanner::optics::{Band, Scratch, Sensor, SensorSetup, TILE, TileOfProfile};
@@ -210,7 +210,7 @@ impl Scan {
     fn record(self, scene: &Scene, sensor: &Sensor, specimen: &Specimen) -> Record {
         let (columns, rows, cols) = (scene.output.bin_columns, scene.output.bin_profiles, scene.size.columns);
         let rig = sensor.camera().rig;
-        let Self { maps, labels, truth, stack } = self.binned(scene);
+        let Self { maps, labels, truth, stack } = self.binned(scene, &rig);
         let top = f64::from(specimen.top());
         let grid = grid(scene, &rig);
         // The mean of the columns, which a bent lens makes unlike.
@@ -258,16 +258,29 @@ impl Scan {
     }
 
     /// Maps of the pixels that are written.
-    fn binned(self, scene: &Scene) -> Self {
-        let binning = binning(scene);
+    fn binned(self, scene: &Scene, rig: &Rig) -> Self {
+        let binning = binning(scene, rig);
         let (maps, labels) = (binning.maps(self.maps), binning.labels(self.labels));
-        Self { maps, labels, truth: self.truth.map(|truth| binning.truth(truth)), stack: self.stack }
+        let truth = self.truth.map(|truth| binning.truth(truth, &labels.class));
+        Self { maps, labels, truth, stack: self.stack }
     }
 }
 
 /// How pixels of a scene are put together.
-fn binning(scene: &Scene) -> Binning {
-    Binning { cols: scene.size.columns, columns: scene.output.bin_columns, rows: scene.output.bin_profiles }
+fn binning(scene: &Scene, rig: &Rig) -> Binning {
+    let (size, columns, rows) = (scene.size, scene.output.bin_columns, scene.output.bin_profiles);
+    let middle = 0.5 * size.columns as f64;
+    let column_mm = rig.along(middle, 0.0) - rig.along(middle - 1.0, 0.0);
+    let side_mm = (column_mm.abs() * columns as f64).max(scene.bench.motion.step_mm * rows as f64);
+    let step_mm = f64::from(MAX_SURFACE_SLOPE) * side_mm;
+    let step = match scene.extraction.range {
+        RangeForm::Calibrated | RangeForm::Rectified { .. } => step_mm,
+        RangeForm::Uncalibrated => {
+            let (low, high) = rig.heights(size.columns, size.rows);
+            step_mm * size.rows as f64 / (high - low)
+        }
+    };
+    Binning { cols: size.columns, columns, rows, step: step as f32 }
 }
 
 /// The field of the images: along the line what the columns see at the height of the object's upper end, along the scan the

@@ -164,24 +164,22 @@ fn labels(file: &Asset, wanted: [usize; 2], rows: &RowOrder) -> Result<Vec<Class
     }
     let class = |(pixel, number): (usize, u8)| {
         let number = if number == 0 { Class::Clear as u8 } else { number };
-        Class::ALL.into_iter().find(|class| *class as u8 == number && is_of_wood(*class)).ok_or_else(|| {
+        Class::ALL.into_iter().find(|class| *class as u8 == number && class.is_of_wood()).ok_or_else(|| {
             let (row, col) = (pixel / size[1], pixel % size[1]);
+            let others = Class::ALL.into_iter().filter(|class| class.is_of_wood() && *class > Class::Rot);
+            let others: Vec<String> = others.map(|class| (class as u8).to_string()).collect();
             AssetFault::new(
                 format!("`{}` has the number {number} in row {row}, column {col}, which is no class of wood", file.name()),
                 format!(
-                    "give numbers of pixel classes: 1 clear, 2 sound_knot, 3 dead_knot, 4 rot, {} to {} as labels have them",
-                    Class::KnotHole as u8,
-                    Class::ALL.map(|class| class as u8).into_iter().max().unwrap_or_default()
+                    "give numbers of pixel classes: 1 clear, 2 sound_knot, 3 dead_knot, 4 rot, or others of wood as labels have \
+                     them: {}",
+                    others.join(", ")
                 ),
             )
         })
     };
     let classes = picture.into_raw().into_iter().enumerate().map(class).collect::<Result<Vec<_>, _>>()?;
     Ok(rows.sorted(classes, size[1]))
-}
-
-fn is_of_wood(class: Class) -> bool {
-    (Class::Clear as u8..=Class::Rot as u8).contains(&(class as u8)) || class as u8 >= Class::KnotHole as u8
 }
 
 /// A map of fibres, and the share of clear wood's light in each pixel.

@@ -50,7 +50,8 @@ A whole recipe:
 # yaml-language-server: $schema=recipe.schema.json
 name: two-kinds
 subject: wood
-scan: {columns: 512, profiles: 256}
+scan: {columns: 512, profiles: 256}                   # a field of 23.6 x 17.4 mm
+board: {width_mm: 20, length_mm: 15, lead_in_mm: 1}  # that holds the board
 camera:
   tilt_deg: 30                                       # a number
   blur_um: {uniform: [1.5, 4]}                       # a distribution

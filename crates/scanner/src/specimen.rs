@@ -139,11 +139,6 @@ impl Specimen {
         if self.turntable.is_some() { f64::NAN } else { self.outline.share_within(x, y) }
     }
 
-    /// Whether the body can occlude itself.
-    pub fn can_occlude_itself(&self) -> bool {
-        self.upper.is_some()
-    }
-
     /// Whether the body throws mirror images of the line onto itself, as film does; rough walls of wood do not.
     pub fn can_mirror_itself(&self) -> bool {
         matches!(self.body, Body::Pack(_))

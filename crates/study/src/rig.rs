@@ -280,11 +280,27 @@ impl<'a> Facts<'a> {
 
     /// What tells of profiles that are hardly any.
     fn far_apart(&self) -> Option<String> {
-        let stretch = self.scene.bench.motion.step_mm / self.column_mm;
+        let stretch = self.stretch();
         let even = self.scene.extraction.range != RangeForm::Uncalibrated;
         (even && stretch > FAR_STRETCH).then(|| {
-            format!("profiles are {} mm apart, {stretch:.0} times as far as columns", self.scene.bench.motion.step_mm)
+            let step_mm = self.scene.bench.motion.step_mm;
+            if self.is_binned() {
+                format!("profiles are {step_mm} mm apart, and binned pixels {stretch:.0} times as long as wide")
+            } else {
+                format!("profiles are {step_mm} mm apart, {stretch:.0} times as far as columns")
+            }
         })
+    }
+
+    fn is_binned(&self) -> bool {
+        self.scene.output.bin_columns * self.scene.output.bin_profiles > 1
+    }
+
+    /// How many times as long along the scan as wide pixels of the images are [1].
+    fn stretch(&self) -> f64 {
+        let output = &self.scene.output;
+        let (profile_mm, column_mm) = (self.scene.bench.motion.step_mm, self.column_mm);
+        profile_mm * output.bin_profiles as f64 / (column_mm * output.bin_columns as f64)
     }
 
     /// Digital number at the peak of clear matter as exposures are chosen, and no more than that of a white surface [DN].
@@ -341,13 +357,17 @@ impl<'a> Facts<'a> {
             self.travel_px > MUCH_TRAVEL_PX,
             format!("the line moves {:.1} rows in an exposure: shorten exposure.time_us", self.travel_px),
         );
-        let stretch = motion.step_mm / self.column_mm;
+        let stretch = self.stretch();
         let even = self.scene.extraction.range != RangeForm::Uncalibrated;
+        let [pixels, remedy] = if self.is_binned() {
+            ["pixels of the binned images", "motion.step_mm or output.bin"]
+        } else {
+            ["pixels", "motion.step_mm"]
+        };
         warn(
             even && !(1.0 / MUCH_STRETCH..=MUCH_STRETCH).contains(&stretch),
             format!(
-                "profiles are {} mm and columns {:.3} mm apart: pixels are {stretch:.1} times as long as wide; set \
-                 motion.step_mm",
+                "profiles are {} mm and columns {:.3} mm apart: {pixels} are {stretch:.1} times as long as wide; set {remedy}",
                 motion.step_mm, self.column_mm
             ),
         );

@@ -27,6 +27,21 @@ pub const DEFECT_COUNTS: [&str; 19] = [
     "defects.tablet_on_flange",
 ];
 
+/// Those of them that a pocket has at most one of: all but what lies on the flange.
+pub const POCKET_DEFECT_COUNTS: &[&str] = DEFECT_COUNTS.split_at(16).0;
+
+/// Defects that exclude each other in a pocket: another content, or a damaged tablet.
+pub const EXCLUSIVE_DEFECT_COUNTS: [&str; 8] = [
+    "defects.missing",
+    "defects.foreign_tablet",
+    "defects.double",
+    "defects.shallow",
+    "defects.broken",
+    "defects.chipped",
+    "defects.cracked",
+    "defects.capped",
+];
+
 parameters! {
     /// The card and how it lies on the conveyor, film up.
     pack: Card {

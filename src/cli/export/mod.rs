@@ -86,10 +86,10 @@ pub(super) fn run(format: &ExportCommand, console: &Console) -> CommandResult {
     console.note(&match summary.nothing_to_do {
         true => format!("{out} is finished already; there is nothing to do"),
         false => format!(
-            "{out}: {} of {}, {}",
+            "{out}: {}, {}, made from {}",
             counted(summary.files, "file"),
-            counted(source.samples, "sample"),
-            describe_bytes(summary.bytes)
+            describe_bytes(summary.bytes),
+            counted(source.samples, "sample")
         ),
     });
     Ok(DONE)

@@ -68,7 +68,12 @@ pub(super) fn notes(
     classes: &[Class],
 ) -> Vec<String> {
     let mut notes = Vec::new();
-    scenes(parameters, classes, &mut |own| notes.extend(slices::note(object.slices, own)));
+    scenes(parameters, classes, &mut |own| {
+        notes.extend(slices::note(object.slices, own));
+        if object.subject == Some(Subject::Blister) {
+            notes.extend(object::note(own));
+        }
+    });
     notes
 }
 
@@ -154,10 +159,12 @@ fn settings(yaml: &mut YamlReader, subject: Option<Subject>, settings: &Settings
     let sum = splits.train + splits.validation + splits.test;
     if (sum - 1.0).abs() > SUM_SLACK {
         let keys = paths("splits", &["train", "validation", "test"]);
+        let [train, validation, test, sum] =
+            [splits.train, splits.validation, splits.test, sum].map(|share| number_text((share * 1e9).round() / 1e9));
         yaml.joint_fault(
             &keys,
-            format!("train, validation and test sum to {}", number_text((sum * 1e9).round() / 1e9)),
-            "make them sum to 1",
+            format!("train {train}, validation {validation} and test {test} sum to {sum}"),
+            "make them sum to 1; one that is not given has its default",
         );
     }
 }

@@ -1,5 +1,6 @@
 //! Constraints between the parameters of an object, and with the bench above it.
 
+use procedural::blister::parameters::{EXCLUSIVE_DEFECT_COUNTS, POCKET_DEFECT_COUNTS};
 use procedural::blister::{Blister, Card, Pocket, RIM_MM, Tablet, Web, extent};
 use procedural::solid::Placing;
 use procedural::wood::EDGE_MOST;
@@ -107,6 +108,7 @@ pub(super) fn blister(yaml: &mut YamlReader, scene: &DrawBounds) {
             format!("the band can be {} mm of a tablet that is {} mm thick", number_text(band), number_text(thickness));
         scene.fault(yaml, &keys, problem, "the straight side is at most the whole thickness");
     }
+    defects_have_pockets(yaml, scene);
     let forming = Card::PARAMETERS.iter().chain(Pocket::PARAMETERS).chain(Tablet::PARAMETERS).chain(Web::PARAMETERS);
     let forming: Vec<_> = forming.map(Parameter::path).collect();
     let forming: Vec<_> = forming.iter().map(String::as_str).collect();
@@ -123,6 +125,39 @@ pub(super) fn blister(yaml: &mut YamlReader, scene: &DrawBounds) {
     let first = ["defects.double", "tablet.thickness_mm", "pocket.headroom_mm", "pocket.dome_mm", "foil.thickness_mm"];
     let keys: Vec<_> = first.into_iter().chain(forming).collect();
     below_the_bench(scene, yaml, height, &keys, "pack");
+}
+
+/// A pocket has at most one defect of a kind: more than there are pockets are never made.
+fn defects_have_pockets(yaml: &mut YamlReader, scene: &DrawBounds) {
+    let pockets = most_pockets(scene);
+    for count in POCKET_DEFECT_COUNTS.iter().copied() {
+        let least = scene.least(count);
+        if least > pockets {
+            let problem = format!("asks for {least} of at most {pockets} pockets");
+            let remedy = "a pocket has at most one of a kind: give that many or fewer, or a pack with more pockets";
+            scene.fault(yaml, &[count, "pack.columns", "pack.rows"], problem, remedy);
+        }
+    }
+}
+
+/// Most pockets that a pack can have.
+fn most_pockets(scene: &DrawBounds) -> f64 {
+    scene.most("pack.columns") * scene.most("pack.rows")
+}
+
+/// What is said of packs that always lack some of the defects that they are asked for.
+pub(super) fn note(scene: &DrawBounds) -> Option<String> {
+    let asked = || EXCLUSIVE_DEFECT_COUNTS.into_iter().filter(|count| scene.least(count) > 0.0);
+    let (pockets, least) = (most_pockets(scene), asked().map(|count| scene.least(count)).sum::<f64>());
+    let is_new = scene.concerned(EXCLUSIVE_DEFECT_COUNTS.into_iter().chain(["pack.columns", "pack.rows"]));
+    (is_new && least > pockets).then(|| {
+        let keys: Vec<_> = asked().map(|count| format!("{}{count}", scene.prefix)).collect();
+        format!(
+            "{}: ask for {least} or more defects of which a pocket has at most one, and a pack has at most {pockets} pockets; some are \
+             left out",
+            keys.join(", ")
+        )
+    })
 }
 
 /// Pockets that have no room on the card would be left out, or moved apart.

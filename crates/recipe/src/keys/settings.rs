@@ -491,10 +491,10 @@ settings! {
 
     bin: BinSettings at "output.bin" {
         columns: Count(1, MAX_COLUMNS, "px") = 1,
-            "Columns averaged into one; divides `scan.columns`.",
+            "Columns averaged into one, of measured pixels on one surface; divides `scan.columns`.",
             "free";
         profiles: Count(1, MAX_PROFILES, "") = 1,
-            "Profiles averaged into one; divides `scan.profiles`.",
+            "Profiles averaged into one, of measured pixels on one surface; divides `scan.profiles`.",
             "free";
     }
 }

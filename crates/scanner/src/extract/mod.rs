@@ -22,7 +22,7 @@ use crate::frame::{Calibration, Frame};
 use bench::settings::{Extraction, PeakChoice, PeakMethod, RangeForm};
 
 pub use self::block::MeasuredProfile;
-pub use self::rectify::{RectifiedGrid, rectify};
+pub use self::rectify::{MAX_SURFACE_SLOPE, RectifiedGrid, rectify};
 pub use self::scatter::{DarkSum, scatter_dark, scatter_pixels};
 
 /// Rows that a measurement needs on each side of its peak [px].

@@ -14,7 +14,7 @@ use super::block::MeasuredProfile;
 use crate::frame::{Calibration, Rig};
 
 /// Steepest slope along the line over which two heights are one surface [1].
-const MAX_SURFACE_SLOPE: f32 = 4.0;
+pub const MAX_SURFACE_SLOPE: f32 = 4.0;
 /// Widest gap between two columns that is filled, in columns of the grid.
 const MAX_GAP_COLUMNS: f32 = 2.0;
 

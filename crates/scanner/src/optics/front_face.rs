@@ -12,11 +12,10 @@
 //! surface behind it, a seventh within the first 0.3 mm of clear wood; light that enters less than 0.15 mm behind the edge and comes out deep; scattering that changes with depth; films, whose ends are lower
 //! than a row.
 
-use super::row::Row;
+use super::row::{FrontTile, Row};
 use super::speckle::TILE;
 use super::window::{CENTRE, ROWS, load};
 use numerics::lanes::exp;
-use transport::kernel::BASIS;
 
 /// Spread down over that along the motion: of wood along the grain, 2.3 to 1 in the reference Monte Carlo, and a little of what dives [1].
 const DOWN_OVER_ALONG: f32 = 0.45;
@@ -30,23 +29,6 @@ const MAX_EXPONENT: f32 = 20.0;
 const MIN_EXPONENT: f32 = -80.0;
 /// Depth that stands for what is below a face [mm].
 const BELOW_MM: f32 = 1e3;
-
-/// What leaves through a front face, in one tile of a bare row.
-#[derive(Debug, Clone, PartialEq)]
-pub struct FrontTile {
-    /// First column of the tile.
-    pub start: usize,
-    /// Factors by which each width would leave here if the surface went on [sqrt(1)].
-    pub exit: [[f32; TILE]; BASIS],
-    /// Place of the front edge along the motion [mm].
-    pub edge_mm: [f32; TILE],
-    /// Distance of this row from there [mm].
-    pub before_mm: [f32; TILE],
-    /// Depth of the face that the lens sees in this row, [`BELOW_MM`] below its foot; 0 where there is none [mm].
-    pub depth_mm: [f32; TILE],
-    /// Height of the face [mm].
-    pub height_mm: [f32; TILE],
-}
 
 /// Rows of a window that show a front face to one tile of a line, and what leaves there.
 #[derive(Debug)]

@@ -18,7 +18,7 @@ use super::band::Band;
 use super::camera::Sight;
 use super::film::{FAR, confined, entering_share, spread, wall_exit};
 use super::reflections::LitRow;
-use super::row::Row;
+use super::row::{Patches, Row};
 use super::scan_geometry::ScanGeometry;
 use super::speckle::TILE;
 use super::window::{ROWS, Window, window_start};
@@ -48,28 +48,6 @@ const AGAIN: usize = 24;
 const ROOT_3: f32 = 1.732_050_8;
 /// Places of a vector.
 const LANES: usize = 16;
-
-/// Patches of a row, structure of arrays padded to whole tiles.
-#[derive(Debug, Clone, Default)]
-pub struct Patches {
-    /// Place along the line [mm].
-    x: Vec<f32>,
-    /// Height [mm].
-    z: Vec<f32>,
-    slope_x: Vec<f32>,
-    slope_y: Vec<f32>,
-    /// Flux of the line that the patch sends out, by length of the normal (-slope_x, -slope_y, 1); as light that a white Lambertian surface shows the lens [e-].
-    sends: Vec<f32>,
-    /// The same of light that has filled a pocket, which leaves about the line with a standard deviation of `glow_mm` along the motion.
-    glows: Vec<f32>,
-    glow_mm: Vec<f32>,
-    /// What of a flux by area of the level plane the patch sends on, by length of the line along the motion and of the normal [mm].
-    returns: Vec<f32>,
-    /// What of a flux by area of the level plane a column shows to the lens, by length of the line along the motion, over pi; 0 where the lens does not see it [mm].
-    shows: Vec<f32>,
-    /// Whether any patch of a tile faces others.
-    uneven: Vec<bool>,
-}
 
 /// A row's exchange with those that a window looks at.
 #[derive(Debug, Clone, Copy)]

@@ -4,8 +4,6 @@
 //! every profile whose window holds it: as the source of its own line, and as the exit of its neighbours' light.
 
 use super::coherence::{CONTRAST_COLUMNS, RowContrasts};
-use super::front_face::FrontTile;
-use super::interreflections::Patches;
 use super::mixed_columns::MixedColumn;
 use super::speckle::TILE;
 use super::streak::Streak;
@@ -116,6 +114,45 @@ pub struct TileExtremes {
     pub(super) shift: [f32; BASIS],
     /// Factor by which each width leaves here [sqrt(1)].
     pub(super) exit: [f32; BASIS],
+}
+
+/// What leaves through a front face, in one tile of a bare row.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FrontTile {
+    /// First column of the tile.
+    pub start: usize,
+    /// Factors by which each width would leave here if the surface went on [sqrt(1)].
+    pub exit: [[f32; TILE]; BASIS],
+    /// Place of the front edge along the motion [mm].
+    pub edge_mm: [f32; TILE],
+    /// Distance of this row from there [mm].
+    pub before_mm: [f32; TILE],
+    /// Depth of the face that the lens sees in this row, beyond any depth below its foot; 0 where there is none [mm].
+    pub depth_mm: [f32; TILE],
+    /// Height of the face [mm].
+    pub height_mm: [f32; TILE],
+}
+
+/// Patches of a row that send light to each other, structure of arrays padded to whole tiles.
+#[derive(Debug, Clone, Default)]
+pub struct Patches {
+    /// Place along the line [mm].
+    pub(super) x: Vec<f32>,
+    /// Height [mm].
+    pub(super) z: Vec<f32>,
+    pub(super) slope_x: Vec<f32>,
+    pub(super) slope_y: Vec<f32>,
+    /// Flux of the line that the patch sends out, by length of the normal (-slope_x, -slope_y, 1); as light that a white Lambertian surface shows the lens [e-].
+    pub(super) sends: Vec<f32>,
+    /// The same of light that has filled a pocket, which leaves about the line with a standard deviation of `glow_mm` along the motion.
+    pub(super) glows: Vec<f32>,
+    pub(super) glow_mm: Vec<f32>,
+    /// What of a flux by area of the level plane the patch sends on, by length of the line along the motion and of the normal [mm].
+    pub(super) returns: Vec<f32>,
+    /// What of a flux by area of the level plane a column shows to the lens, by length of the line along the motion, over pi; 0 where the lens does not see it [mm].
+    pub(super) shows: Vec<f32>,
+    /// Whether any patch of a tile faces others.
+    pub(super) uneven: Vec<bool>,
 }
 
 /// What a row sends to the camera besides its line, and where its windows of sensor rows stand for that.

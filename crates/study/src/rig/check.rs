@@ -278,7 +278,7 @@ fn height_keys(scene: &Scene) -> &'static str {
     }
 }
 
-/// What brings an object into the field: along the line or along the scan, wherever more of it stands out.
+/// What brings an object into the field: along the line, along the scan, or both, wherever too much of it stands out.
 fn out_of_view_remedy(scene: &Scene, specimen: &Specimen, [x, y]: [[f64; 2]; 2]) -> String {
     let group = match scene.plan.subject() {
         Subject::Wood => "board",
@@ -288,14 +288,21 @@ fn out_of_view_remedy(scene: &Scene, specimen: &Specimen, [x, y]: [[f64; 2]; 2])
     };
     let endless = [f64::MIN, f64::MAX];
     let [along_line, along_scan] = [specimen.share_within(x, endless), specimen.share_within(endless, y)];
-    if along_line < along_scan {
-        format!(
-            "bring it under the line by {group}.offset_mm, or widen the field by scan.columns or camera.distance_mm, and the fan \
-             with it by laser.fan_angle_deg or laser.fan_height_mm"
-        )
-    } else if along_scan < along_line {
-        format!("let it begin earlier by {group}.lead_in_mm, or lengthen the scan by scan.profiles or motion.step_mm")
-    } else {
-        Shortfall::ObjectOutOfView.remedy().to_owned()
+    let beside = format!(
+        "bring it under the line by {group}.offset_mm, or widen the field by scan.columns or camera.distance_mm, and the fan with \
+         it by laser.fan_angle_deg or laser.fan_height_mm"
+    );
+    let behind =
+        format!("let it begin earlier by {group}.lead_in_mm, or lengthen the scan by scan.profiles or motion.step_mm");
+    let shares = format!(
+        "{} of it lie within the field along the line, {} along the scan",
+        percent(along_line),
+        percent(along_scan)
+    );
+    match [along_line, along_scan].map(|share| share < LEAST_IN_VIEW) {
+        [true, true] => format!("{beside}; and {behind} ({shares})"),
+        _ if along_line < along_scan => beside,
+        _ if along_scan < along_line => behind,
+        _ => Shortfall::ObjectOutOfView.remedy().to_owned(),
     }
 }
