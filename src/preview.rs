@@ -71,7 +71,7 @@ pub fn draw(scene: &Scene, record: &Record) -> RgbImage {
     let grey = |t: f32| Rgb([(255.0 * t) as u8; 3]);
     let maps = [
         MapPanel {
-            name: "Range",
+            name: "Range (red: missing)",
             values: &record.maps.range,
             ends: ScaleEnds { low, high, unit: scene.extraction.range.unit() },
             ramp: &viridis,
@@ -126,6 +126,9 @@ fn ends(mut values: Vec<f32>) -> (f32, f32) {
     let (low, high) = (at(0.005), at(0.995));
     (low, high.max(low + 0.1))
 }
+
+/// What is missing in a map: far from both ramps.
+const MISSING_COLOUR: Rgb<u8> = Rgb([130, 25, 25]);
 
 /// Sensor rows around the line in the kept exposure.
 fn strip_rows(scene: &Scene, record: &Record) -> std::ops::Range<usize> {
@@ -199,7 +202,7 @@ impl PanelGrid {
             let values = self.behind(x, y).map(|i| map.values[i]).filter(|v| !v.is_nan());
             let (sum, count) = values.fold((0.0f64, 0u32), |(sum, count), v| (sum + f64::from(v), count + 1));
             if count == 0 {
-                return Rgb([60, 0, 40]);
+                return MISSING_COLOUR;
             }
             (map.ramp)((((sum / f64::from(count)) as f32 - low) / (high - low)).clamp(0.0, 1.0))
         })

@@ -280,6 +280,12 @@ fn describe_estimate(
         estimate.free.map_or("free space unknown".into(), |free| format!("{} free", describe_bytes(free))),
         describe_memory(memory),
     );
+    let head = dataset_head(recipe, request, Vec::new());
+    text.push_str(&format!(
+        "  shards {} of up to {}; a run that is stopped keeps those that are whole (--samples-per-shard)\n",
+        head.shards,
+        counted(head.samples_per_shard, "sample"),
+    ));
     for (class, splits) in &estimate.classes {
         let [train, validation, test] = splits;
         let all: u64 = splits.iter().sum();

@@ -90,7 +90,7 @@ fn the_recipe_of_the_reference_has_no_warning() {
     let (_, rest) = page.split_once("A whole recipe:\n\n```yaml\n").expect("the page shows one");
     let (text, _) = rest.split_once("```").expect("it ends");
     let place = Place::new();
-    place.write("tiny.yaml", text.to_owned());
+    place.write("tiny.yaml", text);
     let made = place.done("--recipe tiny.yaml --n 1 --out set --strict");
     assert!(!made.err.contains("warning"), "{}", made.err);
 }
