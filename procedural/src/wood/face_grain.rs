@@ -94,7 +94,7 @@ impl FaceGrains {
         let low = face.middle - half - 0.5 * step;
         let feed = if stream.child("feed").rng().random::<f32>() < 0.5 { -1.0 } else { 1.0 };
         let patches = Noise::new(stream.child("patches"));
-        let (sin, cos) = libm::sincos(wood.log.grain_angle_deg.to_radians());
+        let (sin, cos) = libm::sincos(wood.log.turn_deg().to_radians());
         let limit = libm::sin(grain.torn_dive_deg.to_radians()) as f32;
         let node = |spot: Vec2, near: &[&super::PlacedKnot]| {
             let place = trunk.place(spot.x, spot.y, face.height);

@@ -66,7 +66,7 @@ impl WetPlaces {
             let across = lognormal(&mut rng, asked.patch_mm, LOG_SD) as f32;
             MoistPatch { centre, half: 0.5 * across * Vec2::new(1.0, long), outline: Noise::new(own.child("outline")) }
         });
-        let (sin, cos) = libm::sincos(wood.log.grain_angle_deg.to_radians());
+        let (sin, cos) = libm::sincos(wood.log.turn_deg().to_radians());
         Self { patches: patches.collect(), filled: asked.filled as f32, turn: Vec2::new(cos as f32, sin as f32) }
     }
 

@@ -180,7 +180,7 @@ impl Openings {
         knots: &[PlacedKnot],
         instances: &mut Vec<Instance>,
     ) -> Self {
-        let (sin, cos) = libm::sincos(wood.log.grain_angle_deg.to_radians());
+        let (sin, cos) = libm::sincos(wood.log.turn_deg().to_radians());
         let mut openings = Self { all: Vec::new(), face: BoardFace::of(wood), turn: Vec2::new(cos as f32, sin as f32) };
         openings.knots(wood, knots, instances);
         openings.loose_knots(stream.child("loose"), wood, knots, instances);

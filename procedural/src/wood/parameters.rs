@@ -42,7 +42,7 @@ parameters! {
     log: Log {
         /// Depth of the pith below the upper surface; negative is above it, so that the bark side lies down.
         pith_depth_mm: -400.0, 400.0, 70.0, "[G]";
-        /// Offset of the pith along the laser line from the board's middle.
+        /// Offset of the pith along the laser line from the board's middle; to the other side where the board is turned.
         pith_offset_mm: -400.0, 400.0, 10.0, "[G]";
         /// Dive of the pith line against the board, towards the far end.
         pith_tilt_deg: -10.0, 10.0, 0.6, "[G] 0.6 over 1 m";
@@ -50,6 +50,8 @@ parameters! {
         pith_wander_mm: 0.0, 30.0, 2.0, "[G] 3.5 to 4.0 over 4 m";
         /// Turn of the log against the board about the vertical.
         grain_angle_deg: -90.0, 90.0, 0.0, "[L] sd 2 to 4";
+        /// Whether the board is turned end for end, so that the end nearer to the tree's top comes first: 0 or 1.
+        turned: 0.0, 1.0, 0.0, "free; boards lie either way", count;
         /// Spiral grain at the pith, left-handed positive.
         spiral_deg: -10.0, 10.0, 2.5, "[L] Säll 2002";
         /// Change of the spiral grain with the distance from the pith.
@@ -110,6 +112,13 @@ parameters! {
         death_share: 0.05, 0.98, 0.7, "[G] mean 0.79 of the end radius";
         /// Thickness of the bark ring around a dead knot.
         bark_mm: 0.0, 5.0, 0.7, "[L] 0.3 to 1.5";
+    }
+}
+
+impl Log {
+    /// Turn of the log against the board about the vertical, end for end included [deg].
+    pub fn turn_deg(&self) -> f64 {
+        self.grain_angle_deg + 180.0 * self.turned
     }
 }
 

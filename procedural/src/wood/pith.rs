@@ -103,7 +103,7 @@ impl Trunk {
     /// upwards [mm], to the board's middle.
     pub fn along(wood: &Wood, margin: f32, straight: Vec2, pith: impl Fn(f32) -> PithNode) -> Self {
         let (board, log) = (&wood.board, &wood.log);
-        let (sin, cos) = libm::sincos(log.grain_angle_deg.to_radians());
+        let (sin, cos) = libm::sincos(log.turn_deg().to_radians());
         let turn = Vec2::new(cos as f32, sin as f32);
         let half = 0.5 * Vec2::new(board.width_mm as f32, board.length_mm as f32);
         let reach = half.x * turn.y.abs() + half.y * turn.x.abs() + margin;
@@ -202,6 +202,32 @@ mod tests {
             let place = trunk.place(p.x, p.y, p.z);
             let back = trunk.point(place.r, place.phi, place.l);
             assert!(p.distance(back) < 1.0e-3, "{p} {back}");
+        }
+    }
+
+    /// Turned end for end a board is the same wood rotated about its middle: places, distances and directions.
+    #[test]
+    fn a_turned_board_is_the_same_wood() {
+        for seed in 0..20 {
+            let mut wood = Wood::from_values(&mut |p| p.default);
+            wood.log.grain_angle_deg = 4.0 * seed as f64 - 40.0;
+            wood.board.offset_mm = seed as f64;
+            let plain = Trunk::grow(Stream::root(seed), &wood);
+            wood.log.turned = 1.0;
+            let turned = Trunk::grow(Stream::root(seed), &wood);
+            let middle = Vec2::new(wood.board.offset_mm as f32, 20.0 + 0.5 * wood.board.length_mm as f32);
+            for i in 0..40 {
+                let p = Vec3::new(3.0 * i as f32 - 50.0, 20.0 + 4.0 * i as f32, (i % 7) as f32 * 3.0);
+                let rotated = (2.0 * middle - p.truncate()).extend(p.z);
+                let (a, b) = (plain.place(p.x, p.y, p.z), turned.place(rotated.x, rotated.y, rotated.z));
+                assert!(
+                    (a.r - b.r).abs() < 1e-3 && (a.l - b.l).abs() < 1e-3 && (a.phi - b.phi).abs() < 1e-4,
+                    "{a:?} {b:?}"
+                );
+                let across = Vec2::new(0.3, 0.5);
+                let (v, w) = (plain.vector(across, 0.8), turned.vector(across, 0.8));
+                assert!(v.distance(Vec3::new(-w.x, -w.y, w.z)) < 1e-5, "{v} {w}");
+            }
         }
     }
 

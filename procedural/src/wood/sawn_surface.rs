@@ -89,7 +89,7 @@ impl SawnSurface {
         let board = &wood.board;
         let noise = |name: &str| Noise::new(stream.child(name));
         let slant = normal(&mut stream.child("slant").rng());
-        let (sin, cos) = libm::sincos(wood.log.grain_angle_deg.to_radians());
+        let (sin, cos) = libm::sincos(wood.log.turn_deg().to_radians());
         Self {
             middle: Vec2::new(board.offset_mm as f32, (board.lead_in_mm + 0.5 * board.length_mm) as f32),
             half: 0.5 * Vec2::new(board.width_mm as f32, board.length_mm as f32),

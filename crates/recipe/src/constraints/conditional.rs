@@ -163,6 +163,7 @@ const CONDITIONAL: &[(&str, &[ParameterNeeds])] = &[
     ("stem.face_deg", &[SAWN]),
     ("log.pith_tilt_deg", &[GROWN]),
     ("log.grain_angle_deg", &[GROWN]),
+    ("log.turned", &[GROWN]),
     ("log.spiral_deg", &[GROWN]),
     ("log.spiral_slope_deg_per_mm", &[GROWN]),
     ("log.ring_width_mm", &[GROWN]),

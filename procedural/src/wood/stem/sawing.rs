@@ -208,7 +208,7 @@ impl Sawing {
         // The slope counts where the face is nearest.
         let nearest = axis.iter().filter(in_board).min_by(|a, b| off_face(a).total_cmp(&off_face(b)))?;
         let knot = at(f64::from(nearest.r.min(knot.end)));
-        let turn = wood.log.grain_angle_deg.to_radians();
+        let turn = wood.log.turn_deg().to_radians();
         let (sin, cos) = (libm::sin(turn).abs() as f32, libm::cos(turn).abs() as f32);
         let (mut low, mut high) = (Vec2::INFINITY, Vec2::NEG_INFINITY);
         for p in axis.iter().filter(in_board) {
