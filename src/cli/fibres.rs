@@ -30,8 +30,8 @@ pub(super) struct FibresArgs {
     /// PNG with 8 or 16 bits; of a colour picture the red channel counts, which is nearest to the laser
     picture: PathBuf,
     /// Size of a pixel, or down the rows and across them [mm]
-    #[arg(long, value_name = "MM", value_delimiter = ',', num_args = 1..=2, required = true)]
-    pixel_mm: Vec<f32>,
+    #[arg(long, value_name = "MM[,MM]", value_parser = pixel_sides)]
+    pixel_mm: [f32; 2],
     /// How its numbers go with light; absorption follows from light
     #[arg(long, value_enum)]
     encoding: EncodingName,
@@ -42,8 +42,8 @@ pub(super) struct FibresArgs {
     #[arg(long, value_enum, default_value_t = FaceName::Bark)]
     face: FaceName,
     /// Length (down the rows) and width of the board, if the picture shows all of it: its size is then checked [mm]
-    #[arg(long, value_name = "LENGTH,WIDTH", value_delimiter = ',', num_args = 2)]
-    board_mm: Option<Vec<f32>>,
+    #[arg(long, value_name = "LENGTH,WIDTH", value_parser = board_sides)]
+    board_mm: Option<[f32; 2]>,
     /// Least width of a knot [mm]
     #[arg(long, value_name = "MM", default_value_t = PictureAnalysis::default().least_knot_mm)]
     least_knot_mm: f32,
@@ -85,9 +85,8 @@ pub(super) fn run(arguments: &FibresArgs) -> CommandResult {
     output::check_replaceable(&out, Written::Exr)?;
     output::check_replaceable(&view, Written::Png)?;
     let (grey, size) = read(&arguments.picture)?;
-    let pixel_mm = [arguments.pixel_mm[0], *arguments.pixel_mm.last().unwrap_or(&arguments.pixel_mm[0])];
     let told = |fault: wood_picture::PictureFault| format!("{}: {fault}", arguments.picture.display());
-    let fibres = fibre_map(&grey, size, pixel_mm, &settings).map_err(told)?;
+    let fibres = fibre_map(&grey, size, arguments.pixel_mm, &settings).map_err(told)?;
     // The kinds of wood of the class table: what a picture without a scale of reflectance is held to.
     let wood = Wood::from_values(&mut |parameter| parameter.default);
     let absorption = absorption_map(&grey, &fibres, &wood.media, wood.log.latewood_share, &settings).map_err(told)?;
@@ -102,6 +101,29 @@ pub(super) fn run(arguments: &FibresArgs) -> CommandResult {
     Ok(DONE)
 }
 
+/// Lengths above 0 between commas.
+fn lengths(text: &str) -> Result<Vec<f32>, String> {
+    let length = |part: &str| part.trim().parse().ok().filter(|mm: &f32| *mm > 0.0 && mm.is_finite());
+    text.split(',').map(length).collect::<Option<_>>().ok_or_else(|| "give lengths above 0 in mm".into())
+}
+
+/// The sides of a pixel, down the rows and across them: one number where they are alike [mm].
+fn pixel_sides(text: &str) -> Result<[f32; 2], String> {
+    match lengths(text)?[..] {
+        [side] => Ok([side; 2]),
+        [down, across] => Ok([down, across]),
+        _ => Err("give one number, or two with a comma: down the rows and across them [mm]".into()),
+    }
+}
+
+/// Length and width of a board [mm].
+fn board_sides(text: &str) -> Result<[f32; 2], String> {
+    match lengths(text)?[..] {
+        [length, width] => Ok([length, width]),
+        _ => Err("give two numbers with a comma: length (down the rows) and width [mm]".into()),
+    }
+}
+
 fn settings(arguments: &FibresArgs) -> Result<PictureAnalysis, UsageError> {
     let encoding = match (arguments.encoding, arguments.gamma) {
         (EncodingName::Linear, None) => Encoding::Linear,
@@ -109,7 +131,6 @@ fn settings(arguments: &FibresArgs) -> Result<PictureAnalysis, UsageError> {
         (EncodingName::Gamma, Some(gamma)) => Encoding::Gamma(gamma),
         _ => return Err(UsageError("--gamma belongs to --encoding gamma: give both, or neither".into())),
     };
-    let board_mm = arguments.board_mm.as_ref().map(|sides| [sides[0], sides[1]]);
     if !(arguments.least_knot_mm > 0.0 && arguments.least_knot_mm.is_finite()) {
         return Err(UsageError("--least-knot-mm: give a width above 0".into()));
     }
@@ -117,7 +138,7 @@ fn settings(arguments: &FibresArgs) -> Result<PictureAnalysis, UsageError> {
         FaceName::Bark => Face::Bark,
         FaceName::Pith => Face::Pith,
     };
-    let least_knot_mm = arguments.least_knot_mm;
+    let (board_mm, least_knot_mm) = (arguments.board_mm, arguments.least_knot_mm);
     Ok(PictureAnalysis { encoding, full_scale: 1.0, board_mm, face, least_knot_mm, ..PictureAnalysis::default() })
 }
 

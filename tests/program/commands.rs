@@ -309,6 +309,26 @@ fn a_rig_is_told_in_words_of_data_sheets() {
     assert!(table.contains("field_of_view_mm") && table.contains("range_noise_um"), "{table}");
 }
 
+/// Sizes of pixels and boards are numbers with commas between, as the help says.
+#[test]
+fn sides_of_pictures_are_given_with_commas() {
+    let place = Place::new();
+    for (sides, words) in [
+        ("--pixel-mm 0.1,0.1,0.1", "two with a comma"),
+        ("--pixel-mm 0.1,wide", "above 0"),
+        ("--pixel-mm 0.1 --board-mm 60", "length (down the rows) and width"),
+        ("--pixel-mm 0.1 --board-mm 60,-1", "above 0"),
+    ] {
+        let run = place.run(&format!("fibres board.png --encoding srgb {sides}"));
+        assert!(run.code == 2 && run.err.contains(words), "{sides}: {}", run.err);
+    }
+    // What is missing is then the picture alone.
+    for sides in ["--pixel-mm 0.1 --board-mm 60,39.9", "--pixel-mm 0.068,0.092"] {
+        let run = place.run(&format!("fibres board.png --encoding srgb {sides}"));
+        assert!(run.code == 1 && run.err.contains("board.png"), "{sides}: {} {}", run.code, run.err);
+    }
+}
+
 /// Every example of the help that needs no file of the user's works where it stands.
 #[test]
 fn examples_of_the_help_work() {

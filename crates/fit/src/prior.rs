@@ -121,7 +121,7 @@ pub fn fit_keys(recipe: &Recipe, named: &[String]) -> Result<Vec<FitKey>, Vec<Ke
             let problem = format!("no key of a recipe about {} that is drawn has this name", recipe.subject().name());
             let remedy = match near {
                 Some(near) => format!("did you mean `{near}`?"),
-                None => "gen schema --reference lists them".into(),
+                None => "`gen schema recipe-reference` lists them".into(),
             };
             fault(problem, remedy);
             continue;

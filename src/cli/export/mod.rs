@@ -86,10 +86,10 @@ pub(super) fn run(format: &ExportCommand, console: &Console) -> CommandResult {
     console.note(&match summary.nothing_to_do {
         true => format!("{out} is finished already; there is nothing to do"),
         false => format!(
-            "{out}: {}, {}, made from {}",
+            "{out}: {} of {}, {}",
             counted(summary.files, "file"),
-            describe_bytes(summary.bytes),
-            counted(source.samples, "sample")
+            counted(source.samples, "sample"),
+            describe_bytes(summary.bytes)
         ),
     });
     Ok(DONE)
