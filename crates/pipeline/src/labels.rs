@@ -362,7 +362,8 @@ mod tests {
         for (got, expected) in binned.range.iter().zip(expected) {
             assert!((got - expected).abs() < 1e-5 || got.is_nan() && expected.is_nan(), "{:?}", binned.range);
         }
-        assert_eq!((&binned.reflectance, &binned.scatter), (&vec![7.0, 7.0, 2.0, 0.0], &binned.reflectance));
+        assert_eq!(binned.reflectance, [7.0, 7.0, 2.0, 0.0]);
+        assert_eq!(binned.scatter, binned.reflectance);
         // Of an even group the upper side, whose class is the greater one too.
         let even = Binning { cols: 2, columns: 2, rows: 1, step: 2.0 };
         let maps = Maps { range: vec![3.0, 10.0, 10.0, nan], reflectance: vec![1.0; 4], scatter: vec![1.0; 4] };

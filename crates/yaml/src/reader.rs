@@ -126,7 +126,11 @@ impl<'t> YamlReader<'t> {
             return None;
         }
         if range.whole && number.fract() != 0.0 {
-            let share = if number > 0.0 && number < 1.0 { "; it counts things and is no share of them" } else { "" };
+            let share = if number > 0.0 && number < 1.0 && range.max > 1.0 {
+                "; it counts things and is no share of them"
+            } else {
+                ""
+            };
             let problem = format!("{} is not whole", number_text(number));
             self.fault(node.place, path, problem, format!("give {allowed}{share}"));
             return None;

@@ -27,8 +27,8 @@ pub const DEFECT_COUNTS: [&str; 19] = [
     "defects.tablet_on_flange",
 ];
 
-/// Those of them that a pocket has at most one of: all but what lies on the flange.
-pub const POCKET_DEFECT_COUNTS: &[&str] = DEFECT_COUNTS.split_at(16).0;
+/// Those of them that a pocket has at most one of: all but the last three, which lie on the flange.
+pub const POCKET_DEFECT_COUNTS: &[&str] = DEFECT_COUNTS.split_at(DEFECT_COUNTS.len() - 3).0;
 
 /// Defects that exclude each other in a pocket: another content, or a damaged tablet.
 pub const EXCLUSIVE_DEFECT_COUNTS: [&str; 8] = [

@@ -120,3 +120,29 @@ pub fn plan(stream: Stream, defects: &Defects, pockets: usize) -> Vec<PlannedDef
 pub fn graded(severity: f32, from: f32, to: f32) -> f32 {
     from + (to - from) * severity
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::parameters::{EXCLUSIVE_DEFECT_COUNTS, POCKET_DEFECT_COUNTS};
+    use super::*;
+
+    /// What recipes are told of counts is what the plan does: these are the kinds of pockets, and those exclude each other.
+    #[test]
+    fn counts_are_those_of_the_plan() {
+        let path = |class: &Class| format!("defects.{}", class.name());
+        let planned: Vec<Class> = KINDS.into_iter().chain([Class::Channel]).collect();
+        let mut kinds: Vec<String> = planned.iter().map(path).collect();
+        let mut named = POCKET_DEFECT_COUNTS.to_vec();
+        kinds.sort();
+        named.sort_unstable();
+        assert_eq!(kinds, named);
+        let exclusive: Vec<&Class> =
+            planned.iter().filter(|class| EXCLUSIVE_DEFECT_COUNTS.contains(&path(class).as_str())).collect();
+        assert_eq!(exclusive.len(), EXCLUSIVE_DEFECT_COUNTS.len());
+        for (place, later) in exclusive.iter().enumerate() {
+            for earlier in &exclusive[..place] {
+                assert!(!together(**earlier, **later), "{earlier:?} and {later:?}");
+            }
+        }
+    }
+}

@@ -15,8 +15,6 @@ const KNOT_PX: usize = 200;
 /// Furthest that the middle fibre of a knot dives from its axis [deg]: rings about the axis and a knot that is cut
 /// off by the image leave it within a few degrees, clear wood dives tens of degrees less.
 const DIVE_DEG: f32 = 20.0;
-/// Air below film that is more than the rim of film which hangs over something beside the pockets [mm].
-const LEAST_AIR_MM: f32 = 0.01;
 
 /// Every pixel of an instance has the class of its object, and every other one is ground.
 pub(super) fn instances(row: &StoredRow, decoded: &DecodedImages, place: &str, report: &mut ValidationReport) {
@@ -78,7 +76,7 @@ pub(super) fn truth(
     }
     let Some(instance) = decoded.get("instance") else { return };
     if let Some(gap) = map("FilmGap").filter(|_| whole) {
-        let count = gap.iter().zip(instance).filter(|(gap, instance)| **gap > LEAST_AIR_MM && **instance == 0).count();
+        let count = gap.iter().zip(instance).filter(|(gap, instance)| **gap > 0.0 && **instance == 0).count();
         if count > 0 {
             fault(format!("{count} pixels of the flange have air below the film"));
         }

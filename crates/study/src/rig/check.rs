@@ -295,7 +295,7 @@ fn out_of_view_remedy(scene: &Scene, specimen: &Specimen, [x, y]: [[f64; 2]; 2])
     let behind =
         format!("let it begin earlier by {group}.lead_in_mm, or lengthen the scan by scan.profiles or motion.step_mm");
     let shares = format!(
-        "{} of it lie within the field along the line, {} along the scan",
+        "{} of it lies within the field along the line, {} along the scan",
         percent(along_line),
         percent(along_scan)
     );
