@@ -3,6 +3,7 @@
 pub mod effective;
 pub mod labels;
 
+mod binning;
 mod derived;
 mod exposed_rows;
 mod line_solver;
@@ -18,8 +19,8 @@ use procedural::wood::{BoardStreams, Plank, Stem};
 use procedural::{Body, Class, Mesh};
 use rayon::prelude::*;
 
+use crate::binning::Binning;
 use crate::effective::{calibration_numbers, effective, typical};
-use crate::labels::Binning;
 use bench::settings::{LogSource, RangeForm, SensorStack, Transport};
 use dataset::record::{Below, Labels, Maps, Record, StackFrame, TruthMaps};
 use recipe::{Plan, Scene, Subject};
