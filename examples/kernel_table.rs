@@ -41,7 +41,12 @@ fn main() -> Result<()> {
     }
     let ordered: Option<Vec<PathStatistics>> =
         spaces().map(|of| done.iter().find(|paths| paths.of == of).cloned()).collect();
-    let nodes = half_space::table(&ordered.ok_or("a half space is missing")?);
+    let ordered = ordered.ok_or("a half space is missing")?;
+    // What `transport::kernel::view` has as constants.
+    for (group, [slope, correlation]) in half_space::skewness(&ordered).into_iter().enumerate() {
+        eprintln!("group {group}: third moments {slope:.3} of shift times variance, correlation {correlation:.2}");
+    }
+    let nodes = half_space::table(&ordered);
     let bytes: Vec<u8> = nodes.iter().flatten().flat_map(|value| value.to_le_bytes()).collect();
     std::fs::write(&out, bytes)?;
     Ok(())

@@ -176,7 +176,8 @@ pub(crate) struct GenerateArgs {
 /// Changes to a recipe.
 #[derive(Debug, Args)]
 struct Changes {
-    /// Change a key of the recipe, the value in YAML: --set camera.tilt_deg=30; may be given several times
+    /// Change a key of the recipe, the value in YAML: --set camera.tilt_deg=30; may be given several
+    /// times, and of one key the last counts
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<Change>,
 }
@@ -401,7 +402,10 @@ fn schema_command(what: SchemaKind) -> CommandResult {
 
 /// A whole number that is not negative.
 fn whole<T: FromStr>(text: &str) -> Result<T, String> {
-    text.parse().map_err(|_| "give a whole number that is not negative, for instance 100".into())
+    let most = format!("give a whole number of at most {}", u64::MAX);
+    let too_great = !text.is_empty() && text.bytes().all(|digit| digit.is_ascii_digit());
+    text.parse()
+        .map_err(|_| if too_great { most } else { "give a whole number that is not negative, for instance 100".into() })
 }
 
 fn parse_part(text: &str) -> Result<(u64, u64), String> {

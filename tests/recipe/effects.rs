@@ -103,6 +103,10 @@ fn what_cannot_show_is_told() {
         Recipe::parse("a.yaml", &text).unwrap_or_else(|error| panic!("{error}"))
     };
     for (keys, note) in [
+        (
+            "speckle: {strength: 0, surface_patterns: 2}",
+            "speckle.surface_patterns has no effect while `speckle.strength` is 0",
+        ),
         ("moisture: {patch_count: 2, filled: 0}", "moisture.patch_count has no effect while `moisture.filled` is 0"),
         ("log: {juvenile_rings: 9, juvenile_latewood_ratio: 1}", "log.juvenile_rings has no effect while"),
         ("anatomy: {canals_per_mm2: 20, canal_um: 500}", "anatomy.canal_um can be 500, and where 20 canals stand"),

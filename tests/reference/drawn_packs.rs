@@ -62,7 +62,7 @@ fn figures(answer: &Answer) -> Vec<f64> {
 
 /// Kinds of packs, and the deviation that 95 % of the windows keep beside two standard errors of the judge. Pigmented are films over air
 /// that turn half of the light or more.
-const BARS: [(&str, f64); 4] = [("pigmented", 0.06), ("tablet", 0.13), ("foil", 0.27), ("sealed", 0.11)];
+const BARS: [(&str, f64); 4] = [("pigmented", 0.06), ("tablet", 0.09), ("foil", 0.27), ("sealed", 0.11)];
 /// Reduced scattering times thickness from which on a film is pigmented [1].
 const PIGMENTED: f64 = 0.5;
 

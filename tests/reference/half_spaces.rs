@@ -155,15 +155,15 @@ static JUDGED: LazyLock<Vec<[Figure; 7]>> = LazyLock::new(|| {
 /// gravity absolute, of the rest relative. The fixed widths are coarse for free paths under 0.03 mm, a quarter of the media.
 const BARS: [(&str, f64, f64); 10] = [
     ("R", 0.004, 0.006),
-    ("S(1,8)", 0.02, 0.06),
-    ("S(7,5)", 0.02, 0.05),
-    ("lens", 0.05, 0.12),
-    ("lens S(1,8)", 0.05, 0.1),
-    ("lens S(7,5)", 0.055, 0.18),
-    ("centre of gravity", 0.14, 0.45),
-    ("fixed widths, lens S(1,8)", 0.12, 0.25),
-    ("fixed widths, lens S(7,5)", 0.055, 0.18),
-    ("fixed widths, centre of gravity", 0.12, 0.45),
+    ("S(1,8)", 0.01, 0.05),
+    ("S(7,5)", 0.01, 0.05),
+    ("lens", 0.05, 0.1),
+    ("lens S(1,8)", 0.04, 0.1),
+    ("lens S(7,5)", 0.04, 0.1),
+    ("centre of gravity", 0.09, 0.36),
+    ("fixed widths, lens S(1,8)", 0.1, 0.24),
+    ("fixed widths, lens S(7,5)", 0.05, 0.1),
+    ("fixed widths, centre of gravity", 0.1, 0.36),
 ];
 
 /// Every figure within [`BARS`].

@@ -82,6 +82,8 @@ fn csv(file: &Asset) -> Result<Vec<Vec<f64>>, AssetFault> {
     let name = file.name();
     let text = std::str::from_utf8(file.bytes())
         .map_err(|_| AssetFault::new(format!("`{name}` is no text of UTF-8"), "save it as CSV anew"))?;
+    // Spreadsheets begin their tables with a byte order mark.
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let mut table = Vec::new();
     for (index, line) in text.lines().enumerate() {
         if line.trim().is_empty() || line.starts_with('#') {
@@ -119,6 +121,13 @@ mod tests {
     fn as_json(file: &Asset, n: usize) -> Asset {
         let rows = table(file).expect("a table");
         Asset::new(&format!("own_{}.json", TABLES[n]), serde_json::to_vec(&rows).expect("JSON"))
+    }
+
+    #[test]
+    fn a_byte_order_mark_is_no_number() {
+        let [(name, bytes)] = GRAN_1[0];
+        let marked = Asset::new("pith.csv", ["\u{feff}".as_bytes(), bytes].concat());
+        assert_eq!(table(&marked).expect("a table"), table(&Asset::new(name, bytes.to_vec())).expect("a table"));
     }
 
     #[test]

@@ -112,7 +112,8 @@ impl Pack {
                     let (mut upper, other) = if tent.top > pocket.top { (tent, pocket) } else { (pocket, tent) };
                     upper.keep_above(other.low(tilt), tilt);
                     spot.leaf = upper;
-                    if tent.top > pocket.top {
+                    // Beside pockets it is not sealed, wherever its shape is the higher one.
+                    if tent.top > pocket.top || pocket.inset <= 0.0 {
                         spot.mark = Some(label);
                     }
                 }

@@ -2,9 +2,10 @@
 //!
 //! On each of the four sides of the object, pixels 2 and 3 places beyond its edge must be at the conveyor's height and
 //! those 2 and 3 places within at the object's, told apart half way between both. The object's
-//! height there is taken from the pixels further within, less what these rise towards its middle. A mask that is shifted by three pixels,
+//! height there is taken from the pixels further within that are of the edge's own class, less what these rise towards its middle. A mask that is shifted by three pixels,
 //! mirrored, or of another sample has most of them wrong on some side; `docs/faults.md` has the rates. Sides without a
-//! clear step are left out: a card as thin as the noise of Range on the conveyor, or an object that fills the image.
+//! clear step are left out: a card as thin as the noise of Range on the conveyor, an object that fills the image, a rim that is
+//! narrower than these strips; and the first and last rows under a laser with a second line, which lights the object ahead of the line.
 
 use super::finding::{Code, Finding};
 use super::images::DecodedImages;
@@ -29,8 +30,13 @@ const WRONG: f32 = 0.6;
 /// Of a normal law, standard deviation over median absolute deviation [1].
 const SIGMA: f32 = 1.4826;
 
-/// Checks the edges of one sample.
-pub(super) fn check(cols: usize, decoded: &DecodedImages, place: &str, report: &mut ValidationReport) {
+/// Checks the edges of one sample; where `second_line` says that the laser has one, those of columns alone.
+pub(super) fn check(
+    (cols, second_line): (usize, bool),
+    decoded: &DecodedImages,
+    place: &str,
+    report: &mut ValidationReport,
+) {
     let (Some(label), Some(range)) = (decoded.get("label"), decoded.get("range")) else { return };
     let mut conveyor: Vec<u16> =
         label.iter().zip(range).filter(|(label, range)| **label == 0 && **range > 0).map(|(_, range)| *range).collect();
@@ -41,6 +47,9 @@ pub(super) fn check(cols: usize, decoded: &DecodedImages, place: &str, report: &
     conveyor.iter_mut().for_each(|r| *r = (f32::from(*r) - level).abs() as u16);
     let noise = SIGMA * median(&mut conveyor);
     for (name, lines) in [("column", Lines { cols, across: false }), ("row", Lines { cols, across: true })] {
+        if lines.across && second_line {
+            continue;
+        }
         for backwards in [false, true] {
             let Some(wrong) = side(label, range, (level, noise), &lines, backwards) else { continue };
             if wrong > WRONG {
@@ -87,14 +96,15 @@ fn side(label: &[u16], range: &[u16], (level, noise): (f32, f32), lines: &Lines,
                 (0, 0) => continue,
                 // Into the object.
                 (0, _) => {
-                    edge = Some(k);
+                    edge = Some((k, here));
                     let outside = (NEAR..=FAR).filter_map(|d| k.checked_sub(d)).map(at);
                     beyond.extend(outside.take_while(|&i| label[i] == 0).map(|i| range[i]).filter(|&r| r > 0));
                 }
                 (_, 0) => edge = None,
                 _ => {}
             }
-            let Some(edge) = edge else { continue };
+            // Beside another class the object may stand higher: a pocket on a card.
+            let Some((edge, _)) = edge.filter(|(_, class)| *class == here) else { continue };
             let place = k - edge + 1;
             let r = range[at(k)];
             if r > 0 && (NEAR..=DEEP).contains(&place) {

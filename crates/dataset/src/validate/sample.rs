@@ -91,7 +91,8 @@ pub(super) fn check(
     usefulness::check(task, &row, &decoded, &place, report);
     // The thesis' method lets light out beyond the object's edges.
     if task.head.recipe.canonical["transport"]["model"] != "thesis" {
-        outline::check(cols, &decoded, &place, report);
+        let second_line = task.head.recipe.canonical["laser"]["second_line_mm"] != 0.0;
+        outline::check((cols, second_line), &decoded, &place, report);
     }
     true_rows::labels(&rows, cols, &decoded, &place, report);
     if task.head.range_unit() == "mm" {

@@ -3,7 +3,8 @@
 //!
 //! Range is no truth: it lies below the surface of what lets light in, and is the tablet's under clear film. So it is held
 //! to what no measurement misses: the median distance of well lit pixels from between the surface and what lies below a
-//! film is [`FAR_MM`] at most.
+//! film is [`FAR_MM`] at most. Pixels at the greatest digital number are left out: a line that is saturated over many rows is
+//! measured in the middle of these.
 
 use exr::prelude::f16;
 use output_schema::SampleType;
@@ -16,7 +17,7 @@ use crate::{ExrChannel, truth_channel};
 
 /// Median distance of Range from the body that is a fault [mm].
 const FAR_MM: f32 = 2.0;
-/// A pixel is well lit from this share of the greatest digital number on [1].
+/// A pixel is well lit from this share of the greatest digital number on, if it is below that [1].
 const LIT: f32 = 0.25;
 /// Pixels that it takes to judge Range [px].
 const MIN_PIXELS: usize = 64;
@@ -93,7 +94,7 @@ pub(super) fn range(
         let (Some(range), Some(light)) = (range.get(line.clone()), light.get(line)) else { continue };
         let bodies = row.truth.height.iter().zip(&row.lower);
         for ((&range, &light), (&height, &below)) in range.iter().zip(light).zip(bodies) {
-            if range > 0 && f32::from(light) >= LIT * f32::from(most) && !height.is_nan() {
+            if range > 0 && light < most && f32::from(light) >= LIT * f32::from(most) && !height.is_nan() {
                 let measured = (scale[0] + f64::from(range) * scale[1]) as f32;
                 apart.push((measured - height).max(0.0) - (below - measured).max(0.0));
             }

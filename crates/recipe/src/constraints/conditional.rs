@@ -243,11 +243,14 @@ const POCKETS: ParameterNeeds = Any(&["inclusions.resin_pocket_count", "inclusio
 const INCLUSIONS: ParameterNeeds =
     Any(&["inclusions.resin_pocket_count", "inclusions.resin_streak_count", "inclusions.bark_pocket_count"]);
 const CRACKS: ParameterNeeds = Any(&["cracks.check_count", "cracks.shake_count", "cracks.split_count"]);
+const SPECKLE: ParameterNeeds = Amount("speckle.strength");
 const DEFECTS: ParameterNeeds = Any(&DEFECT_COUNTS);
 
 /// Parameters that are for objects which no sample may have: a recipe may keep them for classes to come, so they are noted and
 /// not refused.
 const NOTED: &[(&str, &[ParameterNeeds])] = &[
+    ("speckle.surface_patterns", &[SPECKLE]),
+    ("speckle.volume_patterns", &[SPECKLE]),
     ("board.saw_pitch_mm", &[Amount("board.saw_ripple_um")]),
     ("log.ring_width_correlation", &[Amount("log.ring_width_log_sd")]),
     ("log.juvenile_rings", &[ParameterNeeds::Factor("log.juvenile_latewood_ratio")]),

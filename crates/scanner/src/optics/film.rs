@@ -292,12 +292,13 @@ impl TransmissionScratch {
         // Foil throws flat light elsewhere than to the lens: what a wall has sent back must be turned down once more.
         let holds = if metal { spread.holds * spread.holds } else { spread.holds };
         let confinement = Confinement::of(film, holds, spread.beyond[1]);
+        let row = sight.row - spread.below_beside * sight.rows_per_mm;
         let widened = sight.laser_variance * (widening.min(MAX_WIDENING).powi(2) - 1.0);
         self.below[column] = Some(TransmittedPoint {
             column: view.camera.project(seen.x, 0.0, seen.z)[0],
             z,
             lands,
-            sight: Sight { variance: sight.variance + widened, ..sight },
+            sight: Sight { row, variance: sight.variance + widened, ..sight },
             light: std::array::from_fn(|j| match j {
                 _ if j < first => 0.0,
                 0..NARROW_WIDTHS => spread.below[j] * white * glint,

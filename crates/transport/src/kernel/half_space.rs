@@ -2,14 +2,14 @@
 //! Films over something are answered by [`super::film_stack`].
 
 use super::table::{DISPERSION_DEG, HalfSpaceTable, PATH_BINS};
-use super::view::{CONE_BINS, LEAST_VARIANCE, view_group};
+use super::view::{FIRST_SKEWED, SKEWED_BINS, SkewedBin, group_of};
 use super::{SurfacePoint, after_absorption};
 use crate::answer::{Answer, Estimate, Question};
 use crate::fresnel::fresnel_dielectric;
 use crate::stack::{Layer, Scattering, Stack, Substrate, WOOD_DISPERSION};
 use procedural::{KERNEL_INDICES, KERNEL_LEAST_SHARE};
 
-/// Light that left after about the same path.
+/// Light that left after about the same path, or half of it where what the lens sees is skewed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gaussian {
     /// Share of the light that arrived [1].
@@ -26,8 +26,8 @@ pub struct Gaussian {
     pub towards: f64,
     /// How far along the motion the lens sees it beside light to all sides [mm].
     pub seen_shift: f64,
-    /// How much less variance along the motion the lens sees [mm^2].
-    pub seen_narrower: f64,
+    /// Variance along the motion of what the lens sees [mm^2].
+    pub seen_variance: f64,
 }
 
 /// Why the kernel has no answer.
@@ -84,24 +84,38 @@ pub fn gaussians(texel: &SurfacePoint) -> Vec<Gaussian> {
     let share = texel.sigma_i / (texel.sigma_i + texel.k);
     let node = HalfSpaceTable::get().between(texel.n, share, texel.sin_dive, texel.dispersion_deg);
     let towards = texel.view.towards(node.views(), texel.cos_azimuth, texel.view_motion);
-    (0..PATH_BINS)
-        .map(|l| {
-            let path = f64::from(node.path()[l]) / scattering;
-            let (left, narrower) = after_absorption(texel.mu_a * path as f32);
-            let area = f64::from(narrower) / (scattering * scattering);
-            let group = if l < CONE_BINS { view_group(true, l) } else { view_group(false, l - CONE_BINS) };
-            Gaussian {
-                weight: f64::from(texel.enter * node.weight()[l] * left),
-                path,
-                along: f64::from(node.along()[l]) / scattering,
-                variance_along: f64::from(node.variance_along()[l]) * area,
-                variance_across: f64::from(node.variance_across()[l]) * area,
-                towards: f64::from(towards.factor[group]),
-                seen_shift: f64::from(towards.shift[group]) / scattering,
-                seen_narrower: f64::from(towards.narrower[group]) / (scattering * scattering),
+    let c2 = f64::from(texel.cos_azimuth).powi(2);
+    let mut all = Vec::with_capacity(PATH_BINS + SKEWED_BINS);
+    for l in 0..PATH_BINS {
+        let path = f64::from(node.path()[l]) / scattering;
+        let (left, narrower) = after_absorption(texel.mu_a * path as f32);
+        let area = f64::from(narrower) / (scattering * scattering);
+        let variance_along = f64::from(node.variance_along()[l]) * area;
+        let variance_across = f64::from(node.variance_across()[l]) * area;
+        let group = group_of(l);
+        let (seen_along, seen_across) = (f64::from(towards.along[group]), f64::from(towards.across[group]));
+        let bin = Gaussian {
+            weight: f64::from(texel.enter * node.weight()[l] * left),
+            path,
+            along: f64::from(node.along()[l]) / scattering,
+            variance_along,
+            variance_across,
+            towards: f64::from(towards.factor[group]),
+            seen_shift: f64::from(towards.shift[group]) / scattering,
+            seen_variance: c2 * seen_along * variance_along + (1.0 - c2) * seen_across * variance_across,
+        };
+        match l.checked_sub(FIRST_SKEWED) {
+            Some(number) if number < SKEWED_BINS => {
+                let halves = SkewedBin::new(number, bin.seen_shift as f32, bin.seen_variance as f32);
+                for (side, variance) in [1.0, -1.0].into_iter().zip(halves.variances) {
+                    let seen_shift = bin.seen_shift + side * f64::from(halves.nearer);
+                    all.push(Gaussian { weight: 0.5 * bin.weight, seen_shift, seen_variance: variance.into(), ..bin });
+                }
             }
-        })
-        .collect()
+            _ => all.push(bin),
+        }
+    }
+    all
 }
 
 /// Asks the kernel about `stack`.
@@ -127,12 +141,7 @@ pub fn solve(stack: &Stack, question: &Question) -> Result<Answer, KernelError> 
         g.weight * share(row as f64 * pitch - middle, pitch, variance + question.line_mm * question.line_mm)
     };
     let line = |row: i64| sum(&|g| share_of(g, row, 0.0, variance(g)));
-    let seen = |row: i64| {
-        sum(&|g| {
-            let all = variance(g);
-            g.towards * share_of(g, row, g.seen_shift, (all - g.seen_narrower).max(f64::from(LEAST_VARIANCE) * all))
-        })
-    };
+    let seen = |row: i64| sum(&|g| g.towards * share_of(g, row, g.seen_shift, g.seen_variance));
     let rows = question.rows as i64;
     Ok(Answer {
         model: "kernel".into(),

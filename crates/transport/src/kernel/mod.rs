@@ -32,7 +32,7 @@ pub use self::diffusion_tensor::diffusion;
 pub use self::half_space::{Gaussian, KernelError, gaussians, solve};
 pub use self::path_law::{PathLaw, path_laws};
 use self::table::{HalfSpaceTable, LANES, PATH_BINS};
-use self::view::{CONE_BINS, LEAST_VARIANCE, View, view_group};
+use self::view::{FIRST_SKEWED, SKEWED_BINS, SkewedBin, View, group_of};
 pub use self::widths::{BASIS, PACK_SPREAD_MM, SPREAD_MM, WidthShares};
 use numerics::lanes::{exp, ln};
 
@@ -42,6 +42,8 @@ pub const SPREAD_ACROSS_OVER_ALONG: f32 = 0.6;
 const MAX_FACTOR: f32 = 12.2;
 /// Weight of a bin that is left out [1].
 const MIN_BIN_WEIGHT: f32 = 2e-6;
+/// Lanes of the table's bins and of the further halves of those that are skewed.
+const HALVES: usize = LANES + SKEWED_BINS;
 /// Points whose answers are dealt out together.
 const POINTS_TOGETHER: usize = 32;
 /// Relative variance of the paths in a bin: ln(1.8225)^2 / 12 [1].
@@ -183,28 +185,45 @@ fn surface_point_spread(texel: &SurfacePoint, table: &HalfSpaceTable, shares: &W
     let spread_mm = shares.spread_mm();
     let widest = spread_mm[BASIS - 1] * spread_mm[BASIS - 1];
     let towards = texel.view.towards(node.views(), texel.cos_azimuth, texel.view_motion);
-    let mut narrowed = [0.0f32; LANES];
+    let (mut seen_along, mut seen_across) = ([0.0f32; LANES], [0.0f32; LANES]);
     for l in 0..PATH_BINS {
-        narrowed[l] =
-            towards.narrower[if l < CONE_BINS { view_group(true, l) } else { view_group(false, l - CONE_BINS) }];
+        seen_along[l] = c2 * towards.along[group_of(l)];
+        seen_across[l] = (1.0 - c2) * towards.across[group_of(l)];
     }
-    let (mut w, mut place) = ([0.0f32; LANES], [0.0f32; LANES]);
+    // The further halves of skewed bins stand behind the table's bins.
+    let (mut w, mut variance, mut moved) = ([0.0f32; HALVES], [0.0f32; HALVES], [0.0f32; HALVES]);
     for l in 0..LANES {
         let (left, narrower) = after_absorption(a * path[l]);
-        let all = narrower * (spread_along[l] * c2 + spread_across[l] * (1.0 - c2));
-        let variance = f2 * (all - narrowed[l]).max(LEAST_VARIANCE * all);
+        variance[l] = narrower * (spread_along[l] * seen_along[l] + spread_across[l] * seen_across[l]);
+        w[l] = texel.enter * weight[l] * left;
+    }
+    for i in 0..SKEWED_BINS {
+        let near = FIRST_SKEWED + i;
+        let bin = SkewedBin::new(i, towards.shift[group_of(near)], variance[near]);
+        w[near] *= 0.5;
+        w[LANES + i] = w[near];
+        [variance[near], variance[LANES + i]] = bin.variances;
+        [moved[near], moved[LANES + i]] = [bin.nearer, -bin.nearer];
+    }
+    let mut place = [0.0f32; HALVES];
+    for l in 0..HALVES {
+        let variance = f2 * variance[l];
         // Beyond the widest: the height at the centre goes with one over the width.
-        let shrink = (widest / variance.max(widest)).sqrt();
-        let all = texel.enter * weight[l] * left * shrink;
+        let all = w[l] * (widest / variance.max(widest)).sqrt();
         w[l] = if all < MIN_BIN_WEIGHT { 0.0 } else { all };
         // No `clamp`: its check of bounds that are not known beforehand would keep this from being vector code.
         place[l] = shares.place(ln(variance.max(0.0).min(widest) + widths::line_mm2()));
     }
     let (mut all, mut seen, mut moment) = ([0.0f32; BASIS], [0.0f32; BASIS], [0.0f32; BASIS]);
-    for l in 0..PATH_BINS {
-        let group = if l < CONE_BINS { view_group(true, l) } else { view_group(false, l - CONE_BINS) };
+    for l in 0..HALVES {
+        // Long paths of what absorbs, and padding.
+        if w[l] == 0.0 {
+            continue;
+        }
+        let bin = if l < LANES { l } else { FIRST_SKEWED + l - LANES };
+        let group = group_of(bin);
         let light = w[l] * towards.factor[group];
-        let displaced = light * (texel.cos_azimuth * along[l] + towards.shift[group]);
+        let displaced = light * (texel.cos_azimuth * along[bin] + towards.shift[group] + moved[l]);
         let share = shares.at(place[l]);
         for j in 0..BASIS {
             all[j] += w[l] * share[j];

@@ -1,11 +1,11 @@
 //! Lengths of path of the light that a lens sees beside a line: what speckle's contrast depends on.
 //!
 //! Of the table's Gaussians those with long paths are wide, so light further from the line has travelled further. In each row the
-//! light there has a density over the lengths of path, even in the logarithm within each bin of the table. Neglected: the difference of
-//! media between entry and exit.
+//! light there has a density over the lengths of path, even in the logarithm within each bin of the table. Neglected: that they are skewed, and
+//! the difference of media between entry and exit.
 
 use super::table::{HalfSpaceTable, LANES, PATH_BINS};
-use super::view::{CONE_BINS, view_group};
+use super::view::{CONE_BINS, group_of};
 use super::{BIN_VARIANCE, SurfacePoint, after_absorption};
 use multiversion::multiversion;
 use numerics::lanes::{exp, ln};
@@ -24,6 +24,9 @@ const BIN_LOGARITHM: f32 = 0.600_21;
 
 /// Least part of light's heights that counts as light [1].
 const DARK: f32 = 1e-30;
+
+/// Light of a bin over that of the brightest that shows in no contrast [1].
+const UNSEEN: f32 = 1e-4;
 
 /// Places that are worked out together, each in a lane of its own.
 const PLACES: usize = 8;
@@ -48,8 +51,9 @@ fn laws(point: &SurfacePoint, blur_mm2: f32, away: &[f32; PLACES]) -> [PathLaw; 
     let (mut variance, mut logarithm) = ([1.0f32; LANES], [0.0f32; LANES]);
     for l in 0..PATH_BINS {
         let (left, narrower) = after_absorption(a * node.path()[l]);
-        let group = if l < CONE_BINS { view_group(true, l) } else { view_group(false, l - CONE_BINS) };
-        let spread = f2 * narrower * (node.variance_along()[l] * c2 + node.variance_across()[l] * (1.0 - c2));
+        let group = group_of(l);
+        let along = node.variance_along()[l] * c2 * towards.along[group];
+        let spread = f2 * narrower * (along + node.variance_across()[l] * (1.0 - c2) * towards.across[group]);
         variance[l] = spread + blur_mm2;
         light[l] = node.weight()[l] * left * towards.factor[group] / variance[l].sqrt();
         middle[l] = free * (point.cos_azimuth * node.along()[l] + towards.shift[group]);
@@ -58,7 +62,11 @@ fn laws(point: &SurfacePoint, blur_mm2: f32, away: &[f32; PLACES]) -> [PathLaw; 
     let (mut sum, mut first, mut second) = ([0.0f32; PLACES], [0.0f32; PLACES], [0.0f32; PLACES]);
     // Bins of cone light are the first of the rest's.
     let (mut bins, mut paths) = ([[0.0f32; PLACES]; PATH_BINS - CONE_BINS], [[0.0f32; PLACES]; PATH_BINS - CONE_BINS]);
+    let most = light.iter().fold(0.0, |most: f32, light| most.max(*light));
     for l in 0..PATH_BINS {
+        if light[l] <= UNSEEN * most {
+            continue;
+        }
         let bin = if l < CONE_BINS { l } else { l - CONE_BINS };
         let (bins, paths) = (&mut bins[bin], &mut paths[bin]);
         for n in 0..PLACES {

@@ -93,6 +93,8 @@ pub(crate) struct HalfSpaceTable {
     dives: [f32; DIVE_DEG.len()],
     /// Square roots of [`RHO`].
     shares: [f32; RHO.len()],
+    /// [`confined`] of [`N`].
+    indices: [f32; N.len()],
     /// Logarithms of [`DISPERSION_DEG`].
     dispersions: [f32; DISPERSION_DEG.len()],
 }
@@ -108,17 +110,18 @@ impl HalfSpaceTable {
                 nodes,
                 dives: DIVE_DEG.map(|dive| steepness(libm::sin(f64::from(dive).to_radians()) as f32)),
                 shares: RHO.map(f32::sqrt),
+                indices: N.map(confined),
                 dispersions: DISPERSION_DEG.map(ln),
             }
         })
     }
 
     /// The half space of index `n`, background's share `rho`, sine of dive `sin_dive` and dispersion `dispersion_deg`, clamped
-    /// to the table's ends: linear in the simplex of five neighbours that holds it (Kasson, Nin, Plouffe and Hafner 1995), in the index, the
+    /// to the table's ends: linear in the simplex of five neighbours that holds it (Kasson, Nin, Plouffe and Hafner 1995), in what the index lets out, the
     /// share's root, the dive's steepness and the dispersion's logarithm.
     #[inline(always)]
     pub fn between(&self, n: f32, rho: f32, sin_dive: f32, dispersion_deg: f32) -> HalfSpaceNode {
-        let (a, fa) = locate(&N, n);
+        let (a, fa) = locate(&self.indices, confined(n));
         let (b, fb) = locate(&self.shares, rho.sqrt());
         let (c, fc) = locate(&self.dives, steepness(sin_dive));
         let (d, fd) = locate(&self.dispersions, ln(dispersion_deg));
@@ -160,6 +163,12 @@ fn steepness(sin: f32) -> f32 {
     sin / (sin + (1.0 - sin * sin).max(0.0).sqrt())
 }
 
+/// Square of the cosine of the critical angle inside matter of index `n`, 1 - 1 / n^2 [1].
+#[inline(always)]
+fn confined(n: f32) -> f32 {
+    1.0 - 1.0 / (n * n)
+}
+
 /// The value below `x` of rising `values`, and how far `x` is on the way to the next one.
 #[inline(always)]
 fn locate(values: &[f32], x: f32) -> (usize, f32) {
@@ -170,4 +179,17 @@ fn locate(values: &[f32], x: f32) -> (usize, f32) {
         }
     }
     (low, ((x - values[low]) / (values[low + 1] - values[low])).clamp(0.0, 1.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Cone light falls away from its bright direction, at every node and so between them: a logarithm that were convex in the change of the
+    /// cosine would rise again on the dark flank, where next to no light goes.
+    #[test]
+    fn cone_light_has_one_bright_direction() {
+        let table = HalfSpaceTable::get();
+        assert!(table.nodes.iter().all(|node| node.views()[2][..VIEW_LANES / 2].iter().all(|&bend| bend <= 0.0)));
+    }
 }

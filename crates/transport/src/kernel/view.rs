@@ -11,14 +11,18 @@
 //! factor of the rest      a0 + a1 s + a2 s^2 + a3 x^2
 //! shift along the track   b0 + b1 s
 //! shift across it         b2 x
-//! variance along it       less b1^2 (1/2 - s^2), across it less b2^2 (1/2 - x^2); of the rest, no less than 0.4 of all light's
+//! variance along it       d0 + d1 s, of that of light to all sides
+//! variance across it      d2, of that of light to all sides
 //! ```
 //!
 //! A Lambertian surface has the factor 1 everywhere. Light that leaves towards the lens was on its way there when it was last turned,
 //! below and behind the point of exit: that is the shift. It grows with the path until the light has forgotten where it came from. The last
-//! runs of light to all sides spread it by their directions and lengths, those of light to one view by their lengths alone: of
-//! runs of exponential lengths with mean b and directions of Lambert's law, whose part along an axis has the mean square 1/4, the former is
-//! 2 b^2 / 4, the latter b^2 s^2.
+//! runs of light to all sides spread it by their directions and lengths, those of light to one view by their lengths alone: light
+//! to a view lies narrower beside the line, down to half, and where fibres dive away from the view wider.
+//!
+//! Light that was turned once leaves near the lens, what was turned more often lies around it in a wide tail: after 0.2 to 20 mean
+//! free paths a bin of the rest is skewed. It stands as two Gaussians of half its light, the one nearer to the lens narrow and the
+//! other one wide ([`SkewedBin`]).
 //!
 //! Each kind has [`KIND_GROUPS`] groups of two bins of path lengths with coefficients of their own, so that absorption, which takes long
 //! paths, changes where light goes by itself. Bins beyond the walked ones are like the last group.
@@ -31,16 +35,47 @@ pub const CONE_BINS: usize = 14;
 pub const KIND_GROUPS: usize = CONE_BINS / 2;
 /// Lanes of groups: cone light in the first half, the rest in the second, each padded.
 pub const VIEW_LANES: usize = 16;
-/// Coefficients of a group: four of the factor, three of the shift.
-pub const VIEW_TERMS: usize = 7;
+/// Coefficients of a group: four of the factor, three of the shift, three of the variance.
+pub const VIEW_TERMS: usize = 10;
 
-/// Mean square of a direction's part along an axis, over light that leaves to all sides, times the mean square of runs over their
-/// mean's square [1].
-const ALL_SIDES: f32 = 0.25 * (1.0 + SQUARED_RUN);
-/// Variance of the last runs over the square of their mean; 1 for exponential ones [1].
-const SQUARED_RUN: f32 = 1.0;
-/// Least part of a variance that is left to light towards a view [1].
-pub(crate) const LEAST_VARIANCE: f32 = 0.4;
+/// Third central moments of light of the rest to a view, along the motion, over its shift and its variance, by group from the second on.
+/// `make kernel-table` tells them from the table's own walks, where they go with shift times variance by correlations of 0.73, 0.85,
+/// 0.80 and 0.57; later groups have next to none [1].
+const SKEWNESS: [f32; 4] = [-0.84, -0.87, -0.6, -0.29];
+/// Half of the way between both halves of a skewed bin, over its shift [1].
+const HALVES_APART: f32 = 0.5;
+/// Most of a variance that is between the halves [1].
+const MOST_BETWEEN: f32 = 0.3;
+/// Least part of a variance that is left to the nearer half [1].
+const LEAST_VARIANCE: f32 = 0.1;
+/// First of the table's bins that are skewed.
+pub(crate) const FIRST_SKEWED: usize = CONE_BINS + 2;
+/// Skewed bins.
+pub(crate) const SKEWED_BINS: usize = 2 * SKEWNESS.len();
+
+/// A skewed bin as two Gaussians of half its light each.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct SkewedBin {
+    /// Where the half lies that is nearer to the lens, beside the middle of both; the other one lies as far on the other side.
+    pub nearer: f32,
+    /// Variances of the nearer half and of the other one.
+    pub variances: [f32; 2],
+}
+
+impl SkewedBin {
+    /// Of skewed bin `number` with this `shift` and `variance`, of the same mean, variance and third moment.
+    #[inline(always)]
+    pub(crate) fn new(number: usize, shift: f32, variance: f32) -> Self {
+        let nearer = HALVES_APART * shift;
+        let within = variance - (nearer * nearer).min(MOST_BETWEEN * variance);
+        let apart = variance * SKEWNESS[number / 2] / (3.0 * HALVES_APART);
+        let near = (within + apart).max(LEAST_VARIANCE * variance);
+        Self { nearer, variances: [near, 2.0 * within - near] }
+    }
+}
+
+/// Variances of light to a view over those of light to all sides are kept between these [1].
+const VARIANCE_RANGE: (f32, f32) = (0.1, 3.0);
 
 /// Logarithms of radiance factors of cone light are kept between these [1].
 const CONE_LOGARITHM_RANGE: (f32, f32) = (-12.0, 2.5);
@@ -52,6 +87,12 @@ pub const fn view_group(cone: bool, bin: usize) -> usize {
     if cone { group } else { VIEW_LANES / 2 + group }
 }
 
+/// Lane of the group of a bin of the table, cone light first.
+#[inline(always)]
+pub(crate) const fn group_of(bin: usize) -> usize {
+    if bin < CONE_BINS { view_group(true, bin) } else { view_group(false, bin - CONE_BINS) }
+}
+
 /// What goes to a view, by group.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Towards {
@@ -59,8 +100,10 @@ pub(crate) struct Towards {
     pub factor: [f32; VIEW_LANES],
     /// Shift along the motion against light to all sides [mean free paths].
     pub shift: [f32; VIEW_LANES],
-    /// How much smaller than that of light to all sides its variance along the motion is [mean free paths^2].
-    pub narrower: [f32; VIEW_LANES],
+    /// Its variance along the fibres' track over that of light to all sides [1].
+    pub along: [f32; VIEW_LANES],
+    /// The same across the track [1].
+    pub across: [f32; VIEW_LANES],
 }
 
 /// Coordinates of a view.
@@ -108,25 +151,26 @@ impl View {
     pub(crate) fn towards(self, terms: &[[f32; VIEW_LANES]; VIEW_TERMS], cos_azimuth: f32, motion: f32) -> Towards {
         let (cone, rest) = (self.cone_terms(), self.rest_terms());
         let beside = motion - self.along * cos_azimuth;
-        let (along2, across2) = (rest[2], rest[3]);
-        let c2 = cos_azimuth * cos_azimuth;
-        let (mut factor, mut shift, mut narrower) = ([0.0; VIEW_LANES], [0.0; VIEW_LANES], [0.0; VIEW_LANES]);
+        let (least, most) = VARIANCE_RANGE;
+        let mut to = Towards {
+            factor: [0.0; VIEW_LANES],
+            shift: [0.0; VIEW_LANES],
+            along: [0.0; VIEW_LANES],
+            across: [0.0; VIEW_LANES],
+        };
         for lane in 0..VIEW_LANES / 2 {
             let logarithm = weighed([terms[0][lane], terms[1][lane], terms[2][lane], terms[3][lane]], cone);
-            factor[lane] = exp(logarithm.clamp(CONE_LOGARITHM_RANGE.0, CONE_LOGARITHM_RANGE.1));
+            to.factor[lane] = exp(logarithm.clamp(CONE_LOGARITHM_RANGE.0, CONE_LOGARITHM_RANGE.1));
         }
         for lane in VIEW_LANES / 2..VIEW_LANES {
-            factor[lane] = weighed([terms[0][lane], terms[1][lane], terms[2][lane], terms[3][lane]], rest).max(0.0);
-        }
-        for lane in VIEW_LANES / 2..VIEW_LANES {
-            let (along, across) = (terms[5][lane], terms[6][lane]);
-            narrower[lane] = c2 * along * along * (ALL_SIDES - SQUARED_RUN * along2)
-                + (1.0 - c2) * across * across * (ALL_SIDES - SQUARED_RUN * across2);
+            to.factor[lane] = weighed([terms[0][lane], terms[1][lane], terms[2][lane], terms[3][lane]], rest).max(0.0);
         }
         for lane in 0..VIEW_LANES {
-            shift[lane] = cos_azimuth * (terms[4][lane] + terms[5][lane] * self.along) + terms[6][lane] * beside;
+            to.shift[lane] = cos_azimuth * (terms[4][lane] + terms[5][lane] * self.along) + terms[6][lane] * beside;
+            to.along[lane] = (terms[7][lane] + terms[8][lane] * self.along).max(least).min(most);
+            to.across[lane] = terms[9][lane].max(least).min(most);
         }
-        Towards { factor, shift, narrower }
+        to
     }
 }
 

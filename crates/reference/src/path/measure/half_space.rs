@@ -75,6 +75,24 @@ pub struct PathBin {
     pub across2: f64,
 }
 
+impl PathBin {
+    fn together(bins: &[Self]) -> Self {
+        let sum = |pick: fn(&Self) -> f64| bins.iter().map(pick).sum();
+        Self {
+            weight: sum(|bin| bin.weight),
+            path: sum(|bin| bin.path),
+            along: sum(|bin| bin.along),
+            along2: sum(|bin| bin.along2),
+            across2: sum(|bin| bin.across2),
+        }
+    }
+
+    /// Variances along and across the fibres' track [mean free paths^2].
+    fn variances(&self) -> [f64; 2] {
+        [self.along2 / self.weight - (self.along / self.weight).powi(2), self.across2 / self.weight]
+    }
+}
+
 /// All sums of a half space; cone light, then the rest.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PathStatistics {
@@ -88,16 +106,37 @@ pub struct PathStatistics {
     pub seen: Vec<Seen>,
 }
 
-/// Light towards a view after a path in two bins, per photon that entered; serialised as three numbers.
+/// Light towards a view after a path in two bins, per photon that entered; serialised as nine numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Seen(
     /// Radiance factor [1].
     pub f64,
-    /// Times the displacement of where it leaves, towards the diving end [mean free paths].
-    pub f64,
-    /// Times the displacement across, to the right of the diving end [mean free paths].
-    pub f64,
+    /// Times the displacement of where it leaves, towards the diving end and across it to the right [mean free paths].
+    pub [f64; 2],
+    /// Times the squares of both, and their product [mean free paths^2].
+    pub [f64; 3],
+    /// Times (along, along, along), (along, along, across), (along, across, across), (across, across, across) [mean free paths^3].
+    pub [f64; 4],
 );
+
+impl Seen {
+    /// Adds `light` that leaves at `along` and `across` [mean free paths].
+    fn add(&mut self, light: f64, along: f64, across: f64) {
+        let Self(sum, first, second, third) = self;
+        *sum += light;
+        for (sum, place) in first.iter_mut().zip([along, across]) {
+            *sum += light * place;
+        }
+        let squares = [along * along, across * across, along * across];
+        for (sum, square) in second.iter_mut().zip(squares) {
+            *sum += light * square;
+        }
+        let cubes = [along * squares[0], across * squares[0], along * squares[1], across * squares[1]];
+        for (sum, cube) in third.iter_mut().zip(cubes) {
+            *sum += light * cube;
+        }
+    }
+}
 
 struct HalfSpaceSums {
     bins: [[PathBin; WALKED_BINS]; 2],
@@ -121,9 +160,8 @@ impl StackObserver for HalfSpaceObserver<'_> {
             let (exit, way) = lens.exit(photon);
             let group = bin(photon.path + way) / 2;
             let mut add = |part: usize, light: f64| {
-                let light = light * stands_for;
                 let sum = &mut self.sums.seen[(part * KIND_GROUPS + group) * VIEWS_MEASURED + view];
-                *sum = Seen(sum.0 + light, sum.1 + light * exit.y, sum.2 + light * exit.x);
+                sum.add(light * stands_for, exit.y, exit.x);
             };
             add(1, background);
             add(usize::from(photon.turned > 0), cylinders);
@@ -210,8 +248,13 @@ fn gather(of: MeasuredHalfSpace, batches: &[HalfSpaceSums], photons: f64) -> Pat
         }
     }
     let seen = (0..batches[0].seen.len()).map(|i| {
-        let sum = |pick: fn(&Seen) -> f64| batches.iter().map(|b| pick(&b.seen[i])).sum::<f64>() / photons;
-        Seen(sum(|seen| seen.0), sum(|seen| seen.1), sum(|seen| seen.2))
+        let sum = |pick: &dyn Fn(&Seen) -> f64| batches.iter().map(|b| pick(&b.seen[i])).sum::<f64>() / photons;
+        Seen(
+            sum(&|seen| seen.0),
+            std::array::from_fn(|k| sum(&|seen| seen.1[k])),
+            std::array::from_fn(|k| sum(&|seen| seen.2[k])),
+            std::array::from_fn(|k| sum(&|seen| seen.3[k])),
+        )
     });
     let left = batches.iter().map(|b| b.left).sum::<f64>() / photons;
     PathStatistics { of, bins, left, seen: seen.collect() }
@@ -259,6 +302,51 @@ pub fn table(all: &[PathStatistics]) -> Vec<[f32; NODE]> {
         }
     }
     nodes
+}
+
+/// Third central moments of light of the rest to a view, along its azimuth, over its shift times its variance, by group; and how well
+/// they go together (correlation about 0) [1].
+pub fn skewness(all: &[PathStatistics]) -> [[f64; 2]; KIND_GROUPS] {
+    std::array::from_fn(|group| {
+        let (mut both, mut shifts, mut thirds) = (0.0, 0.0, 0.0);
+        for paths in all {
+            let views = measured_views(paths.of);
+            let seen = seen_of(paths, 1, group);
+            let (light, along) = over_all_views(seen, &views);
+            if light <= MIN_GROUP_LIGHT {
+                continue;
+            }
+            for (s, v) in seen.iter().zip(&views).filter(|(s, _)| s.0 > 0.0) {
+                let tilt = f64::from(v.view.along).hypot(v.across);
+                let (c, r) = (f64::from(v.view.along) / tilt, v.across / tilt);
+                let mean = (c * s.1[0] + r * s.1[1]) / s.0;
+                let square = (c * c * s.2[0] + r * r * s.2[1] + 2.0 * c * r * s.2[2]) / s.0;
+                let cube = c * c * c * s.3[0] + 3.0 * c * r * (c * s.3[1] + r * s.3[2]) + r * r * r * s.3[3];
+                let variance = square - mean * mean;
+                if variance > 0.0 {
+                    let third = (cube / s.0 - 3.0 * mean * square + 2.0 * mean.powi(3)) / variance.powf(1.5);
+                    let (shift, weight) = ((mean - c * along / light) / variance.sqrt(), v.fitted * s.0);
+                    both += weight * shift * third;
+                    shifts += weight * shift * shift;
+                    thirds += weight * third * third;
+                }
+            }
+        }
+        [both / shifts, both / (shifts * thirds).sqrt()]
+    })
+}
+
+/// What was seen of a kind of light after the paths of a group, by view.
+fn seen_of(paths: &PathStatistics, part: usize, group: usize) -> &[Seen] {
+    let start = (part * KIND_GROUPS + group) * VIEWS_MEASURED;
+    &paths.seen[start..start + VIEWS_MEASURED]
+}
+
+/// Light over all views and its displacement along the fibres' track, times the light. The mean over all views stands for all directions;
+/// what it lacks as a quadrature is alike in all groups.
+fn over_all_views(seen: &[Seen], views: &[MeasuredView]) -> (f64, f64) {
+    let sum = |pick: fn(&Seen) -> f64| seen.iter().zip(views).map(|(s, v)| v.share * pick(s)).sum::<f64>();
+    (sum(|s| s.0), sum(|s| s.1[0]))
 }
 
 /// The table's entry for `paths`.
@@ -330,7 +418,7 @@ fn spreading(paths: &PathStatistics) -> (f64, f64) {
     (d_perp * d_par / (d_perp + (d_par - d_perp) * sin * sin), d_perp)
 }
 
-/// Coefficients of radiance factors and shifts of light towards a view, `[VIEW_TERMS][VIEW_LANES]`, by weighted least squares.
+/// Coefficients of radiance factors, shifts and variances of light towards a view, `[VIEW_TERMS][VIEW_LANES]`, by weighted least squares.
 fn towards_views(paths: &PathStatistics) -> [[f64; VIEW_LANES]; VIEW_TERMS] {
     let views = measured_views(paths.of);
     let mut lanes = [[0.0; VIEW_LANES]; VIEW_TERMS];
@@ -339,29 +427,25 @@ fn towards_views(paths: &PathStatistics) -> [[f64; VIEW_LANES]; VIEW_TERMS] {
             lanes[term][view_group(part == 0, 2 * group)] = value;
         }
     };
-    let seen = |part: usize, group: usize| {
-        let start = (part * KIND_GROUPS + group) * VIEWS_MEASURED;
-        &paths.seen[start..start + VIEWS_MEASURED]
-    };
-    // The mean over all views stands for all directions; what it lacks as a quadrature is alike in all groups.
-    let all = |group: usize| -> (f64, f64) {
-        let sum =
-            |pick: fn(&Seen) -> f64| seen(1, group).iter().zip(&views).map(|(s, v)| v.share * pick(s)).sum::<f64>();
-        (sum(|s| s.0), sum(|s| s.1))
-    };
+    let all = |group: usize| over_all_views(seen_of(paths, 1, group), &views);
     let left: f64 = paths.bins[1].iter().map(|bin| bin.weight).sum();
     let looked: f64 = (0..KIND_GROUPS).map(|group| all(group).0).sum();
-    let mut before = [[0.0; VIEW_TERMS]; 2];
-    before[1][0] = 1.0;
+    let mut before =
+        [joined([0.0; 4], [0.0; 3], [1.0, 0.0, 1.0]), joined([1.0, 0.0, 0.0, 0.0], [0.0; 3], [1.0, 0.0, 1.0])];
     for group in 0..KIND_GROUPS {
-        let bins = &paths.bins[0][2 * group..2 * group + 2];
-        let [weight, along] = [bins[0].weight + bins[1].weight, bins[0].along + bins[1].along];
-        if weight > MIN_GROUP_LIGHT {
-            before[0] = cone_fit(seen(0, group), &views, weight, along / weight);
+        let sum = PathBin::together(&paths.bins[0][2 * group..2 * group + 2]);
+        if sum.weight > MIN_GROUP_LIGHT {
+            let seen = seen_of(paths, 0, group);
+            let factor = cone_fit(seen, &views, sum.weight);
+            let shift = shift_fit(seen, &views, sum.along / sum.weight);
+            before[0] = joined(factor, shift, variance_fit(seen, &views, sum.variances()));
         }
         let (weight, along) = all(group);
         if weight > MIN_GROUP_LIGHT {
-            before[1] = rest_fit(seen(1, group), &views, weight * left / looked, along / weight);
+            let seen = seen_of(paths, 1, group);
+            let factor = rest_fit(seen, &views, weight * left / looked);
+            let variances = PathBin::together(&paths.bins[1][2 * group..2 * group + 2]).variances();
+            before[1] = joined(factor, shift_fit(seen, &views, along / weight), variance_fit(seen, &views, variances));
         }
         // Where there is no light to speak of, as after a shorter path.
         put(0, group, before[0]);
@@ -405,30 +489,42 @@ fn measured_views(of: MeasuredHalfSpace) -> Vec<MeasuredView> {
     views
 }
 
-/// Of cone light of which `weight` left, displaced by `along` on average.
-fn cone_fit(seen: &[Seen], views: &[MeasuredView], weight: f64, along: f64) -> [f64; VIEW_TERMS] {
-    let mut factor = LeastSquares::<4>::default();
+/// Of cone light of which `weight` left.
+///
+/// Cone light has one bright direction: away from it the factor falls. Where the views see one flank alone the logarithm can come out
+/// convex, and would rise again where there is no light; it is then fitted as linear in the change of the cosine.
+fn cone_fit(seen: &[Seen], views: &[MeasuredView], weight: f64) -> [f64; 4] {
+    let (mut factor, mut flank) = (LeastSquares::<4>::default(), LeastSquares::<3>::default());
     for (s, v) in seen.iter().zip(views) {
         let towards = s.0 / weight;
         if towards > 0.0 {
+            let terms = v.view.cone_terms();
             // The error of a logarithm is that of the factor over it.
-            factor.add(v.view.cone_terms(), libm::log(towards), v.fitted * towards * towards);
+            let (value, weight) = (libm::log(towards), v.fitted * towards * towards);
+            factor.add(terms, value, weight);
+            flank.add([terms[0], terms[1], terms[3]], value, weight);
         }
     }
-    joined(factor.solve(), shift_fit(seen, views, along))
+    let fitted = factor.solve();
+    if fitted[2] <= 0.0 {
+        return fitted;
+    }
+    let [constant, slope, tilt] = flank.solve();
+    [constant, slope, 0.0, tilt]
 }
 
 /// Of light that the background turned.
-fn rest_fit(seen: &[Seen], views: &[MeasuredView], weight: f64, along: f64) -> [f64; VIEW_TERMS] {
+fn rest_fit(seen: &[Seen], views: &[MeasuredView], weight: f64) -> [f64; 4] {
     let mut factor = LeastSquares::<4>::default();
     for (s, v) in seen.iter().zip(views) {
         factor.add(v.view.rest_terms(), s.0 / weight, v.fitted);
     }
-    joined(factor.solve(), shift_fit(seen, views, along))
+    factor.solve()
 }
 
-fn joined(factor: [f64; 4], shift: [f64; 3]) -> [f64; VIEW_TERMS] {
-    std::array::from_fn(|i| if i < 4 { factor[i] } else { shift[i - 4] })
+fn joined(factor: [f64; 4], shift: [f64; 3], variance: [f64; 3]) -> [f64; VIEW_TERMS] {
+    let mut all = factor.into_iter().chain(shift).chain(variance);
+    std::array::from_fn(|_| all.next().expect("there are as many coefficients as terms"))
 }
 
 /// Shift against light to all directions: constant, by the view along the track, by the view across it.
@@ -436,8 +532,26 @@ fn shift_fit(seen: &[Seen], views: &[MeasuredView], along: f64) -> [f64; 3] {
     let (mut track, mut beside) = (LeastSquares::<2>::default(), LeastSquares::<1>::default());
     for (s, v) in seen.iter().zip(views) {
         if s.0 > 0.0 {
-            track.add([1.0, v.view.along], s.1 / s.0 - along, v.fitted * s.0);
-            beside.add([v.across as f32], s.2 / s.0, v.fitted * s.0);
+            track.add([1.0, v.view.along], s.1[0] / s.0 - along, v.fitted * s.0);
+            beside.add([v.across as f32], s.1[1] / s.0, v.fitted * s.0);
+        }
+    }
+    let ([constant, slope], [across]) = (track.solve(), beside.solve());
+    [constant, slope, across]
+}
+
+/// Variances over those of light to all directions, `[along, across]`: along the track constant and by the view along it, across it
+/// constant.
+fn variance_fit(seen: &[Seen], views: &[MeasuredView], all: [f64; 2]) -> [f64; 3] {
+    if all[0] <= 0.0 || all[1] <= 0.0 {
+        return [1.0, 0.0, 1.0];
+    }
+    let (mut track, mut beside) = (LeastSquares::<2>::default(), LeastSquares::<1>::default());
+    for (s, v) in seen.iter().zip(views) {
+        if s.0 > 0.0 {
+            let variance = |square: f64, mean: f64| square / s.0 - (mean / s.0).powi(2);
+            track.add([1.0, v.view.along], variance(s.2[0], s.1[0]) / all[0], v.fitted * s.0);
+            beside.add([1.0], variance(s.2[1], s.1[1]) / all[1], v.fitted * s.0);
         }
     }
     let ([constant, slope], [across]) = (track.solve(), beside.solve());

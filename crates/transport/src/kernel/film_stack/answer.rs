@@ -38,7 +38,7 @@ pub fn solve(stack: &Stack, question: &Question) -> Result<Answer, KernelError> 
             variance_across: f64::from(s * s),
             towards: 1.0,
             seen_shift: 0.0,
-            seen_narrower: 0.0,
+            seen_variance: f64::from(s * s),
         };
         weights.into_iter().zip(PACK_SPREAD_MM).map(one).collect()
     };
@@ -49,7 +49,7 @@ pub fn solve(stack: &Stack, question: &Question) -> Result<Answer, KernelError> 
     let leaves = fixed(kernel.back.weights(&whole.all));
     let film = fixed(std::array::from_fn(|j| spread.enter[j] * spread.exit[j]));
     let below = fixed(spread.below.map(|weight| spread.passes * weight));
-    let moved = f64::from(film_stack.seen_beside());
+    let moved = f64::from(film_stack.seen_beside() + spread.below_beside);
     let mut absorbed = vec![0.0; stack.layers.len()];
     absorbed[0] = f64::from(film_stack.enter - total.total - total.sunk);
     *absorbed.last_mut().expect("a stack has a layer") += f64::from(total.sunk);

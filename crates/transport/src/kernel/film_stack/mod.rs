@@ -100,6 +100,8 @@ pub struct FilmStackSpread {
     /// Weight of each width times radiance factor, of light that what lies below sends towards the lens: it is seen where it left the
     /// surface below [1].
     pub below: [f32; BASIS],
+    /// How far along the motion that light leaves the surface below beside light to all sides [mm].
+    pub below_beside: f32,
     /// Share of that light which passes the film without being turned [1].
     pub passes: f32,
     /// Share of light from all sides that the film throws back into the room below [1].
@@ -193,7 +195,9 @@ fn spread(kernel: &FilmStackKernel, stack: &FilmStack) -> FilmStackSpread {
         (flow[0] - weights.iter().sum::<f32>()).max(0.0) / weights[BASIS - 1].max(f32::MIN_POSITIVE)
     };
     let beyond = [beyond(&flow.film, &weights), beyond(&flow.below, &below)].map(|beyond| beyond.min(MAX_BEYOND));
-    FilmStackSpread { enter, exit, below, beyond, passes: flow.passes, holds: flow.holds, reflects: flow.total }
+    let below_beside = kernel.under.beside() * stack.view.y;
+    let FilmFlow { passes, holds, total, .. } = flow;
+    FilmStackSpread { enter, exit, below, below_beside, beyond, passes, holds, reflects: total }
 }
 
 /// A direction in air as a level film of index `n` bends it.
@@ -267,7 +271,8 @@ fn flow(kernel: &FilmStackKernel, stack: &FilmStack) -> FilmFlow {
     // about half of what air of the film's thickness would add.
     let (lobe, lobe_above) = (lobe(gap), lobe(gap + thickness / n));
     let above = kernel.lambert.over(gap + IN_FILM * thickness);
-    let (body, [mirrors, mirrors_straight]) = (kernel.under.body(), kernel.under.mirrors());
+    let (body, seen_body) = (kernel.under.body(), kernel.under.seen());
+    let [mirrors, mirrors_straight] = kernel.under.mirrors();
     let glint = if foil {
         gloss(&under.gloss, normal, stack.light, stack.view)
     } else {
@@ -305,7 +310,7 @@ fn flow(kernel: &FilmStackKernel, stack: &FilmStack) -> FilmFlow {
         out.film[i] = enter * (back[i] + passed);
         out.towards[i] = enter * (laws[0] * back[i] + aslant + laws[1] * passed);
         let body_glow =
-            body[i] * ((1.0 - mirrors_straight) * arrives + (1.0 - mirrors) * down) * glint + arrives * shine;
+            seen_body[i] * ((1.0 - mirrors_straight) * arrives + (1.0 - mirrors) * down) * glint + arrives * shine;
         let metal = arrives * glint + down * glow;
         out.below[i] = enter * if foil { metal } else { body_glow };
         let crossed = if g1[i] > 1e-6 { (above[i] / g1[i]).min(1.0) } else { 1.0 };
