@@ -14,6 +14,10 @@ const PACKS: u64 = 60;
 const PHOTONS: u64 = 300_000;
 /// Windows that hold less of the light are not compared [1].
 const FAINT: f64 = 0.01;
+/// How far from the lens light may leave that the judge counts: 5 degrees [rad].
+const LENS_HALF_ANGLE: f64 = 5.0 / 180.0 * std::f64::consts::PI;
+/// Tilts in which the kernel is asked for that.
+const TILTS: usize = 12;
 /// What is compared: rows on both sides of the middle, of light to all sides and of light to the lens.
 const WINDOWS: [(&str, [usize; 2]); 3] = [("0", [0, 0]), ("1 to 8", [1, 8]), ("7 to 11", [7, 11])];
 
@@ -60,9 +64,29 @@ fn figures(answer: &Answer) -> Vec<f64> {
     all
 }
 
+/// What the kernel says, of light to the lens as the judge counts it: within [`LENS_HALF_ANGLE`] of the lens' tilt, of which what looks
+/// steeper sees what lies below in other rows.
+fn kernel_within_the_judges_angles(stack: &Stack, question: &Question) -> Answer {
+    let tilt = libm::acos(question.view.z);
+    let [steepest, flattest] = [tilt - LENS_HALF_ANGLE, tilt + LENS_HALF_ANGLE].map(libm::cos);
+    let (mut seen, mut weights) = (vec![0.0; 2 * question.rows + 1], 0.0);
+    for step in 0..TILTS {
+        // Even in the solid angle; what leaves counts by its cosine.
+        let cos = flattest + (steepest - flattest) * (step as f64 + 0.5) / TILTS as f64;
+        let view = DVec3::new(0.0, -(1.0 - cos * cos).sqrt(), cos);
+        let one = kernel::solve(stack, &Question { view, ..question.clone() }).expect("such packs are answered");
+        seen.iter_mut().zip(&one.seen).for_each(|(sum, row)| *sum += cos * row.value);
+        weights += cos;
+    }
+    let answer = kernel::solve(stack, question).expect("such packs are answered");
+    Answer { seen: seen.into_iter().map(|sum| Estimate::exact(sum / weights)).collect(), ..answer }
+}
+
 /// Kinds of packs, and the deviation that 95 % of the windows keep beside two standard errors of the judge. Pigmented are films over air
 /// that turn half of the light or more.
-const BARS: [(&str, f64); 4] = [("pigmented", 0.06), ("tablet", 0.09), ("foil", 0.27), ("sealed", 0.11)];
+const BARS: [(&str, f64); 4] = [("pigmented", 0.06), ("tablet", 0.08), ("foil", 0.15), ("sealed", 0.1)];
+/// The same of all windows.
+const BAR_OF_ALL: f64 = 0.1;
 /// Reduced scattering times thickness from which on a film is pigmented [1].
 const PIGMENTED: f64 = 0.5;
 
@@ -76,7 +100,7 @@ fn films_of_any_recipe_are_the_judges() {
         let judge = || figures(&solve(&stack, &question, Effort { photons: PHOTONS, seed: i }));
         let (name, asked) = (format!("pack {i:02}, {kind}"), (&stack, &question, PHOTONS, WINDOWS));
         let truth = if i == 24 { kept.still_says(&name, &asked, judge) } else { kept.says(&name, &asked, judge) };
-        let kernel = figures(&kernel::solve(&stack, &question).expect("such packs are answered"));
+        let kernel = figures(&kernel_within_the_judges_angles(&stack, &question));
         assert!(kernel.iter().all(|figure| figure.is_finite()), "{name}: {kernel:?}");
         let Scattering::Isotropic { mu_s, g } = stack.layers[0].scattering else { panic!("films scatter alike") };
         let turns = mu_s * (1.0 - g) * stack.layers[0].thickness;
@@ -110,8 +134,10 @@ fn films_of_any_recipe_are_the_judges() {
             faults.push((name, at95));
         }
     }
-    println!("all: {} windows, 95 % within {:.3}", off.len(), off[off.len() / 20].0);
+    let at95 = off[off.len() / 20].0;
+    println!("all: {} windows, 95 % within {at95:.3}", off.len());
     assert!(faults.is_empty(), "{faults:?}");
+    assert!(at95 < BAR_OF_ALL, "all windows: {at95}");
     let most = reflectances.iter().fold(0.0, |most: f64, off| most.max(*off));
     assert!(most < 0.03, "R is off by {most}");
 }

@@ -1,6 +1,11 @@
-//! Reflections, mirror images of the line: laser light that a film's first surface throws back, and that falls on the film elsewhere.
+//! Reflections, mirror images of the line: laser light that a film's first surface throws back, and that falls on the film elsewhere; and
+//! what foil shows of the film's lower side.
 //!
-//! Geometrical optics with one bounce: each column's light leaves in the mirror direction with Fresnel's share (a quarter
+//! Foil far below weak film mirrors to the lens what pigment has turned on its way down. That stands where the film's line would as far
+//! below foil as it is above: a faint line of its own, in other rows than the film's and than the foil's (`FilmStackSpread::mirrored`).
+//! It is left out where the way leads into the wall of a pocket, and where film is steep.
+//!
+//! Walls: geometrical optics with one bounce: each column's light leaves in the mirror direction with Fresnel's share (a quarter
 //! on a wall of 75 degrees), is followed to the next film, and lights it there as the laser lights the line; the lens sees
 //! it where that place stands, off the laser plane. The light of neighbouring columns is spread evenly between the places
 //! that they hit, so light is kept and caustics come out by themselves. Roughness alpha turns facets by a slope of
@@ -10,11 +15,13 @@
 //! out within 0.32 mm, as the film of the line's own row in that column does.
 
 use glam::Vec3;
+use procedural::{Film, Surface};
 
 use super::film::entering_share;
 use super::row::Reflection;
 use super::row_view::RowView;
 use crate::specimen::{Hit, ReflectedHit};
+use transport::kernel::film_stack::FilmStackSpread;
 use transport::kernel::{BASIS, PACK_SPREAD_MM, SpreadRow};
 
 /// Square of the slope under which mirrored light rises too steeply to meet the body again: tan(39 deg)^2 [1].
@@ -27,6 +34,8 @@ const MAX_GAP_PX: f32 = 40.0;
 const MAX_IMAGES: usize = 4;
 /// Rows within which images are one [px].
 const MERGED_PX: f64 = 1.5;
+/// Steepest film whose lower side foil shows as that of level film [1].
+const MAX_FILM_SLOPE: f32 = 0.3;
 /// Fixed widths that an image is seen with: up to 0.46 mm.
 const NARROW_WIDTHS: usize = 5;
 
@@ -47,6 +56,8 @@ type ImageSums = [f64; 4];
 #[derive(Debug, Default)]
 pub(crate) struct ReflectionScratch {
     landings: Vec<Option<Landing>>,
+    /// What foil shows of each column's film.
+    in_foil: Vec<Option<Landing>>,
     slots: Vec<[ImageSums; MAX_IMAGES]>,
 }
 
@@ -62,6 +73,24 @@ pub(crate) struct LitRow<'a> {
 }
 
 impl ReflectionScratch {
+    /// Foil shows nothing in any of `columns` columns.
+    pub fn clear(&mut self, columns: usize) {
+        self.in_foil.clear();
+        self.in_foil.resize(columns, None);
+    }
+
+    /// Notes what foil shows of the film of `hit`, which `column` looks at and which spreads light like `spread`.
+    pub fn note_in_foil(
+        &mut self,
+        column: usize,
+        hit: &Hit,
+        film: &Film,
+        (spread, lens): (&FilmStackSpread, Vec3),
+        view: &RowView<'_>,
+    ) {
+        self.in_foil[column] = in_foil(hit, film, (spread, lens), view);
+    }
+
     /// Fills `reflections` with the mirror images of a row, by rising column.
     pub fn images(&mut self, lit: &LitRow<'_>, reflections: &mut Vec<Reflection>) {
         self.landings.clear();
@@ -72,15 +101,19 @@ impl ReflectionScratch {
     /// Spreads the light of all landings over the columns.
     fn draw(&mut self, faint: f32, reflections: &mut Vec<Reflection>) {
         reflections.clear();
-        self.slots.resize(self.landings.len(), [[0.0; 4]; MAX_IMAGES]);
+        let columns = self.landings.len();
+        self.slots.resize(columns, [[0.0; 4]; MAX_IMAGES]);
         let (mut first, mut last) = (usize::MAX, 0);
-        for column in 0..self.landings.len() {
-            let Some(own) = self.landings[column] else { continue };
+        for column in 0..2 * columns {
+            let (landings, column) =
+                if column < columns { (&self.landings, column) } else { (&self.in_foil, column - columns) };
+            let at = |column: usize| landings.get(column).copied().flatten();
+            let Some(own) = at(column) else { continue };
             // Half of a column's light lies on either side of its middle.
-            for other in [column.wrapping_sub(1), column + 1] {
-                let other = self.landings.get(other).copied().flatten().filter(|other| own.joins(other));
+            for other in [column.wrapping_sub(1), column + 1].map(at) {
+                let other = other.filter(|other| own.joins(other));
                 let end = other.map_or(own.place, |other| [0, 1].map(|i| 0.5 * (own.place[i] + other.place[i])));
-                let touched = self.deposit(&own, end);
+                let touched = deposit(&mut self.slots, &own, end);
                 (first, last) = (first.min(touched.start), last.max(touched.end));
             }
         }
@@ -98,29 +131,29 @@ impl ReflectionScratch {
             }
         }
     }
+}
 
-    /// Spreads half of a landing's light evenly over the columns between its place and `to`; the columns touched.
-    fn deposit(&mut self, own: &Landing, to: [f32; 2]) -> std::ops::Range<usize> {
-        let from = own.place;
-        let middle = 0.5 * (from[0] + to[0]);
-        let step = to[0] - from[0];
-        // A box of the variance that way and widening have together.
-        let half = 0.5 * (step * step + 12.0 * own.variance[0]).sqrt().max(1e-3);
-        let columns = self.slots.len();
-        let start = ((middle - half + 0.5).floor().max(0.0) as usize).min(columns);
-        let end = ((middle + half + 1.5).floor().max(0.0) as usize).min(columns).max(start);
-        for column in start..end {
-            let (low, high) = (column as f32 - 0.5, column as f32 + 0.5);
-            let share = (high.min(middle + half) - low.max(middle - half)).max(0.0) / (2.0 * half);
-            let along = if step.abs() > 1e-3 { ((column as f32 - from[0]) / step).clamp(0.0, 1.0) } else { 0.5 };
-            let row = from[1] + (to[1] - from[1]) * along;
-            let electrons = 0.5 * own.electrons * share;
-            if electrons > 0.0 {
-                add(&mut self.slots[column], electrons, row, own.variance[1]);
-            }
+/// Spreads half of a landing's light evenly over the columns between its place and `to`; the columns touched.
+fn deposit(slots: &mut [[ImageSums; MAX_IMAGES]], own: &Landing, to: [f32; 2]) -> std::ops::Range<usize> {
+    let from = own.place;
+    let middle = 0.5 * (from[0] + to[0]);
+    let step = to[0] - from[0];
+    // A box of the variance that way and widening have together.
+    let half = 0.5 * (step * step + 12.0 * own.variance[0]).sqrt().max(1e-3);
+    let columns = slots.len();
+    let start = ((middle - half + 0.5).floor().max(0.0) as usize).min(columns);
+    let end = ((middle + half + 1.5).floor().max(0.0) as usize).min(columns).max(start);
+    for column in start..end {
+        let (low, high) = (column as f32 - 0.5, column as f32 + 0.5);
+        let share = (high.min(middle + half) - low.max(middle - half)).max(0.0) / (2.0 * half);
+        let along = if step.abs() > 1e-3 { ((column as f32 - from[0]) / step).clamp(0.0, 1.0) } else { 0.5 };
+        let row = from[1] + (to[1] - from[1]) * along;
+        let electrons = 0.5 * own.electrons * share;
+        if electrons > 0.0 {
+            add(&mut slots[column], electrons, row, own.variance[1]);
         }
-        start..end
     }
+    start..end
 }
 
 /// Adds light to the slot that holds its rows, to a free one, or to the nearest.
@@ -132,6 +165,41 @@ fn add(slots: &mut [ImageSums; MAX_IMAGES], electrons: f32, row: f32, variance: 
     for (sum, value) in slot.iter_mut().zip([1.0, row, row * row, variance]) {
         *sum += electrons * value;
     }
+}
+
+/// What foil shows of the film of `hit`, which sends light to the `lens` like `spread`.
+fn in_foil(hit: &Hit, film: &Film, (spread, lens): (&FilmStackSpread, Vec3), view: &RowView<'_>) -> Option<Landing> {
+    let gap = film.gap_mm.filter(|_| spread.mirrored > 0.0 && hit.lit && hit.seen)?;
+    let steep = hit.surface.slope_x.abs().max(hit.surface.slope_y.abs());
+    let slant = Vec3::new(lens.x / lens.z, lens.y / lens.z, 1.0);
+    // The way along the motion, down and up again, stays in the pocket.
+    let room = if slant.y < 0.0 { film.room_mm[0] } else { film.room_mm[1] };
+    if steep > MAX_FILM_SLOPE || 2.0 * gap * slant.y.abs() > room {
+        return None;
+    }
+    let n = hit.matter.medium.n_eff;
+    // Level film shows what lies below nearer by what refraction leaves of its slant: once and a half through it.
+    let in_film = lens.z / (n * (1.0 - (1.0 - lens.z * lens.z) / (n * n)).sqrt());
+    let depth = 2.0 * gap + 1.5 * film.thickness_mm * in_film;
+    let [slope_x, slope_y] = film.under_slope;
+    let place = Vec3::new(hit.x + 2.0 * gap * slope_x, 2.0 * gap * slope_y, hit.surface.z - depth);
+    let on_foil = Vec3::new(hit.x, view.y, hit.surface.z - gap) + gap * slant;
+    if !view.specimen.sees_below(on_foil, view.y) {
+        return None;
+    }
+    let sight = view.sight(hit.x, &Surface { z: place.z, slope_x, slope_y });
+    let normal = Vec3::new(-slope_x, -slope_y, 1.0).normalize();
+    let electrons = normal.dot(sight.view).max(0.0) * sight.electrons * spread.mirrored * spread.passes;
+    let mm2 = spread.mirrored_mm * spread.mirrored_mm;
+    Some(Landing {
+        place: view.camera.project(place.x, place.y, place.z),
+        variance: [
+            view.camera.along_variance(spread.mirrored_mm) + sight.defocus,
+            sight.variance + mm2 * sight.rows_per_mm * sight.rows_per_mm,
+        ],
+        electrons,
+    })
+    .filter(|landing| landing.electrons > view.faint)
 }
 
 impl Landing {

@@ -310,6 +310,7 @@ fn prepare(view: RowView<'_>, scratch: &mut RowScratch, row: &mut Row) {
         row.confined_per_mm2.clear();
         row.confined_per_mm2.resize(padded, 0.0);
         scratch.secondary.transmission.clear(columns);
+        scratch.secondary.reflections.clear(columns);
     } else {
         row.secondary = None;
         row.confined_per_mm2.clear();
@@ -379,6 +380,7 @@ impl LitColumn<'_> {
         row.entered_light[column] = arrives * facing * film::entering_share(medium.n_eff, normal, -sight.light);
         scratch.albedo[column] += spread.passes * spread.below.iter().sum::<f32>();
         scratch.secondary.transmission.note(column, (hit, &sight), film, &spread, &view);
+        scratch.secondary.reflections.note_in_foil(column, hit, film, (&spread, sight.view), &view);
     }
 
     /// Light that enters a body of one medium.

@@ -19,7 +19,8 @@ pub struct SecondaryScratch {
     pub transmission: film::TransmissionScratch,
     /// What films do to light.
     pub covers: FilmStackKernel,
-    reflections: ReflectionScratch,
+    /// For mirror images.
+    pub(crate) reflections: ReflectionScratch,
 }
 
 impl SecondaryLight {

@@ -50,6 +50,10 @@ pub fn solve(stack: &Stack, question: &Question) -> Result<Answer, KernelError> 
     let film = fixed(std::array::from_fn(|j| spread.enter[j] * spread.exit[j]));
     let below = fixed(spread.below.map(|weight| spread.passes * weight));
     let moved = f64::from(film_stack.seen_beside() + spread.below_beside);
+    let mirror = |at: i64| {
+        let away = at as f64 * pitch - f64::from(film_stack.mirrored_beside());
+        f64::from(spread.passes * spread.mirrored) * share(away, pitch, f64::from(spread.mirrored_mm).powi(2) + laser)
+    };
     let mut absorbed = vec![0.0; stack.layers.len()];
     absorbed[0] = f64::from(film_stack.enter - total.total - total.sunk);
     *absorbed.last_mut().expect("a stack has a layer") += f64::from(total.sunk);
@@ -60,12 +64,16 @@ pub fn solve(stack: &Stack, question: &Question) -> Result<Answer, KernelError> 
         transmittance: Estimate::exact(0.0),
         unscattered: Estimate::exact(0.0),
         absorbed: absorbed.into_iter().map(Estimate::exact).collect(),
-        towards_lens: Some(Estimate::exact(f64::from(total.towards[0] + total.passes * total.below[0]))),
+        towards_lens: Some(Estimate::exact(f64::from(
+            total.towards[0] + total.passes * (total.below[0] + total.mirrored),
+        ))),
         cone: None,
         angles: Vec::new(),
         row_mm: question.row_mm,
         line: (-rows..=rows).map(|at| Estimate::exact(row(&leaves, at, 0.0))).collect(),
-        seen: (-rows..=rows).map(|at| Estimate::exact(row(&film, at, 0.0) + row(&below, at, moved))).collect(),
+        seen: (-rows..=rows)
+            .map(|at| Estimate::exact(row(&film, at, 0.0) + row(&below, at, moved) + mirror(at)))
+            .collect(),
         cell_mm: question.cell_mm,
         point: point(&leaves, (0.0, 1.0), question),
     })

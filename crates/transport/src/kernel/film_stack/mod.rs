@@ -41,7 +41,7 @@ use crate::fresnel::{fresnel_dielectric, gloss, normal_reflectance};
 use crate::stack;
 
 /// Gap above foil under which light from the film meets it from all sides rather than from above [mm].
-const NEAR_GAP_MM: f32 = 0.5;
+const NEAR_GAP_MM: f32 = 0.25;
 /// Sideways way of Lambert light in a film over that in air of the film's thickness: tan(inside) / tan(outside) near 45 degrees [1].
 const IN_FILM: f32 = 0.5;
 /// Most light beyond the widest width, over that of the widest, that is believed [1].
@@ -69,6 +69,14 @@ pub struct FilmStack {
 }
 
 impl FilmStack {
+    /// How far along the motion light that pigment turns on its way down, and that foil below mirrors, leaves the film beside where it met
+    /// it: twice through the air below the film and, from half of its thickness on, as far through the film [mm].
+    pub fn mirrored_beside(&self) -> f32 {
+        let Film { thickness_mm, gap_mm, .. } = self.film;
+        2.0 * gap_mm.unwrap_or(0.0) * self.view.y / self.view.z
+            + 1.5 * thickness_mm * in_film(self.medium.n_eff, self.view)
+    }
+
     /// How far along the motion light from below that the film does not turn leaves it beside where it left what lies below: by the
     /// slant of the view in the air, and by that which refraction leaves of it in the film [mm].
     pub fn seen_beside(&self) -> f32 {
@@ -102,7 +110,12 @@ pub struct FilmStackSpread {
     pub below: [f32; BASIS],
     /// How far along the motion that light leaves the surface below beside light to all sides [mm].
     pub below_beside: f32,
-    /// Share of that light which passes the film without being turned [1].
+    /// Radiance factor, before it passes the film again, of light that pigment has turned on its way down and that foil mirrors to the lens: the
+    /// film's lower side, as foil shows it [1].
+    pub mirrored: f32,
+    /// Its standard deviation along the motion, by the foil's roughness [mm].
+    pub mirrored_mm: f32,
+    /// Share of the light from below which passes the film without being turned [1].
     pub passes: f32,
     /// Share of light from all sides that the film throws back into the room below [1].
     pub holds: f32,
@@ -131,7 +144,11 @@ struct FilmFlow {
     towards: Spectrum,
     /// Radiance factor of what lies below [1].
     below: Spectrum,
-    /// Share of it that is seen through the film [1].
+    /// Radiance factor of what foil shows of the film's lower side [1].
+    mirrored: f32,
+    /// Share of that which foil has mirrored before [1].
+    mirrored_twice: f32,
+    /// Share of what lies below that is seen through the film [1].
     passes: f32,
     /// Share of light from all sides below that the film throws back [1].
     holds: f32,
@@ -196,8 +213,10 @@ fn spread(kernel: &FilmStackKernel, stack: &FilmStack) -> FilmStackSpread {
     };
     let beyond = [beyond(&flow.film, &weights), beyond(&flow.below, &below)].map(|beyond| beyond.min(MAX_BEYOND));
     let below_beside = kernel.under.beside() * stack.view.y;
-    let FilmFlow { passes, holds, total, .. } = flow;
-    FilmStackSpread { enter, exit, below, below_beside, beyond, passes, holds, reflects: total }
+    let FilmFlow { passes, holds, total, mirrored, .. } = flow;
+    let lobe_mm = stack.film.gap_mm.unwrap_or(0.0) * FACET_TURN * stack.film.under.gloss.roughness[1];
+    let mirrored_mm = lobe_mm * (1.0 + flow.mirrored_twice).sqrt();
+    FilmStackSpread { enter, exit, below, below_beside, mirrored, mirrored_mm, beyond, passes, holds, reflects: total }
 }
 
 /// A direction in air as a level film of index `n` bends it.
@@ -239,16 +258,21 @@ fn flow(kernel: &FilmStackKernel, stack: &FilmStack) -> FilmFlow {
         let mirrored = sealed.mirrored().max(0.0);
         let kept = ((1.0 - mirrored) / turned[0].max(f32::MIN_POSITIVE)).min(1.0);
         let turned = turned.map(|part| kept * part);
-        let all = turned.map(|part| enter * (part + mirrored));
+        // What foil mirrors leaves the film as far beside as its lobe is wide.
+        let lobe = kernel.lambert.over(2.0 * thickness / n * across);
+        let all = std::array::from_fn(|i| enter * (turned[i] + mirrored * lobe[i]));
+        let total = enter * (turned[0] + mirrored);
         return FilmFlow {
             film: turned.map(|part| enter * part),
             towards: turned.map(|part| enter * (law * part + aslant)),
             below: [glint; FREQUENCY_COUNT],
+            mirrored: 0.0,
+            mirrored_twice: 0.0,
             passes: out,
             holds: 0.0,
             all,
-            total: all[0],
-            sunk: enter - all[0],
+            total,
+            sunk: enter - total,
         };
     }
     let of = kernel.films.at(turns, absorbed);
@@ -283,7 +307,21 @@ fn flow(kernel: &FilmStackKernel, stack: &FilmStack) -> FilmFlow {
     // Foil right below mirrors light from all sides to the lens; foil far below only what comes down steeply.
     let near = NEAR_GAP_MM * NEAR_GAP_MM / (NEAR_GAP_MM * NEAR_GAP_MM + gap * gap);
     let glow = if foil { near * mirrors + (1.0 - near) * glint } else { 0.0 };
+    // Foil shows the film's lower side beside its own lobe.
+    let shown = 1.0 - near - (1.0 - near) * (glint / mirrors.max(f32::MIN_POSITIVE)).min(1.0);
+    let lower_side = if foil { enter * mirrors * shown * turned_down(stack, on[0]) } else { 0.0 };
+    // Straight light that foil, film and foil mirror leaves by two lobes, which reach further; the first one alone is in the loop below.
+    let twice = if foil {
+        let [along, across] = under.gloss.roughness.map(|roughness| FACET_TURN * roughness);
+        let wide = procedural::Gloss { roughness: [along, across], ..under.gloss };
+        let back_down = fresnel + (1.0 - fresnel) * mirrored;
+        enter * straight * back_down * mirrors * (gloss(&wide, normal, stack.light, stack.view) - glint).max(0.0)
+    } else {
+        0.0
+    };
     let mut out = FilmFlow {
+        mirrored: lower_side + twice,
+        mirrored_twice: twice / (lower_side + twice).max(f32::MIN_POSITIVE),
         film: [0.0; FREQUENCY_COUNT],
         towards: [0.0; FREQUENCY_COUNT],
         below: [0.0; FREQUENCY_COUNT],
@@ -354,6 +392,37 @@ fn turned_once(stack: &FilmStack, light_up: f32, between: f32) -> f32 {
     let out = (1.0 - fresnel_dielectric(1.0, n.into(), view_up.max(0.0).into()).0 as f32) / (n * n);
     0.25 * scattering / extinction * phase * (1.0 - left) / (down + up) * out
 }
+
+/// Radiance factor towards the lens' mirror image below of light that pigment has turned on its way down, of which the share `all` is [1]:
+/// once by single scattering in a slab (Chandrasekhar 1960), more often by Lambert's law.
+#[inline(always)]
+fn turned_down(stack: &FilmStack, all: f32) -> f32 {
+    let (medium, n) = (&stack.medium, stack.medium.n_eff);
+    let scattering = medium.sigma_i / (1.0 - PIGMENT_G);
+    let extinction = scattering + medium.mu_a;
+    if scattering == 0.0 {
+        return 0.0;
+    }
+    let ((_, down), (_, leaves)) = (refracted(n, stack.light_up), refracted(n, stack.view_up));
+    let flat = stack.light.dot(stack.view) - stack.light_up * stack.view_up;
+    let ahead = down * leaves - flat / (n * n);
+    let base = 1.0 + PIGMENT_G * PIGMENT_G - 2.0 * PIGMENT_G * ahead;
+    let phase = (1.0 - PIGMENT_G * PIGMENT_G) / (base * base.sqrt());
+    let thick = extinction * stack.film.thickness_mm;
+    let (straight, slant) = (numerics::lanes::exp(-thick / down), numerics::lanes::exp(-thick / leaves));
+    // Both ways are next to equally long.
+    let apart = down - leaves;
+    let left = if apart.abs() < 1e-3 { straight * thick / (down * down) } else { (straight - slant) / apart };
+    let out = (1.0 - fresnel_dielectric(1.0, n.into(), stack.view_up.max(0.0).into()).0 as f32) / (n * n);
+    let once = 0.25 * scattering / extinction * phase * left * out;
+    let once_in_all = TURNED_AHEAD * scattering / extinction * thick * straight;
+    once + (all - once_in_all).max(0.0)
+}
+
+/// Share of what pigment turns once that leaves the film's other side [1].
+const TURNED_AHEAD: f32 = 0.78;
+/// Standard deviation of a lobe's slopes over the roughness of the facets: these lean by 1 / sqrt(2) of it, and turn light by twice that [1].
+const FACET_TURN: f32 = std::f32::consts::SQRT_2;
 
 /// Mean cosine of the pigment of films [1].
 const PIGMENT_G: f32 = stack::PIGMENT_G as f32;
