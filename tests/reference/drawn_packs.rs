@@ -74,7 +74,7 @@ fn kernel_within_the_judges_angles(stack: &Stack, question: &Question) -> Answer
         // Even in the solid angle; what leaves counts by its cosine.
         let cos = flattest + (steepest - flattest) * (step as f64 + 0.5) / TILTS as f64;
         let view = DVec3::new(0.0, -(1.0 - cos * cos).sqrt(), cos);
-        let one = kernel::solve(stack, &Question { view, ..question.clone() }).expect("such packs are answered");
+        let one = kernel::solve(stack, &Question { view, ..*question }).expect("such packs are answered");
         seen.iter_mut().zip(&one.seen).for_each(|(sum, row)| *sum += cos * row.value);
         weights += cos;
     }

@@ -22,7 +22,7 @@
 //!
 //! Light that was turned once leaves near the lens, what was turned more often lies around it in a wide tail: after 0.2 to 20 mean
 //! free paths a bin of the rest is skewed. It stands as two Gaussians of half its light, the one nearer to the lens narrow and the
-//! other one wide ([`SkewedBin`]).
+//! other one wide (`SkewedBin`).
 //!
 //! Each kind has [`KIND_GROUPS`] groups of two bins of path lengths with coefficients of their own, so that absorption, which takes long
 //! paths, changes where light goes by itself. Bins beyond the walked ones are like the last group.
