@@ -4,15 +4,16 @@ use std::f64::consts::LN_2;
 
 use super::kept::Kept;
 use glam::DVec3;
-use procedural::Stream;
+use procedural::{Film, Gloss, Medium, Stream};
 use rand::RngExt;
 use reference::path::{Effort, PATH_STEPS, seen_paths, step_path_mm};
 use scanner::optics::coherence::{coherence_per_mm, path_contrast};
 use study::media::WOODS;
 use transport::answer::Question;
 use transport::fresnel::fresnel_dielectric;
-use transport::kernel::{SurfacePoint, path_laws};
-use transport::stack::{CylinderPhase, Scattering, Stack};
+use transport::kernel::film_stack::leak_per_mm;
+use transport::kernel::{SurfacePoint, leaking_path_laws, path_laws};
+use transport::stack::{CylinderPhase, Foil, Layer, PIGMENT_G, Scattering, Stack, Substrate};
 
 /// Rows from the line in which contrasts are compared.
 const ROWS: [usize; 4] = [0, 2, 5, 9];
@@ -82,19 +83,22 @@ fn contrast(light: &[f64; PATH_STEPS], per_mm: f64) -> f64 {
     (sum / weights).sqrt() / total
 }
 
+/// What the judge says of [`ROWS`] by [`LINEWIDTHS_NM`].
+fn judged(stack: &Stack, question: &Question, (photons, seed): (u64, u64), n: f64) -> Vec<f64> {
+    let paths = seen_paths(stack, question, Effort { photons, seed });
+    let of = |row: usize, per_mm: f64| {
+        let both = [question.rows + row, question.rows - row];
+        let light = std::array::from_fn(|step| both.iter().map(|&row| paths[row][step]).sum());
+        contrast(&light, per_mm)
+    };
+    LINEWIDTHS_NM.iter().flat_map(|&nm| ROWS.map(|row| of(row, coherence_per_mm(WAVELENGTH_NM, nm) * n))).collect()
+}
+
 /// Deviations of the kernel's contrasts from the judge's, relative.
 fn compare(name: &str, matter: &Matter, photons: u64, kept: &mut Kept) -> Vec<f64> {
     let question = Question { cells: 0, angles: 0, rows: 12, ..Question::default() };
     let per_mm = LINEWIDTHS_NM.map(|linewidth| coherence_per_mm(WAVELENGTH_NM, linewidth) * matter.n);
-    let ask = || {
-        let paths = seen_paths(&matter.stack(), &question, Effort { photons, seed: 8 });
-        let of = |row: usize, per_mm: f64| {
-            let both = [question.rows + row, question.rows - row];
-            let light = std::array::from_fn(|step| both.iter().map(|&row| paths[row][step]).sum());
-            contrast(&light, per_mm)
-        };
-        per_mm.iter().flat_map(|&per_mm| ROWS.map(|row| of(row, per_mm))).collect()
-    };
+    let ask = || judged(&matter.stack(), &question, (photons, 8), matter.n);
     let asked = (&question, matter, photons);
     let judge = if name == "random 0" { kept.still_says(name, &asked, ask) } else { kept.says(name, &asked, ask) };
     let blur = (question.line_mm * question.line_mm + question.row_mm * question.row_mm / 12.0) as f32;
@@ -146,4 +150,73 @@ fn contrasts_hold_for_random_wood() {
     let at95 = all[all.len() * 95 / 100];
     println!("95 % within {at95:.3}, all within {:.3}", all[all.len() - 1]);
     assert!(at95 < 0.1, "{at95}");
+}
+
+/// A film of what packs are made of, sealed to foil, over air and foil, or over air and a tablet in turn; as the judge and as the kernel has it.
+fn film(i: u64) -> (Stack, Matter, Film) {
+    let mut stream = Stream::root(15).child("films").index(i).rng();
+    let mut draw = |from: f64, to: f64| from * (to / from).powf(stream.random::<f64>());
+    let (sigma, mu_a, thickness, n) = (draw(4.0, 70.0), draw(0.01, 1.0), draw(0.12, 0.4), draw(1.45, 1.55));
+    let (roughness, gap, near, tablet) = (draw(0.1, 0.4), draw(1.0, 5.0), draw(0.2, 0.8), draw(10.0, 70.0));
+    let pigment = Scattering::Isotropic { mu_s: sigma / (1.0 - PIGMENT_G), g: PIGMENT_G };
+    let body = Layer::new(f64::INFINITY, 1.45, 0.003, Scattering::Isotropic { mu_s: tablet, g: 0.0 });
+    let foil = Foil { reflectance: 0.88, roughness: [roughness; 2] };
+    let (gap_mm, layers, below) = match i % 3 {
+        0 => (None, vec![], Substrate::Foil(foil)),
+        1 => (Some(gap), vec![Layer::air(gap)], Substrate::Foil(foil)),
+        _ => (Some(near), vec![Layer::air(near), body], Substrate::Index(1.0)),
+    };
+    let layers = [vec![Layer::new(thickness, n, mu_a, pigment)], layers].concat();
+    let metal = Gloss { share: 1.0, reflectance: 0.88, roughness: [roughness as f32; 2], matte: 0.0 };
+    let under =
+        if i % 3 < 2 { Medium::opaque(metal) } else { Medium::isotropic(0.003, tablet as f32, 1.45, Gloss::NONE) };
+    let film = Film {
+        thickness_mm: thickness as f32,
+        gap_mm: gap_mm.map(|gap| gap as f32),
+        room_mm: [f32::INFINITY; 2],
+        under,
+        under_slope: [0.0; 2],
+    };
+    let matter = Matter { mu_a, sigma_i: sigma, k: 0.0, n, dispersion_deg: 5.0, axis: DVec3::Y };
+    (Stack { above: 1.0, layers, below }, matter, film)
+}
+
+/// Films drawn over what packs are made of, sealed to foil, over foil and over tablets: within 14 % rms and 31 % for 95 % of the rows (seen: 13 and
+/// 30 %), a half space of the film's matter is 1.5 times further off and more.
+#[test]
+fn contrasts_hold_for_random_films() {
+    let mut kept = Kept::of("contrast_of_films");
+    let mut kinds = ["sealed", "over foil", "over a tablet"].map(|kind| (kind, Vec::new(), Vec::new()));
+    for i in 0..24 {
+        let (stack, matter, film) = film(i);
+        let question = Question { cells: 0, angles: 0, rows: 12, ..Question::default() };
+        let name = format!("film {i:02}");
+        let ask = || judged(&stack, &question, (60_000, i), matter.n);
+        let asked = (&stack, &question);
+        let judge = if i == 4 { kept.still_says(&name, &asked, ask) } else { kept.says(&name, &asked, ask) };
+        let blur = (question.line_mm * question.line_mm + question.row_mm * question.row_mm / 12.0) as f32;
+        let away = ROWS.map(|row| (row as f64 * question.row_mm) as f32);
+        let point = matter.point(&question);
+        let medium = Medium::isotropic(matter.mu_a as f32, matter.sigma_i as f32, matter.n as f32, Gloss::NONE);
+        let leaking = leaking_path_laws(&point, blur, away, away.map(|away| leak_per_mm(&medium, &film, away)));
+        let half_space = path_laws(&point, blur, away);
+        let (_, off, half_space_off) = &mut kinds[i as usize % 3];
+        for (nm, judge) in LINEWIDTHS_NM.iter().zip(judge.chunks(ROWS.len())) {
+            let per_mm = (coherence_per_mm(WAVELENGTH_NM, *nm) * matter.n) as f32;
+            for (at, judge) in judge.iter().enumerate() {
+                let relative = |law| (f64::from(path_contrast(per_mm, law)) / judge - 1.0).abs();
+                println!("{name} {nm} nm, row {}: off by {:.3}", ROWS[at], relative(&leaking[at]));
+                off.push(relative(&leaking[at]));
+                half_space_off.push(relative(&half_space[at]));
+            }
+        }
+    }
+    kept.finish();
+    let rms = |all: &[f64]| (all.iter().map(|v| v * v).sum::<f64>() / all.len() as f64).sqrt();
+    for (kind, mut off, half_space) in kinds {
+        off.sort_by(f64::total_cmp);
+        let (at95, rms, before) = (off[off.len() * 95 / 100], rms(&off), rms(&half_space));
+        println!("{kind}: 95 % within {at95:.3}, rms {rms:.3}; as a half space {before:.3}");
+        assert!(at95 < 0.31 && rms < 0.14 && 1.4 * rms < before, "{kind}: {at95:.3}, {rms:.3}");
+    }
 }

@@ -31,8 +31,9 @@ use super::{ambient, tile_extremes};
 use crate::frame::Sightlines;
 use crate::specimen::{Hit, Specimen};
 use transport::fresnel;
+use transport::kernel::film_stack::leak_per_mm;
 use transport::kernel::{
-    BASIS, PACK_SPREAD_MM, SPREAD_MM, SpreadRow, SurfacePoint, WidthShares, line_spread, path_laws,
+    BASIS, PACK_SPREAD_MM, SPREAD_MM, SpreadRow, SurfacePoint, WidthShares, leaking_path_laws, line_spread,
 };
 use transport::line::LEAST_FACING;
 
@@ -221,7 +222,13 @@ impl RowMaker {
                 Some(column) => {
                     let (point, rows_per_mm) = (&scratch.points[column], row.rows_per_mm[column].abs().max(1e-3));
                     let blur = row.variance[column] / (rows_per_mm * rows_per_mm);
-                    let laws = path_laws(point, blur, CONTRAST_ROWS.map(|rows| rows / rows_per_mm));
+                    let away = CONTRAST_ROWS.map(|rows| rows / rows_per_mm);
+                    let matter = &row.hits[column].matter;
+                    let leaks = match &matter.film {
+                        Some(film) => away.map(|away| leak_per_mm(&matter.medium, film, away)),
+                        None => [0.0; CONTRAST_ROWS.len()],
+                    };
+                    let laws = leaking_path_laws(point, blur, away, leaks);
                     laws.map(|law| self.coherence.relative(&law, point.n))
                 }
             };
