@@ -85,7 +85,7 @@ fn laws(point: &SurfacePoint, blur_mm2: f32, away: &[f32; PLACES], leaks: &[f32;
         for n in 0..PLACES {
             let (ahead, behind) = (away[n] - middle[l], away[n] + middle[l]);
             let height = |off: f32| exp((-0.5 * off * off / variance[l]).max(-80.0));
-            let kept = if closed { 1.0 } else { exp((-leaks[n] * free * node.path()[l]).max(-80.0).min(80.0)) };
+            let kept = if closed { 1.0 } else { exp((-leaks[n] * free * node.path()[l]).clamp(-80.0, 80.0)) };
             let part = light[l] * kept * (height(ahead) + height(behind));
             bins[n] += part;
             paths[n] += part * free * node.path()[l];
