@@ -41,6 +41,25 @@ fn every_sensor_frame_can_be_kept() {
     place.done("validate set --rerender 2");
 }
 
+/// What is as the recipe asks is no fault, however odd: wide pixels on packs, a second line, a hundred times the light, film that hangs from a
+/// tablet at the rim of a pocket.
+#[test]
+fn odd_recipes_have_no_faults() {
+    let place = Place::new();
+    for (number, recipe) in [
+        "blister-train --set output.bin.columns=8 --set output.bin.profiles=8",
+        "wood-train --set laser.second_line_mm=0.3",
+        "blister-small --set exposure.time_us=4000",
+        "blister-small --set defects.tablet_on_flange=1 --set pack.rows=1",
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        place.done(&format!("--recipe {recipe} --n 3 --out set-{number}"));
+        place.done(&format!("validate set-{number}"));
+    }
+}
+
 /// Every `step`-th of the profiles of each sample is there once, of the sensor's size.
 fn assert_frames(place: &Place, samples: i64, frames: i32, step: i32) {
     let tables = tree(&place.path("set/stacks"));

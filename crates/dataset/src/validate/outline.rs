@@ -2,8 +2,8 @@
 //!
 //! On each of the four sides of the object, pixels 2 and 3 places beyond its edge must be at the conveyor's height and
 //! those 2 and 3 places within at the object's, told apart half way between both. The object's
-//! height there is taken from the pixels further within that are of the edge's own class, less what these rise towards its middle. A mask that is shifted by three pixels,
-//! mirrored, or of another sample has most of them wrong on some side; `docs/faults.md` has the rates. Sides without a
+//! height there is taken from the pixels further within that are of the edge's own class, less what these rise towards its middle. A
+//! mask that is shifted by three pixels, mirrored, or of another sample has most of them wrong on some side; `docs/faults.md` has the rates. Sides without a
 //! clear step are left out: a card as thin as the noise of Range on the conveyor, an object that fills the image, a rim that is
 //! narrower than these strips; and the first and last rows under a laser with a second line, which lights the object ahead of the line.
 
@@ -30,14 +30,20 @@ const WRONG: f32 = 0.6;
 /// Of a normal law, standard deviation over median absolute deviation [1].
 const SIGMA: f32 = 1.4826;
 
-/// Checks the edges of one sample; where `second_line` says that the laser has one, those of columns alone.
+/// Checks the edges of one sample, whose greatest digital number is `most`; where `second_line` says that the laser has one, those of
+/// columns alone.
 pub(super) fn check(
-    (cols, second_line): (usize, bool),
+    (cols, second_line, most): (usize, bool, u16),
     decoded: &DecodedImages,
     place: &str,
     report: &mut ValidationReport,
 ) {
     let (Some(label), Some(range)) = (decoded.get("label"), decoded.get("range")) else { return };
+    // A line that is saturated over many rows is measured in the middle of these.
+    let light = decoded.get("reflectance");
+    let clipped = |i: usize| light.is_some_and(|light| light.get(i) == Some(&most));
+    let range: Vec<u16> = range.iter().enumerate().map(|(i, &r)| if clipped(i) { 0 } else { r }).collect();
+    let range = range.as_slice();
     let mut conveyor: Vec<u16> =
         label.iter().zip(range).filter(|(label, range)| **label == 0 && **range > 0).map(|(_, range)| *range).collect();
     if conveyor.len() < LEAST || conveyor.len() == label.len() {

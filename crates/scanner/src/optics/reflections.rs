@@ -21,7 +21,7 @@ use super::film::entering_share;
 use super::row::Reflection;
 use super::row_view::RowView;
 use crate::specimen::{Hit, ReflectedHit};
-use transport::kernel::film_stack::FilmStackSpread;
+use transport::kernel::film_stack::{FilmStackSpread, mirrored_depth_mm};
 use transport::kernel::{BASIS, PACK_SPREAD_MM, SpreadRow};
 
 /// Square of the slope under which mirrored light rises too steeply to meet the body again: tan(39 deg)^2 [1].
@@ -177,10 +177,7 @@ fn in_foil(hit: &Hit, film: &Film, (spread, lens): (&FilmStackSpread, Vec3), vie
     if steep > MAX_FILM_SLOPE || 2.0 * gap * slant.y.abs() > room {
         return None;
     }
-    let n = hit.matter.medium.n_eff;
-    // Level film shows what lies below nearer by what refraction leaves of its slant: once and a half through it.
-    let in_film = lens.z / (n * (1.0 - (1.0 - lens.z * lens.z) / (n * n)).sqrt());
-    let depth = 2.0 * gap + 1.5 * film.thickness_mm * in_film;
+    let depth = mirrored_depth_mm(&hit.matter.medium, film, lens);
     let [slope_x, slope_y] = film.under_slope;
     let place = Vec3::new(hit.x + 2.0 * gap * slope_x, 2.0 * gap * slope_y, hit.surface.z - depth);
     let on_foil = Vec3::new(hit.x, view.y, hit.surface.z - gap) + gap * slant;
