@@ -30,20 +30,14 @@ const WRONG: f32 = 0.6;
 /// Of a normal law, standard deviation over median absolute deviation [1].
 const SIGMA: f32 = 1.4826;
 
-/// Checks the edges of one sample, whose greatest digital number is `most`; where `second_line` says that the laser has one, those of
-/// columns alone.
+/// Checks the edges of one sample; where `second_line` says that the laser has one, those of columns alone.
 pub(super) fn check(
-    (cols, second_line, most): (usize, bool, u16),
+    (cols, second_line): (usize, bool),
     decoded: &DecodedImages,
     place: &str,
     report: &mut ValidationReport,
 ) {
     let (Some(label), Some(range)) = (decoded.get("label"), decoded.get("range")) else { return };
-    // A line that is saturated over many rows is measured in the middle of these.
-    let light = decoded.get("reflectance");
-    let clipped = |i: usize| light.is_some_and(|light| light.get(i) == Some(&most));
-    let range: Vec<u16> = range.iter().enumerate().map(|(i, &r)| if clipped(i) { 0 } else { r }).collect();
-    let range = range.as_slice();
     let mut conveyor: Vec<u16> =
         label.iter().zip(range).filter(|(label, range)| **label == 0 && **range > 0).map(|(_, range)| *range).collect();
     if conveyor.len() < LEAST || conveyor.len() == label.len() {

@@ -92,7 +92,7 @@ pub(super) fn check(
     // The thesis' method lets light out beyond the object's edges.
     if task.head.recipe.canonical["transport"]["model"] != "thesis" {
         let second_line = task.head.recipe.canonical["laser"]["second_line_mm"] != 0.0;
-        outline::check((cols, second_line, task.head.images.most_dn()), &decoded, &place, report);
+        outline::check((cols, second_line), &decoded, &place, report);
     }
     true_rows::labels(&rows, cols, &decoded, &place, report);
     if task.head.range_unit() == "mm" {
