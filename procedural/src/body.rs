@@ -1,10 +1,11 @@
 //! A body: whatever lies on the conveyor.
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 use crate::Mesh;
 use crate::blister::{Pack, PackSlice};
 use crate::flat::{Flat, FlatSlice};
+use crate::noise::BLOCK;
 use crate::solid::part::PartSlice;
 use crate::solid::sawtooth::SawtoothSlice;
 use crate::solid::{Part, Sawtooth};
@@ -112,6 +113,25 @@ impl Slice<'_> {
             Self::Part(slice) => slice.surface(x),
             Self::Flat(slice) => slice.surface(x),
             Self::Strips(slice) => slice.surface(x),
+        }
+    }
+
+    /// Upper surfaces above some `x` [mm]; `None` beside the body.
+    pub fn surfaces(&self, x: &[f32; BLOCK]) -> [Option<Surface>; BLOCK] {
+        match self {
+            Self::Plank(slice) => slice.surfaces(x),
+            slice => x.map(|x| slice.surface(x)),
+        }
+    }
+
+    /// Medium and truth at some places (x, z) of the cut, inside the body [mm]; `put` takes the number of each that is one, and its
+    /// matter.
+    pub fn matters(&self, places: &[Option<Vec2>; BLOCK], mut put: impl FnMut(usize, Matter)) {
+        if let Self::Plank(slice) = self {
+            return slice.matters(places, put);
+        }
+        for (n, place) in places.iter().enumerate().filter_map(|(n, place)| Some((n, (*place)?))) {
+            put(n, self.matter(place.x, place.y));
         }
     }
 

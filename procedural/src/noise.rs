@@ -11,16 +11,21 @@
 //! Uniform centres and phases make its mean and covariance the same at every place, without any lattice. `bundles` does so
 //! along the fibre; across it is turned value noise whose weights are scaled to equal variance everywhere.
 //! Hash: the two-multiply integer mixer "lowbias32" (Wellons 2018).
-//! Limits: below a quarter of the cell it is a polynomial; over more than 2^24 cells f32 no longer resolves a cell.
+//! Limits: below a quarter of the cell it is a polynomial; over more than 2^22 cells f32 no longer resolves a cell.
 
 use glam::{Mat3, Vec2, Vec3};
+use multiversion::multiversion;
 
 use crate::Stream;
 
 /// Share of the variance that the quintic keeps along one dimension, twice the integral of its square [1].
 const KEPT: f32 = 181.0 / 231.0;
+/// Places that are worked out together, as vector code.
+pub const BLOCK: usize = 16;
 /// From a hash read as a signed word to a uniform number of unit variance: sqrt 3 / 2^31 [1].
 const UNIT: f32 = 1.732_050_8 / 2_147_483_648.0;
+/// 1.5 * 2^23: what is added to it is rounded to a whole number, which stands in its last bits.
+const WHOLE: f32 = 12_582_912.0;
 /// Odd multipliers that spread lattice coordinates over the words before mixing: 2^32 over the golden ratio, and the
 /// first two words of the fractional part of pi made odd.
 const SPREAD: [u32; 3] = [0x9e37_79b1, 0x243f_6a89, 0x85a3_08d3];
@@ -117,7 +122,7 @@ impl Noise {
 
     /// Value [1] and gradient [1/cell] of fibres side by side on a plane: `p` is (across, along) in cells, a lane's half
     /// width and the mean length over which it changes.
-    #[inline]
+    #[inline(always)]
     pub fn fibres(self, p: Vec2) -> (f32, Vec2) {
         let (cell, ..) = split(p.x);
         let (mut value, mut gradient) = (0.0, Vec2::ZERO);
@@ -135,8 +140,20 @@ impl Noise {
         (scale * value, scale * gradient)
     }
 
-    /// Value of bundles of fibres side by side in space [1]: the first two of `p` are across, the third along, in cells.
+    /// [`Self::fibres`] at places that have `across` and `along` in common order: values, and both parts of the gradients.
     #[inline]
+    pub fn fibres_at(self, across: &[f32; BLOCK], along: &[f32; BLOCK]) -> [[f32; BLOCK]; 3] {
+        fibres_at(self, across, along)
+    }
+
+    /// [`Self::bundles`] at places by their coordinates.
+    #[inline]
+    pub fn bundles_at(self, p: &[[f32; BLOCK]; 3]) -> [f32; BLOCK] {
+        bundles_at(self, p)
+    }
+
+    /// Value of bundles of fibres side by side in space [1]: the first two of `p` are across, the third along, in cells.
+    #[inline(always)]
     pub fn bundles(self, p: Vec3) -> f32 {
         let across = PLANE_TURN.rotate(p.truncate());
         let ((i, u, _), (j, v, _)) = (split(across.x), split(across.y));
@@ -158,7 +175,7 @@ impl Noise {
         [share(first, 0), share(first, 11), share(second, 0), share(second, 11)]
     }
 
-    #[inline]
+    #[inline(always)]
     fn lane(self, i: u32, j: u32) -> Lane {
         let key = self.hash(i, j, SPREAD[1]);
         // Bits of one hash: place, rate and phase; the whole of it is the key of the values along.
@@ -195,12 +212,12 @@ impl Noise {
         })
     }
 
-    #[inline]
+    #[inline(always)]
     fn corner(self, i: u32, j: u32, k: u32) -> f32 {
         self.hash(i, j, k) as i32 as f32 * UNIT
     }
 
-    #[inline]
+    #[inline(always)]
     fn hash(self, i: u32, j: u32, k: u32) -> u32 {
         let mut h = self
             .seed
@@ -230,7 +247,7 @@ struct Lane {
 
 impl Lane {
     /// Value [1] and slope [1/cell] along the fibre, of unit root mean square.
-    #[inline]
+    #[inline(always)]
     fn at(self, along: f32) -> (f32, f32) {
         let (k, w, dw) = split(along * self.rate + self.phase);
         let (a, b) = (self.values.corner(k, 0, 0), self.values.corner(k.wrapping_add(1), 0, 0));
@@ -240,15 +257,37 @@ impl Lane {
 }
 
 /// Lattice cell, weight of its upper end [1] and the slope of that weight [1/cell].
-#[inline]
+#[inline(always)]
 fn split(p: f32) -> (u32, f32, f32) {
-    // Truncation and a correction: `floor` is a library call on the plainest x86-64.
-    let truncated = p as i32;
-    let cell = truncated - i32::from(p < truncated as f32);
-    let x = p - cell as f32;
+    // The nearest whole number and a correction: `floor` is a library call on the plainest x86-64, and conversions that saturate are no
+    // vector code.
+    let shifted = p + WHOLE;
+    let nearest = shifted - WHOLE;
+    let above = nearest > p;
+    let cell = (shifted.to_bits() as i32).wrapping_sub(WHOLE.to_bits() as i32) - i32::from(above);
+    let x = p - if above { nearest - 1.0 } else { nearest };
     let weight = x * x * x * (x * (6.0 * x - 15.0) + 10.0);
     let slope = 30.0 * x * x * (x - 1.0) * (x - 1.0);
     (cell as u32, weight, slope)
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
+fn fibres_at(noise: Noise, across: &[f32; BLOCK], along: &[f32; BLOCK]) -> [[f32; BLOCK]; 3] {
+    let mut out = [[0.0; BLOCK]; 3];
+    for n in 0..BLOCK {
+        let (value, gradient) = noise.fibres(Vec2::new(across[n], along[n]));
+        [out[0][n], out[1][n], out[2][n]] = [value, gradient.x, gradient.y];
+    }
+    out
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
+fn bundles_at(noise: Noise, p: &[[f32; BLOCK]; 3]) -> [f32; BLOCK] {
+    let mut out = [0.0; BLOCK];
+    for n in 0..BLOCK {
+        out[n] = noise.bundles(Vec3::new(p[0][n], p[1][n], p[2][n]));
+    }
+    out
 }
 
 /// Hermite step from 0 at `from` to 1 at `to` [1].

@@ -13,6 +13,7 @@ mod extraction_methods;
 
 mod field_edges;
 mod flat_target;
+mod interpolated_rows;
 mod laser_keys;
 mod laser_light;
 mod laser_places;

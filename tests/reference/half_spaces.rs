@@ -83,7 +83,7 @@ impl HalfSpace {
         };
         let texel = texel.facing(self.axis.as_vec3(), Vec3::Z, Vec3::NEG_Z, question.view.as_vec3());
         let mut spread = SpreadRow::new(1);
-        line_spread(&[texel], 0, &WidthShares::new(SPREAD_MM), &mut spread);
+        line_spread(&[texel], &[0], &WidthShares::new(SPREAD_MM), &mut spread);
         let row = |k: i64| -> f64 {
             let width = |j: usize| {
                 let sigma = f64::from(SPREAD_MM[j]).hypot(question.line_mm);
@@ -240,7 +240,7 @@ fn no_width_is_a_spark() {
         };
         let point = matter.facing(drawn.axis.as_vec3(), normal, Vec3::NEG_Z, view);
         let mut spread = SpreadRow::new(1);
-        line_spread(&[point], 0, &WidthShares::new(SPREAD_MM), &mut spread);
+        line_spread(&[point], &[0], &WidthShares::new(SPREAD_MM), &mut spread);
         for j in 0..BASIS {
             let [enter, exit, shift] = [&spread.enter, &spread.exit, &spread.shift].map(|field| field[j][0]);
             assert!(enter.is_finite() && exit.is_finite() && shift.is_finite(), "{i}, width {j}: {drawn:?}");

@@ -22,6 +22,8 @@ pub(crate) mod surface_grid;
 pub mod turntable;
 
 use glam::{Vec2, Vec3};
+use procedural::body::Slice;
+use procedural::noise::BLOCK;
 use procedural::{Body, Class, Film, Matter, Medium, Surface};
 
 use self::outline::ConvexOutline;
@@ -83,6 +85,8 @@ pub struct Specimen {
 
 /// Scattering depth of a film above which nothing is seen through it [1].
 const OPAQUE_FILM_DEPTH: f32 = 4.0;
+/// Height by which a surface may lie off a guess [mm]: a column then looks as good as there.
+const GUESS_TOLERANCE_MM: f32 = 0.05;
 /// Most steps of Newton's method towards the point that a column sees on a steep surface.
 const MAX_NEWTON_STEPS: usize = 6;
 /// Distance from the line of sight at which Newton's method ends [mm].
@@ -168,58 +172,102 @@ impl Specimen {
 
     /// What `columns` see with the laser at scan position `y` [mm]; fills `hits`, one a column.
     pub fn look(&self, y: f32, columns: &Sightlines, conveyor: Medium, hits: &mut Vec<Hit>) {
-        hits.clear();
         if let Some(table) = &self.turntable {
+            hits.clear();
             return self.look_turned(table, y, columns, conveyor, hits);
         }
         if self.body.is_its_hull() {
+            hits.clear();
             let near_y = self.may_shade_conveyor(y);
             let bare = |x: f32| self.conveyor(x, y, near_y, conveyor);
             return self.look_at_triangles(&BodyPose::moved(y), columns, bare, hits);
         }
         let slice = self.body.slice(y);
         let near_y = self.may_shade_conveyor(y);
-        let lens = lens(&self.rig, y);
-        let (mut guess, mut last) = (self.triangles.high.z, (0.0, 0.0));
-        for column in 0..columns.len() {
-            let line = columns.of(column);
-            let along = |z: f32| line.at(z);
-            if self.upper.is_some() {
-                // Extrapolated along the slope of the last point, within limits.
-                guess += ((along(guess) - last.0) * last.1).clamp(-0.5, 0.5);
-            }
-            let mut found = slice.surface(along(guess)).map(|s| (along(guess), s));
-            if found.is_none() && self.upper.is_some() {
-                // Where the card ends on the lens's far side, a guess as high as the pockets looks past its edge.
-                found = slice.surface(along(0.0)).map(|s| (along(0.0), s));
-            }
-            if let Some((_, first)) = found
-                && (first.z - guess).abs() > 0.05
-            {
-                // The guess was from another part of the body: look again where this column really meets it.
-                found = slice.surface(along(first.z)).map(|s| (along(first.z), s));
-            }
-            if let (Some(upper), Some((x, surface))) = (&self.upper, found) {
-                let (x, surface) = approach(x, surface, line, |x| slice.surface(x));
-                guess = surface.z;
-                last = (x, surface.slope_x);
-                let point = Vec3::new(x, y, surface.z);
-                let seen = faces(&surface, lens - point) && !upper.hides(point, lens);
-                hits.push(Hit { x, surface, matter: slice.matter(x, surface.z), lit: true, seen });
-                continue;
-            }
-            let hit = match found {
-                Some((x, surface)) => {
-                    guess = surface.z;
-                    let matter = slice.matter(x, surface.z);
-                    Hit { x, surface, matter, lit: true, seen: true }
-                }
-                None => self.conveyor(along(0.0), y, near_y, conveyor),
-            };
-            hits.push(hit);
+        // Hits are large: what stands there already is not written again.
+        hits.resize(columns.len(), bare(conveyor));
+        if let Some(upper) = &self.upper {
+            self.look_into(upper, &slice, y, columns, conveyor, hits);
+        } else {
+            self.look_onto(&slice, columns, conveyor, hits);
+        }
+        for (column, hit) in hits.iter_mut().enumerate().filter(|(_, hit)| hit.is_bare()) {
+            hit.x = columns.of(column).at(0.0);
+            [hit.lit, hit.seen] = self.reaches_conveyor(hit.x, y, near_y);
         }
         if self.upper.is_some() {
             self.shade(hits);
+        }
+    }
+
+    /// What `columns` see of a level surface; the others become bare.
+    fn look_onto(&self, slice: &Slice<'_>, columns: &Sightlines, conveyor: Medium, hits: &mut [Hit]) {
+        let mut guess = self.triangles.high.z;
+        for (block, hits) in hits.chunks_mut(BLOCK).enumerate() {
+            let line = |n: usize| columns.of((block * BLOCK + n).min(columns.len() - 1));
+            let mut x: [f32; BLOCK] = std::array::from_fn(|n| line(n).at(guess));
+            let mut found = slice.surfaces(&x);
+            for n in 0..BLOCK {
+                if let Some(first) = found[n]
+                    && (first.z - guess).abs() > GUESS_TOLERANCE_MM
+                {
+                    // The guess was from another part of the body: look again where this column really meets it.
+                    x[n] = line(n).at(first.z);
+                    found[n] = slice.surface(x[n]);
+                }
+            }
+            for (n, hit) in hits.iter_mut().enumerate() {
+                match found[n] {
+                    Some(surface) => (hit.x, hit.surface, hit.lit, hit.seen) = (x[n], surface, true, true),
+                    None if hit.is_bare() => {}
+                    None => *hit = bare(conveyor),
+                }
+            }
+            let seen = hits.len();
+            let places = std::array::from_fn(|n| Some(Vec2::new(x[n], found[n].filter(|_| n < seen)?.z)));
+            slice.matters(&places, |n, matter| hits[n].matter = matter);
+            guess = found.iter().flatten().last().map_or(guess, |surface| surface.z);
+        }
+    }
+
+    /// What `columns` see of a surface that may hide parts of itself; the others become bare.
+    fn look_into(
+        &self,
+        upper: &SurfaceGrid,
+        slice: &Slice<'_>,
+        y: f32,
+        columns: &Sightlines,
+        conveyor: Medium,
+        hits: &mut [Hit],
+    ) {
+        let lens = lens(&self.rig, y);
+        let (mut guess, mut last) = (self.triangles.high.z, (0.0, 0.0));
+        for (column, hit) in hits.iter_mut().enumerate() {
+            let line = columns.of(column);
+            let along = |z: f32| line.at(z);
+            // Extrapolated along the slope of the last point, within limits.
+            guess += ((along(guess) - last.0) * last.1).clamp(-0.5, 0.5);
+            let look = |x: f32| slice.surface(x).map(|surface| (x, surface));
+            // Where the card ends on the lens's far side, a guess as high as the pockets looks past its edge.
+            let mut found = look(along(guess)).or_else(|| look(along(0.0)));
+            if let Some((_, first)) = found
+                && (first.z - guess).abs() > GUESS_TOLERANCE_MM
+            {
+                // The guess was from another part of the body: look again where this column really meets it.
+                found = look(along(first.z));
+            }
+            let Some((x, surface)) = found else {
+                if !hit.is_bare() {
+                    *hit = bare(conveyor);
+                }
+                continue;
+            };
+            let (x, surface) = approach(x, surface, line, |x| slice.surface(x));
+            guess = surface.z;
+            last = (x, surface.slope_x);
+            let point = Vec3::new(x, y, surface.z);
+            let seen = faces(&surface, lens - point) && !upper.hides(point, lens);
+            *hit = Hit { x, surface, matter: slice.matter(x, surface.z), lit: true, seen };
         }
     }
 
@@ -247,8 +295,13 @@ impl Specimen {
     }
 
     fn conveyor(&self, x: f32, y: f32, near_y: bool, medium: Medium) -> Hit {
-        let surface = Surface { z: 0.0, slope_x: 0.0, slope_y: 0.0 };
-        let matter = Matter { medium, film: None, class: Class::Background, instance: 0 };
+        let [lit, seen] = self.reaches_conveyor(x, y, near_y);
+        Hit { x, lit, seen, ..bare(medium) }
+    }
+
+    /// Whether laser and lens reach the conveyor at `x`.
+    #[inline]
+    fn reaches_conveyor(&self, x: f32, y: f32, near_y: bool) -> [bool; 2] {
         let point = Vec3::new(x, y, 0.0);
         let lens = lens(&self.rig, y);
         let TriangleBvh { low, high, .. } = self.triangles;
@@ -256,9 +309,8 @@ impl Specimen {
         let over = (self.fan_height.min(lens.z) - high.z).max(1.0);
         let reach = high.z * x.abs() / over * 1.2 + 0.5;
         let near = near_y && x > low.x - reach && x < high.x + reach;
-        let lit = !near || self.triangles.unobstructed(point, Vec3::new(0.0, y, self.fan_height));
-        let seen = !near || self.triangles.unobstructed(point, lens);
-        Hit { x, surface, matter, lit, seen }
+        let fan = Vec3::new(0.0, y, self.fan_height);
+        [fan, lens].map(|stand| !near || self.triangles.unobstructed(point, stand))
     }
 
     /// Intersection of a column's line of sight, which distortion bends, with the surface that its chord meets at
@@ -381,6 +433,13 @@ impl Specimen {
             && point.y < self.triangles.high.y + reach;
         !near || self.triangles.unobstructed(point, stand)
     }
+}
+
+/// The conveyor at x = 0 where laser and lens reach it.
+fn bare(medium: Medium) -> Hit {
+    let surface = Surface { z: 0.0, slope_x: 0.0, slope_y: 0.0 };
+    let matter = Matter { medium, film: None, class: Class::Background, instance: 0 };
+    Hit { x: 0.0, surface, matter, lit: true, seen: true }
 }
 
 /// Position of the lens with the laser at scan position `y` [mm].

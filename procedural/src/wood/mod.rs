@@ -70,7 +70,7 @@ use self::sawn_surface::{SawnProfile, SawnSurface};
 pub use self::stem::{LogRoom, Stem, StemBranch, StemError, least_pieces, sawn_at};
 use self::stem::{Sawing, StemCut};
 use self::zones::Zones;
-use crate::noise::Noise;
+use crate::noise::{BLOCK, Noise};
 use crate::{Class, Gloss, Instance, Matter, Medium, Mesh, Stream, Surface};
 
 /// Rings are grown this far beyond the layer of the farthest corner [mm]: layers wave, and dents behind dead branches reach outwards.
@@ -314,14 +314,20 @@ impl Plank {
         self.cut.as_ref().map(|cut| cut.radius(phi, l))
     }
 
-    /// Relative departure of the fibre bundle at a place from the mean [1].
+    /// Relative departure of the fibre bundles at some places from the mean [1]; 0 where there is no place.
     #[inline]
-    fn streak(&self, place: &LogPoint, grown: &Grown) -> f32 {
-        let layer = |i: usize, cell: [f32; 2]| {
-            let p = Vec3::new(grown.bundle * cell[0], grown.t * cell[0], place.l * cell[1]);
-            STREAK_SHARES[i] * self.streaks[i].bundles(p)
-        };
-        self.streak * (layer(0, FINE_PER_MM) + layer(1, COARSE_PER_MM))
+    fn streaks(&self, places: &[Option<(LogPoint, Grown<'_>)>; BLOCK]) -> [f32; BLOCK] {
+        let mut sums = [0.0; BLOCK];
+        for (i, cell) in [FINE_PER_MM, COARSE_PER_MM].into_iter().enumerate() {
+            let mut p = [[0.0; BLOCK]; 3];
+            for (n, (place, grown)) in places.iter().enumerate().filter_map(|(n, place)| Some((n, place.as_ref()?))) {
+                [p[0][n], p[1][n], p[2][n]] = [grown.bundle * cell[0], grown.t * cell[0], place.l * cell[1]];
+            }
+            for (sum, value) in sums.iter_mut().zip(self.streaks[i].bundles_at(&p)) {
+                *sum += STREAK_SHARES[i] * value;
+            }
+        }
+        sums.map(|sum| self.streak * sum)
     }
 
     /// Dispersion of the fibres where knots disturb their order by `disturbed` [deg].
@@ -333,9 +339,8 @@ impl Plank {
 
     /// Wood without defect.
     #[inline]
-    fn clear(&self, place: &LogPoint, grown: &Grown) -> Coefficients {
+    fn clear(&self, grown: &Grown, streak: f32) -> Coefficients {
         let phase = self.rings.at(grown.t);
-        let streak = self.streak(place, grown);
         let absorption = phase.gain * (1.0 + streak).max(STREAK_LEAST);
         let scattering = (1.0 + STREAK_SCATTERING * streak).max(STREAK_LEAST);
         self.kinds.earlywood.mix(self.kinds.latewood, phase.latewood).scaled(absorption, scattering)
@@ -343,8 +348,8 @@ impl Plank {
 
     /// Wood outside of branches, clear or decayed, with its class and instance.
     #[inline]
-    fn stem(&self, x: f32, place: &LogPoint, grown: &Grown) -> (Coefficients, Class, u16) {
-        let (mut wood, mut class, mut instance) = (self.clear(place, grown), Class::Clear, 0);
+    fn stem(&self, x: f32, place: &LogPoint, grown: &Grown, streak: f32) -> (Coefficients, Class, u16) {
+        let (mut wood, mut class, mut instance) = (self.clear(grown, streak), Class::Clear, 0);
         if let Some(zones) = &self.zones {
             let shares = zones.at(place, grown.t, &self.rings);
             wood = self.kinds.zoned(wood, &shares);
@@ -392,7 +397,23 @@ impl PlankSlice<'_> {
     /// Upper surface above `x` [mm]; `None` beside the board.
     #[inline]
     pub fn surface(&self, x: f32) -> Option<Surface> {
-        let sawn = self.cut.surface(x)?;
+        Some(self.opened(x, self.cut.surface(x)?))
+    }
+
+    /// Upper surfaces above some `x` [mm]; `None` beside the board.
+    pub fn surfaces(&self, x: &[f32; BLOCK]) -> [Option<Surface>; BLOCK] {
+        let mut faces = self.cut.surfaces(x);
+        if self.plank.grain.is_some() || !self.open.is_empty() {
+            for (face, &x) in faces.iter_mut().zip(x) {
+                *face = face.map(|sawn| self.opened(x, sawn));
+            }
+        }
+        faces
+    }
+
+    /// What grain and openings make of the sawn surface above `x`.
+    #[inline]
+    fn opened(&self, x: f32, sawn: Surface) -> Surface {
         let (plank, spot, mut face) = (self.plank, Vec2::new(x, self.y), sawn);
         if let Some(grain) = &plank.grain {
             face = self.carved(grain, face, spot);
@@ -401,11 +422,11 @@ impl PlankSlice<'_> {
             face = plank.openings.lower(&self.open, spot, &plank.trunk, face);
         }
         if face.z >= FLOOR_MM || face.z >= sawn.z {
-            return Some(face);
+            return face;
         }
         // Whatever takes wood away leaves a sheet of it above the conveyor, or what a board that warps below it has there.
         let left = Surface { z: FLOOR_MM, slope_x: 0.0, slope_y: 0.0 };
-        Some(if sawn.z < FLOOR_MM { sawn } else { left })
+        if sawn.z < FLOOR_MM { sawn } else { left }
     }
 
     /// The face with torn grain, grooves of vessels and what decay took.
@@ -437,11 +458,43 @@ impl PlankSlice<'_> {
 
     /// Medium and truth at (x, z) of the cut [mm]; beyond the board's sides the log goes on.
     pub fn matter(&self, x: f32, z: f32) -> Matter {
-        let wood = match &self.plank.given {
-            Some(given) => self.given(given.as_ref(), x, z),
-            None => self.grown(x, z),
-        };
-        self.on_face(x, wood)
+        let mut places = [None; BLOCK];
+        places[0] = Some(Vec2::new(x, z));
+        let mut matter = None;
+        self.matters(&places, |_, found| matter = Some(found));
+        matter.expect("there is matter at every place")
+    }
+
+    /// The same at some places (x, z); `put` takes the number of each that is one, and its matter.
+    #[inline]
+    pub fn matters(&self, places: &[Option<Vec2>; BLOCK], mut put: impl FnMut(usize, Matter)) {
+        if let Some(given) = &self.plank.given {
+            for (n, place) in places.iter().enumerate().filter_map(|(n, place)| Some((n, (*place)?))) {
+                put(n, self.on_face(place.x, self.given(given.as_ref(), place.x, place.y)));
+            }
+            return;
+        }
+        let mut grown: [Option<(LogPoint, Grown<'_>)>; BLOCK] = [const { None }; BLOCK];
+        for (grown, place) in grown.iter_mut().zip(places) {
+            if let Some(place) = place {
+                *grown = Some(self.place(*place));
+            }
+        }
+        let streaks = self.plank.streaks(&grown);
+        for (n, grown) in grown.iter().enumerate() {
+            if let (Some(place), Some((log, grown))) = (places[n], grown) {
+                put(n, self.on_face(place.x, self.grown(place.x, log, grown, streaks[n])));
+            }
+        }
+    }
+
+    /// Where (x, z) of the cut was in the log, and how wood grew there.
+    #[inline]
+    fn place(&self, Vec2 { x, y: z }: Vec2) -> (LogPoint, Grown<'_>) {
+        let plank = self.plank;
+        let place = plank.trunk.place(x, self.y, z - self.cut.warp(x - self.middle).z);
+        let near = self.near.iter().filter(|placed| placed.x[0] <= x && x <= placed.x[1]).map(|placed| &placed.knot);
+        (place, plank.growth.at(&place, near))
     }
 
     /// Wood that is given.
@@ -456,17 +509,14 @@ impl PlankSlice<'_> {
         PointWood { coefficients, fibre, dispersion_deg, gloss: plank.gloss, coat: 1.0, class, instance }
     }
 
-    /// Wood of the log.
+    /// Wood of the log at `x`.
     #[inline]
-    fn grown(&self, x: f32, z: f32) -> PointWood {
+    fn grown(&self, x: f32, place: &LogPoint, grown: &Grown<'_>, streak: f32) -> PointWood {
         let plank = self.plank;
-        let place = plank.trunk.place(x, self.y, z - self.cut.warp(x - self.middle).z);
-        let near = self.near.iter().filter(|placed| placed.x[0] <= x && x <= placed.x[1]).map(|placed| &placed.knot);
-        let grown = plank.growth.at(&place, near);
         let (mut coefficients, mut class, mut instance) = match &grown.branch {
             // The surroundings of a branch are only asked for where some of them are there.
             Some(branch) if branch.share() == 1.0 => (plank.branch(branch, place.r), Class::Clear, 0),
-            _ => plank.stem(x, &place, &grown),
+            _ => plank.stem(x, place, grown, streak),
         };
         if let Some(branch) = &grown.branch {
             let share = branch.share();
@@ -486,7 +536,7 @@ impl PlankSlice<'_> {
             (dispersion_deg, gloss) = grains.disorder(&here, dispersion_deg, gloss);
             // Branches have none of the stem's tissues.
             if grown.branch.as_ref().is_none_or(|branch| branch.x >= 1.0) {
-                let found = anatomy.at(&here, &place, plank.rings.at(here.t).latewood);
+                let found = anatomy.at(&here, place, plank.rings.at(here.t).latewood);
                 coat = found.through;
                 if let Some(ray) = found.ray {
                     coefficients = coefficients.scaled(ray.mu_a, 1.0);

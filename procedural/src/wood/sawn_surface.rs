@@ -13,7 +13,7 @@ use glam::{Vec2, Vec3};
 
 use super::parameters::{EDGE_MOST, Wood};
 use super::tool_marks::{ToolMarks, sin_cos};
-use crate::noise::Noise;
+use crate::noise::{BLOCK, Noise};
 use crate::{Mesh, Stream, Surface, normal};
 
 /// How much the ripple's amplitude drifts, root mean square [1].
@@ -239,29 +239,49 @@ impl SawnProfile<'_> {
         }
     }
 
+    /// Torn strands at places from the board's middle, `dx` [mm].
     #[inline]
-    fn roughness(&self, dx: f32) -> Surface {
+    fn roughness(&self, dx: &[f32; BLOCK]) -> [Surface; BLOCK] {
         let sawn = self.sawn;
         let turn = sawn.turn;
-        let log = Vec2::new(dx * turn.x - self.dy * turn.y, dx * turn.y + self.dy * turn.x);
-        let (mut z, mut slope) = (0.0, Vec2::ZERO);
+        let log = dx.map(|dx| Vec2::new(dx * turn.x - self.dy * turn.y, dx * turn.y + self.dy * turn.x));
+        let (mut z, mut slope) = ([0.0; BLOCK], [Vec2::ZERO; BLOCK]);
         for ((strands, size), share) in sawn.strands.iter().zip(STRANDS_MM).zip(STRAND_SHARES) {
-            let (height, tilt) = strands.fibres(log / size);
-            z += share * height;
-            slope += share * tilt / size;
+            let [height, across, along] =
+                strands.fibres_at(&log.map(|log| log.x / size.x), &log.map(|log| log.y / size.y));
+            for n in 0..BLOCK {
+                z[n] += share * height[n];
+                slope[n] += share * Vec2::new(across[n], along[n]) / size;
+            }
         }
-        let (z, slope) = (sawn.roughness * z, sawn.roughness * slope);
-        Surface { z, slope_x: slope.x * turn.x + slope.y * turn.y, slope_y: slope.y * turn.x - slope.x * turn.y }
+        std::array::from_fn(|n| {
+            let (z, slope) = (sawn.roughness * z[n], sawn.roughness * slope[n]);
+            Surface { z, slope_x: slope.x * turn.x + slope.y * turn.y, slope_y: slope.y * turn.x - slope.x * turn.y }
+        })
+    }
+
+    /// The upper surface above some `x` [mm]; `None` beside the board.
+    pub fn surfaces(&self, x: &[f32; BLOCK]) -> [Option<Surface>; BLOCK] {
+        let dx = x.map(|x| x - self.sawn.middle.x);
+        let [left, right] = self.edges;
+        let inside = dx.map(|dx| (left..=right).contains(&dx));
+        if !inside.contains(&true) {
+            return [None; BLOCK];
+        }
+        let roughness = self.roughness(&dx);
+        std::array::from_fn(|n| inside[n].then(|| self.face(dx[n], roughness[n])))
     }
 
     /// The upper surface above `x` [mm]; `None` beside the board.
     #[inline]
     pub fn surface(&self, x: f32) -> Option<Surface> {
-        let dx = x - self.sawn.middle.x;
-        if !(self.edges[0]..=self.edges[1]).contains(&dx) {
-            return None;
-        }
-        let (warp, ripple, roughness) = (self.warp(dx), self.ripple(dx), self.roughness(dx));
+        self.surfaces(&[x; BLOCK])[0]
+    }
+
+    /// The upper surface at `dx` from the board's middle, where it is as rough as this [mm].
+    #[inline]
+    fn face(&self, dx: f32, roughness: Surface) -> Surface {
+        let (warp, ripple) = (self.warp(dx), self.ripple(dx));
         let mut face = Surface {
             z: self.sawn.thickness + warp.z + ripple.z + roughness.z,
             slope_x: warp.slope_x + ripple.slope_x + roughness.slope_x,
@@ -273,7 +293,7 @@ impl SawnProfile<'_> {
             face.slope_x += marks.slope_x;
             face.slope_y += marks.slope_y;
         }
-        Some(face)
+        face
     }
 }
 

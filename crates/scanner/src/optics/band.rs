@@ -3,6 +3,7 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::row::Row;
+use super::row_maker::RowScratch;
 use super::scan_geometry::ScanGeometry;
 use super::window::ROWS;
 
@@ -20,6 +21,8 @@ pub struct Band {
     /// Rows before the first profile.
     pub(super) halo: usize,
     pub(super) rows: Vec<Row>,
+    /// What making rows needs, and keeps for the next band.
+    pub(super) scratch: Option<Box<RowScratch>>,
     /// Electrons from below by a model that knows one line at a time, `[ROWS][columns]` for both windows of each profile, columns padded to
     /// whole tiles; empty where the kernel answers.
     pub(super) volumes: Vec<[Vec<f32>; 2]>,

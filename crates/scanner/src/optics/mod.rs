@@ -32,6 +32,7 @@ mod motion_blur;
 pub(crate) mod per_line;
 pub mod postprocess;
 pub mod reflections;
+mod response;
 pub mod row;
 mod row_maker;
 mod row_view;

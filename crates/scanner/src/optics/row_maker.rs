@@ -21,6 +21,7 @@ use super::film::{self, Confinement};
 use super::highlights::{HighlightScratch, Highlights};
 use super::mixed_columns::EdgeSearch;
 use super::reflections::LitRow;
+use super::response::{KEY_STEP, Response, key_rows};
 use super::row::Row;
 use super::row_view::RowView;
 use super::secondary_light::SecondaryScratch;
@@ -32,9 +33,7 @@ use crate::frame::Sightlines;
 use crate::specimen::{Hit, Specimen};
 use transport::fresnel;
 use transport::kernel::film_stack::leak_per_mm;
-use transport::kernel::{
-    BASIS, PACK_SPREAD_MM, SPREAD_MM, SpreadRow, SurfacePoint, WidthShares, leaking_path_laws, line_spread,
-};
+use transport::kernel::{BASIS, PACK_SPREAD_MM, SPREAD_MM, SurfacePoint, WidthShares, leaking_path_laws, line_spread};
 use transport::line::LEAST_FACING;
 
 /// Makes rows; holds what is worked out once.
@@ -50,13 +49,21 @@ pub(crate) struct RowMaker {
     conveyor_sights: Vec<Sight>,
     highlights: Highlights,
     coherence: Coherence,
+    /// Whether rows between key rows may be interpolated.
+    pub(super) interpolates: bool,
 }
 
 /// Buffers that one thread needs to make rows.
 #[derive(Debug)]
 pub(crate) struct RowScratch {
-    points: Vec<SurfacePoint>,
-    spread: SpreadRow,
+    /// Of the row that is being made.
+    response: Response,
+    /// Of the last two key rows.
+    keys: [Response; 2],
+    /// Row for a key row that is not asked for.
+    spare: Row,
+    /// Columns whose light is worked out, where it is not linear between key rows.
+    exact: Vec<u32>,
     /// Light of each column towards the lens from a white Lambertian surface [e-].
     white: Vec<f32>,
     /// The same of light that fills pockets: wherever it came in, a level surface shows it [e-].
@@ -79,8 +86,10 @@ impl RowScratch {
     /// Buffers for `columns` columns.
     pub fn new(columns: usize) -> Self {
         Self {
-            points: vec![SurfacePoint::BLACK; columns],
-            spread: SpreadRow::new(columns),
+            response: Response::new(columns),
+            keys: std::array::from_fn(|_| Response::new(columns)),
+            spare: Row::default(),
+            exact: Vec::new(),
             white: vec![0.0; columns],
             filling: vec![0.0; columns],
             line: Vec::new(),
@@ -93,6 +102,38 @@ impl RowScratch {
             highlights: HighlightScratch::default(),
         }
     }
+}
+
+impl RowScratch {
+    /// Whether key row `profile` is here.
+    fn holds(&self, profile: isize) -> bool {
+        self.keys.iter().any(|key| key.profile == Some(profile))
+    }
+
+    /// Keeps the row made last as a key row, and the other one of `needed`.
+    fn keep(&mut self, needed: [isize; 2]) {
+        let free = self.keys.iter().position(|key| key.profile.is_none_or(|profile| !needed.contains(&profile)));
+        std::mem::swap(&mut self.response, &mut self.keys[free.unwrap_or(0)]);
+    }
+
+    /// Takes over what is linear between key rows among the columns `own`, and finds those where it is not: all others without film.
+    fn interpolate(&mut self, own: Range<usize>, hits: &[Hit]) {
+        let Self { response, keys, exact, .. } = self;
+        match keys_about(keys, response.profile) {
+            Some(keys) => response.interpolate(keys, own, exact),
+            None => {
+                exact.clear();
+                exact.extend(own.filter(|&column| hits[column].matter.film.is_none()).map(|column| column as u32));
+            }
+        }
+    }
+}
+
+/// The key rows before and after a row that is none; `None` where either is missing.
+fn keys_about(keys: &[Response; 2], profile: Option<isize>) -> Option<[&Response; 2]> {
+    let about = key_rows(profile?);
+    let of = |profile: isize| keys.iter().find(|key| key.profile == Some(profile));
+    if about[0] == about[1] { None } else { Some([of(about[0])?, of(about[1])?]) }
 }
 
 impl RowMaker {
@@ -112,6 +153,7 @@ impl RowMaker {
             conveyor_sights: (0..columns).map(|column| camera.sight(along(column), 0.0, 0.0)).collect(),
             highlights,
             coherence,
+            interpolates: true,
             shares: [SPREAD_MM, PACK_SPREAD_MM].map(WidthShares::new),
             conveyor: Medium::opaque(Gloss::NONE),
             conveyor_reflectance: conveyor_reflectance as f32,
@@ -123,8 +165,42 @@ impl RowMaker {
         specimen.look(y, &self.columns, self.conveyor, hits);
     }
 
+    /// Makes `rows`, the first of which is row `first` of the scan; `view` looks at a row.
+    pub fn make_all<'a>(
+        &self,
+        first: isize,
+        rows: &mut [Row],
+        view: impl Fn(isize) -> RowView<'a>,
+        scratch: &mut RowScratch,
+    ) {
+        let mut last_key = isize::MIN;
+        for place in 0..rows.len() {
+            let profile = first + place as isize;
+            let keys = key_rows(profile);
+            // Light below film is closed form.
+            let keyed = self.interpolates && !view(profile).specimen.can_mirror_itself();
+            for key in keys.into_iter().filter(|&key| keyed && key != profile) {
+                if scratch.holds(key) {
+                    continue;
+                }
+                let mut spare = std::mem::take(&mut scratch.spare);
+                let within = usize::try_from(key - first).ok().and_then(|place| rows.get_mut(place));
+                last_key = if within.is_some() { key } else { last_key };
+                self.make(view(key), scratch, within.unwrap_or(&mut spare));
+                scratch.spare = spare;
+                scratch.keep(keys);
+            }
+            if profile > last_key || keys[0] < profile {
+                self.make(view(profile), scratch, &mut rows[place]);
+                if keyed && keys[0] == profile {
+                    scratch.keep([profile, profile + KEY_STEP]);
+                }
+            }
+        }
+    }
+
     /// Makes the row of what `view` looks at.
-    pub fn make(&self, view: RowView<'_>, scratch: &mut RowScratch, row: &mut Row) {
+    fn make(&self, view: RowView<'_>, scratch: &mut RowScratch, row: &mut Row) {
         self.look(view.specimen, view.y, &mut row.hits);
         row.y_mm = view.y;
         let top = row.hits.iter().map(|hit| hit.surface.z).fold(0.0, f32::max);
@@ -136,6 +212,7 @@ impl RowMaker {
         prepare(view, scratch, row);
         let own = self.light(view, scratch, row);
         darken_outside(&own, scratch.white.len(), row);
+        scratch.interpolate(own.clone(), &row.hits);
         self.contrasts(scratch, row);
         if !own.is_empty() {
             self.spread(own.clone(), view, scratch, row);
@@ -207,20 +284,23 @@ impl RowMaker {
     fn conveyor(&self, column: usize, white: f32, scratch: &mut RowScratch, row: &mut Row) {
         row.surface_light[column] = white * self.conveyor_reflectance;
         (scratch.white[column], scratch.filling[column], row.entered_light[column]) = (0.0, 0.0, 0.0);
-        scratch.points[column] = SurfacePoint::BLACK;
+        scratch.response.points[column] = SurfacePoint::BLACK;
         scratch.albedo[column] = self.conveyor_reflectance;
     }
 
     /// How much speckle is left beside the line, by the paths of the light there.
-    fn contrasts(&self, scratch: &RowScratch, row: &mut Row) {
+    fn contrasts(&self, scratch: &mut RowScratch, row: &mut Row) {
         let padded = row.centre.len();
+        let RowScratch { response, keys, exact, .. } = scratch;
+        let keys = keys_about(keys, response.profile);
         row.contrasts.clear();
         for first in (0..padded).step_by(CONTRAST_COLUMNS) {
             let columns = first..(first + CONTRAST_COLUMNS).min(row.hits.len());
+            let between = |column| keys.and_then(|keys| response.contrasts_between(keys, column, exact));
             let contrasts = match columns.into_iter().find(|&column| !row.bare[column]) {
                 None => [1.0; CONTRAST_ROWS.len()],
-                Some(column) => {
-                    let (point, rows_per_mm) = (&scratch.points[column], row.rows_per_mm[column].abs().max(1e-3));
+                Some(column) => between(column).unwrap_or_else(|| {
+                    let (point, rows_per_mm) = (&response.points[column], row.rows_per_mm[column].abs().max(1e-3));
                     let blur = row.variance[column] / (rows_per_mm * rows_per_mm);
                     let away = CONTRAST_ROWS.map(|rows| rows / rows_per_mm);
                     let matter = &row.hits[column].matter;
@@ -230,28 +310,19 @@ impl RowMaker {
                     };
                     let laws = leaking_path_laws(point, blur, away, leaks);
                     laws.map(|law| self.coherence.relative(&law, point.n))
-                }
+                }),
             };
             row.contrasts.push(contrasts);
         }
+        response.contrasts.clone_from(&row.contrasts);
     }
 
     /// Lets the light of the columns `own` spread, along the motion and along the line.
     fn spread(&self, own: Range<usize>, view: RowView<'_>, scratch: &mut RowScratch, row: &mut Row) {
         let (camera, relief) = (view.camera, view.specimen.can_mirror_itself());
-        let mut start = own.start;
-        for part in row.hits[own.clone()].chunk_by(|a, b| a.matter.film.is_some() == b.matter.film.is_some()) {
-            if part[0].matter.film.is_none() {
-                line_spread(
-                    &scratch.points[start..start + part.len()],
-                    start,
-                    self.shares(view.specimen),
-                    &mut scratch.spread,
-                );
-            }
-            start += part.len();
-        }
-        let RowScratch { along, spread, white, filling, defocus, .. } = scratch;
+        let RowScratch { response: Response { points, spread, .. }, exact, along, white, filling, defocus, .. } =
+            scratch;
+        line_spread(points, exact, self.shares(view.specimen), spread);
         along.find(&row.hits, own.clone(), relief);
         for j in 0..BASIS {
             for column in own.clone() {
@@ -285,9 +356,9 @@ impl RowMaker {
                 blur_varying(light, 0.0, own, [1.0; 2], &mut scratch.line);
             }
         }
-        ambient::row(own, camera, &scratch.spread, &mut scratch.albedo, row);
+        ambient::row(own, camera, &scratch.response.spread, &mut scratch.albedo, row);
         if let Some(mut secondary) = row.secondary.take() {
-            let lit = LitRow { view, hits: &row.hits, spread: &scratch.spread };
+            let lit = LitRow { view, hits: &row.hits, spread: &scratch.response.spread };
             secondary.make(&lit, row, &mut scratch.secondary);
             row.secondary = Some(secondary);
         }
@@ -322,6 +393,7 @@ fn prepare(view: RowView<'_>, scratch: &mut RowScratch, row: &mut Row) {
         row.secondary = None;
         row.confined_per_mm2.clear();
     }
+    (scratch.response.profile, scratch.response.y_mm) = (Some(view.profile), view.y);
     scratch.defocus.resize(if camera.blurs() { columns } else { 0 }, 0.0);
     row.defocus_radius.resize(if camera.blurs() { padded } else { 0 }, 0.0);
 }
@@ -369,7 +441,7 @@ impl LitColumn<'_> {
         let Self { column, hit, sight, normal, arrives, .. } = *self;
         let medium = &hit.matter.medium;
         // Its paths decide the contrast of speckle.
-        scratch.points[column] = surface_point(medium, normal, sight.light, sight.view);
+        scratch.response.points[column] = surface_point(medium, normal, sight.light, sight.view);
         let spread = film::spread(&hit.matter, film, normal, &sight, &mut scratch.secondary.covers);
         let confinement = Confinement::of(film, spread.holds, spread.beyond[0]);
         scratch.along.note(column, spread.holds);
@@ -378,9 +450,9 @@ impl LitColumn<'_> {
         let wall = film::wall_exit(film, spread.holds, normal);
         for j in 0..BASIS {
             // Light enters and leaves by one root each: what walls add counts once.
-            scratch.spread.enter[j][column] = spread.enter[j] * confinement.gain(j);
-            scratch.spread.exit[j][column] = spread.exit[j] * if j < film::FAR { 1.0 } else { wall };
-            scratch.spread.shift[j][column] = shift + confinement.shift_mm(j);
+            scratch.response.spread.enter[j][column] = spread.enter[j] * confinement.gain(j);
+            scratch.response.spread.exit[j][column] = spread.exit[j] * if j < film::FAR { 1.0 } else { wall };
+            scratch.response.spread.shift[j][column] = shift + confinement.shift_mm(j);
         }
         // What enters where the lens does not see it comes out elsewhere.
         let facing = normal.dot(sight.view).max(LEAST_FACING);
@@ -398,6 +470,6 @@ impl LitColumn<'_> {
         let point = surface_point(medium, normal, sight.light, sight.view);
         row.entered_light[column] = white * point.enter;
         // A coat is passed both ways.
-        scratch.points[column] = SurfacePoint { enter: point.enter * medium.coat * medium.coat, ..point };
+        scratch.response.points[column] = SurfacePoint { enter: point.enter * medium.coat * medium.coat, ..point };
     }
 }

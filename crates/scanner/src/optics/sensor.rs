@@ -125,6 +125,12 @@ impl Sensor {
         }
     }
 
+    /// The same with the light of every row worked out for itself, where otherwise many are interpolated: what that is held against.
+    pub fn without_interpolation(mut self) -> Self {
+        self.maker.interpolates = false;
+        self
+    }
+
     /// Whether frames are made whole by the thesis' scripts ([`Self::processed`]) and not by [`Self::expose`].
     pub fn is_scripted(&self) -> bool {
         self.scripts.is_some()
@@ -175,13 +181,13 @@ impl Sensor {
     /// that is no longer needed: its memory is used again, and so are the rows that both hold.
     pub fn band(&self, specimen: &Specimen, profiles: std::ops::Range<usize>, mut band: Band) -> Band {
         let kept = band.restart(profiles, self.halo());
-        let mut scratch = RowScratch::new(self.size.columns);
-        for (place, row) in band.rows.iter_mut().enumerate().skip(kept) {
-            let profile = (band.profiles.start + place) as isize - band.halo as isize;
+        let scratch = band.scratch.get_or_insert_with(|| Box::new(RowScratch::new(self.size.columns)));
+        let first = (band.profiles.start + kept) as isize - band.halo as isize;
+        let view = |profile: isize| {
             let y = self.geometry.position(profile) as f32;
-            let view = RowView { specimen, camera: &self.camera, y, profile, faint: self.faint };
-            self.maker.make(view, &mut scratch, row);
-        }
+            RowView { specimen, camera: &self.camera, y, profile, faint: self.faint }
+        };
+        self.maker.make_all(first, &mut band.rows[kept..], view, scratch);
         if let Some(last) = band.rows.last_mut() {
             last.front.clear();
         }

@@ -96,6 +96,16 @@ impl SurfacePoint {
         view_motion: 0.0,
     };
 
+    /// How many numbers a point has.
+    pub const NUMBERS: usize = 12;
+
+    /// All numbers of the point, in the order of its fields.
+    #[inline(always)]
+    pub fn numbers(&self) -> [f32; Self::NUMBERS] {
+        let Self { mu_a, sigma_i, k, n, dispersion_deg, enter, sin_dive, cos_azimuth, view, view_motion } = *self;
+        [mu_a, sigma_i, k, n, dispersion_deg, enter, sin_dive, cos_azimuth, view.cone, view.along, view.up, view_motion]
+    }
+
     /// This point with its fibres along `fibre`, on a surface with the `normal`, lit along `light` and seen from `view`; unit
     /// vectors, y along the motion.
     ///
@@ -150,23 +160,22 @@ impl SpreadRow {
     }
 }
 
-/// Fills `spread` from surface point `first` on for `points`.
+/// Fills `spread` in these of the `points`.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
-pub fn line_spread(texels: &[SurfacePoint], first: usize, shares: &WidthShares, spread: &mut SpreadRow) {
+pub fn line_spread(points: &[SurfacePoint], which: &[u32], shares: &WidthShares, spread: &mut SpreadRow) {
     let table = HalfSpaceTable::get();
     // Answers of some points are gathered, each in one piece, and dealt out together: the sums over the widths are then vector
     // code, and every array is written in runs.
     let mut answers = [[[0.0f32; BASIS]; 3]; POINTS_TOGETHER];
-    for (group, texels) in texels.chunks(POINTS_TOGETHER).enumerate() {
-        for (answer, texel) in answers.iter_mut().zip(texels) {
-            *answer = surface_point_spread(texel, table, shares);
+    for which in which.chunks(POINTS_TOGETHER) {
+        for (answer, &point) in answers.iter_mut().zip(which) {
+            *answer = surface_point_spread(&points[point as usize], table, shares);
         }
-        let start = first + group * POINTS_TOGETHER;
         let SpreadRow { enter, exit, shift } = spread;
         for (number, arrays) in [enter, exit, shift].into_iter().enumerate() {
             for (j, array) in arrays.iter_mut().enumerate() {
-                for (value, answer) in array[start..].iter_mut().zip(&answers[..texels.len()]) {
-                    *value = answer[number][j];
+                for (answer, &point) in answers.iter().zip(which) {
+                    array[point as usize] = answer[number][j];
                 }
             }
         }
