@@ -10,7 +10,7 @@ use transport::kernel;
 use transport::stack::{Foil, Layer, PIGMENT_G, Scattering, Stack, Substrate};
 
 /// Packs of the comparison, of which each sixth is sealed to foil and the others lie over a tablet or over foil in turn.
-const PACKS: u64 = 60;
+const PACKS: u64 = 120;
 const PHOTONS: u64 = 300_000;
 /// Windows that hold less of the light are not compared [1].
 const FAINT: f64 = 0.01;
@@ -84,7 +84,7 @@ fn kernel_within_the_judges_angles(stack: &Stack, question: &Question) -> Answer
 
 /// Kinds of packs, and the deviation that 95 % of the windows keep beside two standard errors of the judge. Pigmented are films over air
 /// that turn half of the light or more.
-const BARS: [(&str, f64); 4] = [("pigmented", 0.06), ("tablet", 0.08), ("foil", 0.15), ("sealed", 0.1)];
+const BARS: [(&str, f64); 4] = [("pigmented", 0.05), ("tablet", 0.085), ("foil", 0.13), ("sealed", 0.12)];
 /// The same of all windows.
 const BAR_OF_ALL: f64 = 0.1;
 /// Reduced scattering times thickness from which on a film is pigmented [1].

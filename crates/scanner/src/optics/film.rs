@@ -52,8 +52,6 @@ const MAX_GATHERED: f32 = 3.0;
 const MAX_GAIN: f32 = 100.0;
 /// Greatest radiance factor of a width that is believed [1].
 const MAX_RADIANCE_FACTOR: f32 = 2.0;
-/// Mean run of light on its way out in free paths, as in the kernel [1].
-const ESCAPE_FREE_PATHS: f32 = 1.3;
 
 /// Factor by which wide light leaves film of this normal over that of a pocket's level film: a wall lets out what does not come back [1].
 pub(super) fn wall_exit(film: &Film, holds: f32, normal: Vec3) -> f32 {
@@ -179,12 +177,6 @@ pub struct TransmissionScratch {
 /// Share of light from `light` that enters a film of index `n` [1].
 pub(crate) fn entering_share(n: f32, normal: Vec3, light: Vec3) -> f32 {
     1.0 - fresnel::fresnel_dielectric(1.0, f64::from(n), f64::from(normal.dot(light).max(1e-3))).0 as f32
-}
-
-/// How far along the motion the lens sees light leave a film beside where it leaves towards all sides [mm].
-pub fn exit_shift(medium: &Medium, film: &Film, view: Vec3) -> f32 {
-    let run = (ESCAPE_FREE_PATHS / (medium.mu_a + medium.sigma_i)).min(0.5 * film.thickness_mm);
-    run * view.y / medium.n_eff
 }
 
 /// The film of `matter` in the production model.

@@ -446,13 +446,12 @@ impl LitColumn<'_> {
         let confinement = Confinement::of(film, spread.holds, spread.beyond[0]);
         scratch.along.note(column, spread.holds);
         row.confined_per_mm2[column] = confinement.per_mm2;
-        let shift = film::exit_shift(medium, film, sight.view);
         let wall = film::wall_exit(film, spread.holds, normal);
         for j in 0..BASIS {
             // Light enters and leaves by one root each: what walls add counts once.
             scratch.response.spread.enter[j][column] = spread.enter[j] * confinement.gain(j);
             scratch.response.spread.exit[j][column] = spread.exit[j] * if j < film::FAR { 1.0 } else { wall };
-            scratch.response.spread.shift[j][column] = shift + confinement.shift_mm(j);
+            scratch.response.spread.shift[j][column] = spread.film_beside[j] + confinement.shift_mm(j);
         }
         // What enters where the lens does not see it comes out elsewhere.
         let facing = normal.dot(sight.view).max(LEAST_FACING);

@@ -50,6 +50,9 @@ pub fn solve(stack: &Stack, question: &Question) -> Result<Answer, KernelError> 
     let film = fixed(std::array::from_fn(|j| spread.enter[j] * spread.exit[j]));
     let below = fixed(spread.below.map(|weight| spread.passes * weight));
     let moved = f64::from(film_stack.seen_beside() + spread.below_beside);
+    let film_row = |at: i64| -> f64 {
+        film.iter().zip(spread.film_beside).map(|(one, beside)| row(std::slice::from_ref(one), at, beside.into())).sum()
+    };
     let mirror = |at: i64| {
         let away = at as f64 * pitch - f64::from(film_stack.mirrored_beside());
         f64::from(spread.passes * spread.mirrored) * share(away, pitch, f64::from(spread.mirrored_mm).powi(2) + laser)
@@ -71,9 +74,7 @@ pub fn solve(stack: &Stack, question: &Question) -> Result<Answer, KernelError> 
         angles: Vec::new(),
         row_mm: question.row_mm,
         line: (-rows..=rows).map(|at| Estimate::exact(row(&leaves, at, 0.0))).collect(),
-        seen: (-rows..=rows)
-            .map(|at| Estimate::exact(row(&film, at, 0.0) + row(&below, at, moved) + mirror(at)))
-            .collect(),
+        seen: (-rows..=rows).map(|at| Estimate::exact(film_row(at) + row(&below, at, moved) + mirror(at))).collect(),
         cell_mm: question.cell_mm,
         point: point(&leaves, (0.0, 1.0), question),
     })

@@ -33,15 +33,15 @@ use multiversion::multiversion;
 use procedural::{Film, Medium};
 
 pub(super) use self::answer::solve;
-use self::spectrum::{FREQUENCY_COUNT, LambertTransfer, LengthInterpolation, Spectrum, WidthFit};
+use self::spectrum::{FREQUENCY_COUNT, LambertTransfer, LengthInterpolation, Spectrum, WidthFit, frequency};
 use self::table::FilmTable;
 use self::underlayer::Underlayer;
-use super::widths::BASIS;
+use super::widths::{BASIS, PACK_SPREAD_MM};
 use crate::fresnel::{fresnel_dielectric, gloss, normal_reflectance};
 use crate::stack;
 
-/// Gap above foil under which light from the film meets it from all sides rather than from above; of 0.25, 0.35 and 0.5 the one that suits
-/// the sixty packs of tests/reference/drawn_packs.rs best [mm].
+/// Gap above foil under which light that film and foil throw to each other again meets it from all sides rather than from above; of 0.25,
+/// 0.35 and 0.5 the one that suited the first sixty packs of tests/reference/drawn_packs.rs best [mm].
 const NEAR_GAP_MM: f32 = 0.25;
 /// Sideways way of Lambert light in a film over that in air of the film's thickness: tan(inside) / tan(outside) near 45 degrees [1].
 const IN_FILM: f32 = 0.5;
@@ -76,6 +76,15 @@ impl FilmStack {
         mirrored_depth_mm(&self.medium, &self.film, self.view) * self.view.y / self.view.z
     }
 
+    /// How far along the motion the lens sees light of each width leave the film beside where it leaves towards all sides: what was turned
+    /// once comes from where the laser's light was turned, light of wider widths was turned last deeper [mm].
+    fn film_beside(&self) -> [f32; BASIS] {
+        let Self { medium, film, view, .. } = self;
+        let late = (ESCAPE_FREE_PATHS / (medium.mu_a + medium.sigma_i)).min(0.5 * film.thickness_mm);
+        let (once, slant) = (turned_depth(self)[0], in_film(medium.n_eff, *view));
+        PACK_SPREAD_MM.map(|width| slant * (once + (late - once) * width * width / (width * width + late * late)))
+    }
+
     /// How far along the motion light from below that the film does not turn leaves it beside where it left what lies below: by the
     /// slant of the view in the air, and by that which refraction leaves of it in the film [mm].
     pub fn seen_beside(&self) -> f32 {
@@ -89,6 +98,9 @@ pub fn mirrored_depth_mm(medium: &Medium, film: &Film, view: Vec3) -> f32 {
     let (_, up) = refracted(medium.n_eff, view.z);
     2.0 * film.gap_mm.unwrap_or(0.0) + 1.5 * film.thickness_mm * view.z / (medium.n_eff * up)
 }
+
+/// Mean depth at which light that leaves a film towards a lens was turned last, where the film is thick, in free paths 1 / (mu_a + sigma_i) [1].
+const ESCAPE_FREE_PATHS: f32 = 1.3;
 
 /// Slant along the motion inside a level film of index `n` of light that leaves it along `view` [1].
 #[inline(always)]
@@ -137,6 +149,8 @@ pub struct FilmStackSpread {
     /// Weight of each width times radiance factor, of light that what lies below sends towards the lens: it is seen where it left the
     /// surface below [1].
     pub below: [f32; BASIS],
+    /// How far along the motion the lens sees light of each width leave the film beside where it leaves towards all sides [mm].
+    pub film_beside: [f32; BASIS],
     /// How far along the motion that light leaves the surface below beside light to all sides [mm].
     pub below_beside: f32,
     /// Radiance factor, before it passes the film again, of light that pigment has turned on its way down and that foil mirrors to the lens: the
@@ -162,6 +176,8 @@ pub struct FilmStackKernel {
     under: Underlayer,
     lambert: LambertTransfer,
     back: WidthFit,
+    /// Squares of the fixed frequencies [mm^-2].
+    squares: Spectrum,
 }
 
 /// Where a line's light goes, as transforms; shares of what arrived.
@@ -204,6 +220,7 @@ impl FilmStackKernel {
             under: Underlayer::of(&medium),
             lambert: LambertTransfer::new(),
             back: WidthFit::new(),
+            squares: std::array::from_fn(|i| (frequency(i) * frequency(i)) as f32),
         }
     }
 
@@ -243,9 +260,33 @@ fn spread(kernel: &FilmStackKernel, stack: &FilmStack) -> FilmStackSpread {
     let beyond = [beyond(&flow.film, &weights), beyond(&flow.below, &below)].map(|beyond| beyond.min(MAX_BEYOND));
     let below_beside = kernel.under.beside() * stack.view.y;
     let FilmFlow { passes, holds, total, mirrored, .. } = flow;
-    let lobe_mm = stack.film.gap_mm.unwrap_or(0.0) * FACET_TURN * stack.film.under.gloss.roughness[1];
-    let mirrored_mm = lobe_mm * (1.0 + flow.mirrored_twice).sqrt();
-    FilmStackSpread { enter, exit, below, below_beside, mirrored, mirrored_mm, beyond, passes, holds, reflects: total }
+    // From half of the film's thickness on, through the air; turned at one depth or another.
+    let (thickness, n) = (stack.film.thickness_mm, stack.medium.n_eff);
+    let beneath = stack.film.gap_mm.unwrap_or(0.0) + 0.5 * thickness / n;
+    let lobe_mm = beneath * FACET_TURN * stack.film.under.gloss.roughness[1];
+    let smear_mm = in_film(n, stack.view) * thickness;
+    let mirrored_mm = (lobe_mm * lobe_mm * (1.0 + flow.mirrored_twice) + smear_mm * smear_mm / 12.0).sqrt();
+    FilmStackSpread {
+        enter,
+        exit,
+        below,
+        film_beside: stack.film_beside(),
+        below_beside,
+        mirrored,
+        mirrored_mm,
+        beyond,
+        passes,
+        holds,
+        reflects: total,
+    }
+}
+
+/// Radiance factor of rough metal [1]. Facets throw a part of the light, about a b / (1 + a b) for roughness a and b, at other facets, which throw it
+/// on: nothing of it is lost.
+#[inline(always)]
+fn metal(of: &procedural::Gloss, normal: Vec3, light: Vec3, view: Vec3) -> f32 {
+    let [along, across] = of.roughness;
+    gloss(of, normal, light, view) * (1.0 + along * across)
 }
 
 /// A direction in air as a level film of index `n` bends it.
@@ -282,7 +323,7 @@ fn flow(kernel: &FilmStackKernel, stack: &FilmStack) -> FilmFlow {
         let (_, up) = refracted(n, stack.view_up);
         let out = numerics::lanes::exp(-extinction / up)
             * (1.0 - fresnel_dielectric(1.0, n.into(), stack.view_up.into()).0 as f32);
-        let glint = enter * left * gloss(&under.gloss, normal, inside(n, stack.light), inside(n, stack.view)) / (n * n);
+        let glint = enter * left * metal(&under.gloss, normal, inside(n, stack.light), inside(n, stack.view)) / (n * n);
         // Beyond the table's foils and indices light must not become more than there is.
         let mirrored = sealed.mirrored().max(0.0);
         let kept = ((1.0 - mirrored) / turned[0].max(f32::MIN_POSITIVE)).min(1.0);
@@ -327,7 +368,7 @@ fn flow(kernel: &FilmStackKernel, stack: &FilmStack) -> FilmFlow {
     let (body, seen_body) = (kernel.under.body(), kernel.under.seen());
     let [mirrors, mirrors_straight] = kernel.under.mirrors();
     let glint = if foil {
-        gloss(&under.gloss, normal, stack.light, stack.view)
+        metal(&under.gloss, normal, stack.light, stack.view)
     } else {
         kernel.under.towards(stack.view.dot(normal))
     };
@@ -335,19 +376,26 @@ fn flow(kernel: &FilmStackKernel, stack: &FilmStack) -> FilmFlow {
     let shine = if foil { 0.0 } else { gloss(&under.gloss, normal, stack.light, stack.view) };
     // Foil right below mirrors light from all sides to the lens; foil far below only what comes down steeply.
     let near = NEAR_GAP_MM * NEAR_GAP_MM / (NEAR_GAP_MM * NEAR_GAP_MM + gap * gap);
-    let glow = if foil { near * mirrors + (1.0 - near) * glint } else { 0.0 };
-    // Foil shows the film's lower side beside its own lobe.
-    let shown = 1.0 - near - (1.0 - near) * (glint / mirrors.max(f32::MIN_POSITIVE)).min(1.0);
+    let glow = if foil { near * mirrors + (1.0 - near) * glint.min(mirrors) } else { 0.0 };
+    // Light that pigment has turned ahead once has two ways to the lens: it was turned towards the lens' mirror image, and foil shows it beside
+    // where it was turned; or the lobe of rough foil turns it there, from where it met the foil.
+    let lobe2 = (FACET_TURN * under.gloss.roughness[1]).powi(2);
+    let shown = TURNED_SPREAD / (TURNED_SPREAD + lobe2);
     let lower_side = if foil { enter * mirrors * shown * turned_down(stack, on[0]) } else { 0.0 };
-    // Straight light that foil, film and foil mirror leaves by two lobes, which reach further; the first one alone is in the loop below.
+    // Straight light that foil, film and foil mirror leaves by two lobes, which reach further: turned half of the way by each, it goes towards the
+    // lens between them.
     let twice = if foil {
         let [along, across] = under.gloss.roughness.map(|roughness| FACET_TURN * roughness);
         let wide = procedural::Gloss { roughness: [along, across], ..under.gloss };
         let back_down = fresnel + (1.0 - fresnel) * mirrored;
-        enter * straight * back_down * mirrors * (gloss(&wide, normal, stack.light, stack.view) - glint).max(0.0)
+        let again = back_down * mirrors;
+        enter * straight * again / (1.0 - again) * metal(&wide, normal, stack.light, stack.view)
     } else {
         0.0
     };
+    // At one depth or another, which the lens sees one beside the other.
+    let smear = in_film(n, stack.view).powi(2) * turned_depth(stack)[1];
+    let once = turned_once(stack, stack.light_up, stack.light.dot(stack.view));
     let mut out = FilmFlow {
         mirrored: lower_side + twice,
         mirrored_twice: twice / (lower_side + twice).max(f32::MIN_POSITIVE),
@@ -375,11 +423,12 @@ fn flow(kernel: &FilmStackKernel, stack: &FilmStack) -> FilmFlow {
         let down = on[i] * h1[i] + (again + diffuse_back[i] * up) * g1[i];
         let passed = (1.0 - fresnel) * on[i] * mirror + diffuse_on[i] * up;
         out.film[i] = enter * (back[i] + passed);
-        out.towards[i] = enter * (laws[0] * back[i] + aslant + laws[1] * passed);
+        let smeared = once * (1.0 - numerics::lanes::exp(-0.5 * smear * kernel.squares[i]));
+        out.towards[i] = enter * (laws[0] * back[i] + aslant - smeared + laws[1] * passed);
         let body_glow =
             seen_body[i] * ((1.0 - mirrors_straight) * arrives + (1.0 - mirrors) * down) * glint + arrives * shine;
-        let metal = arrives * glint + down * glow;
-        out.below[i] = enter * if foil { metal } else { body_glow };
+        let metal_glow = straight * glint + on[i] * h1[i] * (1.0 - shown) * mirrors + (down - on[i] * h1[i]) * glow;
+        out.below[i] = enter * if foil { metal_glow } else { body_glow };
         let crossed = if g1[i] > 1e-6 { (above[i] / g1[i]).min(1.0) } else { 1.0 };
         let (diffuse, metallic) = (of.diffuse_straight() * up, (1.0 - fresnel) * straight * mirrors_straight * arrives);
         out.all[i] = enter * (back[i] + mirrored + passed + diffuse * crossed + metallic * lobe_above[i]);
@@ -422,6 +471,24 @@ fn turned_once(stack: &FilmStack, light_up: f32, between: f32) -> f32 {
     0.25 * scattering / extinction * phase * (1.0 - left) / (down + up) * out
 }
 
+/// Mean [mm] and variance [mm^2] of the depth at which pigment turns light that it turns once, back towards the lens: they fall off
+/// exponentially down to the film's end.
+#[inline(always)]
+fn turned_depth(stack: &FilmStack) -> [f32; 2] {
+    let (medium, n, thickness) = (&stack.medium, stack.medium.n_eff, stack.film.thickness_mm);
+    let ((_, down), (_, up)) = (refracted(n, stack.light_up), refracted(n, stack.view_up));
+    let extinction = medium.sigma_i / (1.0 - PIGMENT_G) + medium.mu_a;
+    let x = extinction * thickness * (1.0 / down + 1.0 / up);
+    let [mean, variance] = if x < 0.1 {
+        [0.5 - x / 12.0, 1.0 / 12.0]
+    } else {
+        let left = numerics::lanes::exp(-x.min(80.0));
+        let lost = 1.0 - left;
+        [1.0 / x - left / lost, 1.0 / (x * x) - left / (lost * lost)]
+    };
+    [thickness * mean, thickness * thickness * variance]
+}
+
 /// Radiance factor towards the lens' mirror image below of light that pigment has turned on its way down, of which the share `all` is [1]:
 /// once by single scattering in a slab (Chandrasekhar 1960), more often by Lambert's law.
 #[inline(always)]
@@ -448,6 +515,9 @@ fn turned_down(stack: &FilmStack, all: f32) -> f32 {
     once + (all - once_in_all).max(0.0)
 }
 
+/// Variance, in each of two directions, of the directions in the air of light that pigment has turned ahead once: 1 - g of Henyey and
+/// Greenstein's law, refracted by film [rad^2].
+const TURNED_SPREAD: f32 = 0.45;
 /// Share of what pigment turns once that leaves the film's other side [1].
 const TURNED_AHEAD: f32 = 0.78;
 /// Standard deviation of a lobe's slopes over the roughness of the facets: these lean by 1 / sqrt(2) of it, and turn light by twice that [1].
