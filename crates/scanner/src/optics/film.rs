@@ -15,7 +15,7 @@
 use std::ops::Range;
 
 use glam::{Mat2, Vec2, Vec3};
-use procedural::{Film, Matter, Medium, Surface};
+use procedural::{Film, Matter, Surface};
 
 use super::bent_film::{FilmPlace, FilmSheet, LEAST_FILM_COSINE, PlaneBelow};
 use super::box_filter::blur_varying;

@@ -515,9 +515,8 @@ fn turned_down(stack: &FilmStack, all: f32) -> f32 {
     once + (all - once_in_all).max(0.0)
 }
 
-/// Variance, in each of two directions, of the directions in the air of light that pigment has turned ahead once: 1 - g of Henyey and
-/// Greenstein's law, refracted by film [rad^2].
-const TURNED_SPREAD: f32 = 0.45;
+/// Variance, about each of two axes, of the directions into which pigment turns light ahead once: 1 - g, as for small angles [rad^2].
+const TURNED_SPREAD: f32 = 1.0 - PIGMENT_G;
 /// Share of what pigment turns once that leaves the film's other side [1].
 const TURNED_AHEAD: f32 = 0.78;
 /// Standard deviation of a lobe's slopes over the roughness of the facets: these lean by 1 / sqrt(2) of it, and turn light by twice that [1].
