@@ -2,7 +2,7 @@
 //!
 //! Wood changes little over some tenths of a millimetre along its fibres: every [`KEY_STEP`]th row is a key row, whose light is worked
 //! out in every column. A column of a row between two key rows takes what is linear between them where its own matter, slope and view are
-//! nearly linear between theirs and theirs nearly alike (`Tolerance`); knots, cracks, edges and grain that runs across the scan are not, and are
+//! nearly linear between theirs ([`OFF`]) and theirs nearly alike ([`APART`]); knots, cracks, edges and grain that runs across the scan are not, and are
 //! worked out there. Which rows are key rows depends on their number in the scan alone, so no value depends on bands or threads.
 
 use std::ops::Range;
@@ -14,14 +14,14 @@ use transport::kernel::{SpreadRow, SurfacePoint};
 
 /// Rows from one key row to the next.
 pub(super) const KEY_STEP: isize = 4;
+/// Columns that are interpolated together.
+const BLOCK: usize = 32;
+
 /// The last key row up to row `profile` of a scan, and the first from there on.
 pub(super) fn key_rows(profile: isize) -> [isize; 2] {
     let before = profile.div_euclid(KEY_STEP) * KEY_STEP;
     [before, if before == profile { profile } else { before + KEY_STEP }]
 }
-
-/// Columns that are interpolated together.
-const BLOCK: usize = 32;
 
 /// What the matter of one row does to light, over sensor columns.
 #[derive(Debug)]
