@@ -75,10 +75,9 @@ use crate::{Class, Gloss, Instance, Matter, Medium, Mesh, Stream, Surface};
 
 /// Rings are grown this far beyond the layer of the farthest corner [mm]: layers wave, and dents behind dead branches reach outwards.
 const RING_MARGIN_MM: f32 = 10.0;
-/// One over the cells of fine bundles: around and outwards, along [mm^-1]; three or four tracheids, a fibre's length.
-const FINE_PER_MM: [f32; 2] = [1.0 / 0.12, 1.0 / 3.5];
-/// One over the cells of coarse bundles [mm^-1].
-const COARSE_PER_MM: [f32; 2] = [1.0 / 0.6, 1.0 / 18.0];
+/// One over the cells of fine bundles and of coarse ones: around and outwards, along [mm^-1]; a fine one is three or four tracheids, a fibre's
+/// length.
+const BUNDLES_PER_MM: [[f32; 2]; 2] = [[1.0 / 0.12, 1.0 / 3.5], [1.0 / 0.6, 1.0 / 18.0]];
 /// Their shares of the root mean square; squares sum to 1 [1].
 const STREAK_SHARES: [f32; 2] = [0.8, 0.6];
 /// Scattering varies against absorption by this part of it [1]: a dense bundle absorbs more and guides light less.
@@ -314,20 +313,25 @@ impl Plank {
         self.cut.as_ref().map(|cut| cut.radius(phi, l))
     }
 
-    /// Relative departure of the fibre bundles at some places from the mean [1]; 0 where there is no place.
+    /// Relative departure of the fibre bundle at a place from the mean [1].
+    #[inline]
+    fn streak(&self, place: &LogPoint, grown: &Grown<'_>) -> f32 {
+        let [fine, coarse] = BUNDLES_PER_MM.map(|cell| bundle(cell, place, grown));
+        self.streak
+            * (STREAK_SHARES[0] * self.streaks[0].bundles(fine) + STREAK_SHARES[1] * self.streaks[1].bundles(coarse))
+    }
+
+    /// The same at some places; any number where there is no place.
     #[inline]
     fn streaks(&self, places: &[Option<(LogPoint, Grown<'_>)>; BLOCK]) -> [f32; BLOCK] {
-        let mut sums = [0.0; BLOCK];
-        for (i, cell) in [FINE_PER_MM, COARSE_PER_MM].into_iter().enumerate() {
+        let [fine, coarse] = [0, 1].map(|i| {
             let mut p = [[0.0; BLOCK]; 3];
             for (n, (place, grown)) in places.iter().enumerate().filter_map(|(n, place)| Some((n, place.as_ref()?))) {
-                [p[0][n], p[1][n], p[2][n]] = [grown.bundle * cell[0], grown.t * cell[0], place.l * cell[1]];
+                [p[0][n], p[1][n], p[2][n]] = bundle(BUNDLES_PER_MM[i], place, grown).to_array();
             }
-            for (sum, value) in sums.iter_mut().zip(self.streaks[i].bundles_at(&p)) {
-                *sum += STREAK_SHARES[i] * value;
-            }
-        }
-        sums.map(|sum| self.streak * sum)
+            self.streaks[i].bundles_at(&p)
+        });
+        std::array::from_fn(|n| self.streak * (STREAK_SHARES[0] * fine[n] + STREAK_SHARES[1] * coarse[n]))
     }
 
     /// Dispersion of the fibres where knots disturb their order by `disturbed` [deg].
@@ -391,6 +395,12 @@ impl Plank {
         let rings = 1.0 + KNOT_RINGS * (latewood - self.latewood_share);
         kind.scaled(rings * knot.absorption(branch.offset, branch.x, branch.below, r), 1.0)
     }
+}
+
+/// Where a place lies among bundles of these cells [cell].
+#[inline]
+fn bundle(per_mm: [f32; 2], place: &LogPoint, grown: &Grown<'_>) -> Vec3 {
+    Vec3::new(grown.bundle * per_mm[0], grown.t * per_mm[0], place.l * per_mm[1])
 }
 
 impl PlankSlice<'_> {
@@ -458,11 +468,14 @@ impl PlankSlice<'_> {
 
     /// Medium and truth at (x, z) of the cut [mm]; beyond the board's sides the log goes on.
     pub fn matter(&self, x: f32, z: f32) -> Matter {
-        let mut places = [None; BLOCK];
-        places[0] = Some(Vec2::new(x, z));
-        let mut matter = None;
-        self.matters(&places, |_, found| matter = Some(found));
-        matter.expect("there is matter at every place")
+        let wood = match &self.plank.given {
+            Some(given) => self.given(given.as_ref(), x, z),
+            None => {
+                let (place, grown) = self.place(Vec2::new(x, z));
+                self.grown(x, &place, &grown, self.plank.streak(&place, &grown))
+            }
+        };
+        self.on_face(x, wood)
     }
 
     /// The same at some places (x, z); `put` takes the number of each that is one, and its matter.

@@ -239,43 +239,62 @@ impl SawnProfile<'_> {
         }
     }
 
-    /// Torn strands at places from the board's middle, `dx` [mm].
+    /// The place at `dx` from the board's middle, across and along the strands [mm].
     #[inline]
-    fn roughness(&self, dx: &[f32; BLOCK]) -> [Surface; BLOCK] {
-        let sawn = self.sawn;
-        let turn = sawn.turn;
-        let log = dx.map(|dx| Vec2::new(dx * turn.x - self.dy * turn.y, dx * turn.y + self.dy * turn.x));
-        let (mut z, mut slope) = ([0.0; BLOCK], [Vec2::ZERO; BLOCK]);
-        for ((strands, size), share) in sawn.strands.iter().zip(STRANDS_MM).zip(STRAND_SHARES) {
-            let [height, across, along] =
-                strands.fibres_at(&log.map(|log| log.x / size.x), &log.map(|log| log.y / size.y));
-            for n in 0..BLOCK {
-                z[n] += share * height[n];
-                slope[n] += share * Vec2::new(across[n], along[n]) / size;
-            }
+    fn across_strands(&self, dx: f32) -> Vec2 {
+        let turn = self.sawn.turn;
+        Vec2::new(dx * turn.x - self.dy * turn.y, dx * turn.y + self.dy * turn.x)
+    }
+
+    /// Torn strands of all sizes together, each with its height [1] and its slope [1/cell].
+    #[inline]
+    fn roughness(&self, strand: impl Fn(usize) -> (f32, Vec2)) -> Surface {
+        let (mut z, mut slope) = (0.0, Vec2::ZERO);
+        for (i, (size, share)) in STRANDS_MM.into_iter().zip(STRAND_SHARES).enumerate() {
+            let (height, tilt) = strand(i);
+            z += share * height;
+            slope += share * tilt / size;
         }
-        std::array::from_fn(|n| {
-            let (z, slope) = (sawn.roughness * z[n], sawn.roughness * slope[n]);
-            Surface { z, slope_x: slope.x * turn.x + slope.y * turn.y, slope_y: slope.y * turn.x - slope.x * turn.y }
-        })
+        let (rough, turn) = (self.sawn.roughness, self.sawn.turn);
+        let (z, slope) = (rough * z, rough * slope);
+        Surface { z, slope_x: slope.x * turn.x + slope.y * turn.y, slope_y: slope.y * turn.x - slope.x * turn.y }
     }
 
     /// The upper surface above some `x` [mm]; `None` beside the board.
     pub fn surfaces(&self, x: &[f32; BLOCK]) -> [Option<Surface>; BLOCK] {
         let dx = x.map(|x| x - self.sawn.middle.x);
-        let [left, right] = self.edges;
-        let inside = dx.map(|dx| (left..=right).contains(&dx));
+        let inside = dx.map(|dx| self.is_inside(dx));
         if !inside.contains(&true) {
             return [None; BLOCK];
         }
-        let roughness = self.roughness(&dx);
-        std::array::from_fn(|n| inside[n].then(|| self.face(dx[n], roughness[n])))
+        let log = dx.map(|dx| self.across_strands(dx));
+        let strands = [0, 1, 2].map(|i| {
+            let size = STRANDS_MM[i];
+            self.sawn.strands[i].fibres_at(&log.map(|log| log.x / size.x), &log.map(|log| log.y / size.y))
+        });
+        std::array::from_fn(|n| {
+            let strand = |i: usize| {
+                let [height, across, along] = &strands[i];
+                (height[n], Vec2::new(across[n], along[n]))
+            };
+            inside[n].then(|| self.face(dx[n], self.roughness(strand)))
+        })
     }
 
     /// The upper surface above `x` [mm]; `None` beside the board.
     #[inline]
     pub fn surface(&self, x: f32) -> Option<Surface> {
-        self.surfaces(&[x; BLOCK])[0]
+        let dx = x - self.sawn.middle.x;
+        let log = self.across_strands(dx);
+        let strand = |i: usize| self.sawn.strands[i].fibres(log / STRANDS_MM[i]);
+        self.is_inside(dx).then(|| self.face(dx, self.roughness(strand)))
+    }
+
+    /// Whether the board is there at `dx` from its middle [mm].
+    #[inline]
+    fn is_inside(&self, dx: f32) -> bool {
+        let [left, right] = self.edges;
+        (left..=right).contains(&dx)
     }
 
     /// The upper surface at `dx` from the board's middle, where it is as rough as this [mm].

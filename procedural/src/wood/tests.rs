@@ -242,3 +242,35 @@ fn the_grid_of_the_face_has_the_bundles_of_the_wood_about_a_pith() {
         assert!(above > 20, "seed {seed}: {above} places opposite of the board's middle");
     }
 }
+
+/// Columns together see what each sees by itself, to the bit, on boards of all kinds.
+#[test]
+fn blocks_are_their_places() {
+    let mut on_board = 0;
+    for seed in 0..6_u64 {
+        let mut wood = Wood::from_values(&mut |p| p.default);
+        wood.knots.sound_count = (seed % 3) as f64;
+        wood.log.streak = 0.1;
+        wood.board.roughness_um = 20.0;
+        if seed >= 3 {
+            (wood.grain.torn_um, wood.machining.planer_um) = (60.0, 5.0);
+            (wood.holes.count, wood.moisture.patch_count) = (50.0, 4.0);
+        }
+        let plank = Plank::grow(Stream::root(seed), &wood);
+        for row in 0..40 {
+            let slice = plank.slice(15.0 + 5.7 * row as f32);
+            let x: [f32; BLOCK] = std::array::from_fn(|n| -60.0 + 3.1 * row as f32 + 0.37 * n as f32);
+            let together = slice.surfaces(&x);
+            let places = std::array::from_fn(|n| Some(Vec2::new(x[n], together[n]?.z)));
+            let mut matters = [None; BLOCK];
+            slice.matters(&places, |n, matter| matters[n] = Some(matter));
+            for n in 0..BLOCK {
+                assert_eq!(together[n], slice.surface(x[n]), "surface, board {seed}, row {row}");
+                let alone = places[n].map(|place| slice.matter(place.x, place.y));
+                assert_eq!(matters[n], alone, "matter, board {seed}, row {row}");
+                on_board += usize::from(alone.is_some());
+            }
+        }
+    }
+    assert!(on_board > 1000, "{on_board} places");
+}

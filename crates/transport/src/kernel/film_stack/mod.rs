@@ -540,3 +540,67 @@ fn seen_through(n: f32, extinction: f32, up: f32) -> f32 {
     let thrown = fresnel_dielectric(1.0, n.into(), up.into()).0 as f32;
     (1.0 - thrown) * (1.0 - thrown) * left / (1.0 - thrown * thrown * left * left)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use procedural::{Gloss, Stream};
+    use rand::RngExt;
+
+    /// Depths of single scattering against sums over thin sheets, films and directions drawn over all that recipes accept.
+    #[test]
+    fn depths_of_light_turned_once_are_those_of_thin_sheets() {
+        let mut rng = Stream::root(51).rng();
+        let mut draw = |from: f32, to: f32| from + (to - from) * rng.random::<f32>();
+        for _ in 0..200 {
+            let sigma = libm::expf(draw(libm::logf(0.01), libm::logf(200.0)));
+            let mu_a = libm::expf(draw(libm::logf(5e-4), libm::logf(10.0)));
+            let (thickness_mm, tilt) = (draw(0.05, 1.0), draw(0.1, 0.8));
+            let medium = Medium::isotropic(mu_a, sigma, draw(1.4, 1.55), Gloss::NONE);
+            let film = Film {
+                thickness_mm,
+                gap_mm: Some(1.0),
+                room_mm: [f32::INFINITY; 2],
+                under: Medium::opaque(Gloss::NONE),
+                under_slope: [0.0; 2],
+            };
+            let view = Vec3::new(0.0, -libm::sinf(tilt), libm::cosf(tilt));
+            let light_up = draw(0.6, 1.0);
+            let light = Vec3::new(0.0, (1.0 - light_up * light_up).sqrt(), light_up);
+            let stack = FilmStack { medium, film, enter: 0.95, view_up: view.z, light_up, view, light };
+            let inside = |up: f32| f64::from((1.0 - (1.0 - up * up) / (medium.n_eff * medium.n_eff)).sqrt());
+            let lost = f64::from(sigma / (1.0 - PIGMENT_G) + mu_a) * (1.0 / inside(light_up) + 1.0 / inside(view.z));
+            // Even in what is lost, so that thick films have sheets where their light is.
+            let sheets = 20_000;
+            let all = 1.0 - libm::exp(-lost * f64::from(thickness_mm));
+            let depth = |i: i32| -libm::log1p(-all * (f64::from(i) + 0.5) / f64::from(sheets)) / lost;
+            let mean = (0..sheets).map(depth).sum::<f64>() / f64::from(sheets);
+            let variance = (0..sheets).map(|i| (depth(i) - mean).powi(2)).sum::<f64>() / f64::from(sheets);
+            let [got, spread] = turned_depth(&stack).map(f64::from);
+            assert!((got / mean - 1.0).abs() < 0.002, "{sigma} {mu_a} {thickness_mm}: {got} for {mean}");
+            assert!((spread / variance - 1.0).abs() < 0.01, "{sigma} {mu_a} {thickness_mm}: {spread} for {variance}");
+            assert!(stack.film_beside().iter().all(|beside| beside.is_finite() && *beside <= 0.0));
+        }
+    }
+
+    /// White metal of any roughness throws back all light from above: up to the 3 degrees above the surface within which radiance is bounded, what
+    /// facets that lean less than half as far as that throw there, whose tangents t of GGX are as often below as t^2 / (a^2 + t^2).
+    #[test]
+    fn rough_metal_loses_nothing() {
+        let lowest = 0.05f32;
+        for step in 0..12 {
+            let alpha = 0.1 + 0.9 * step as f32 / 11.0;
+            let white = Gloss { share: 1.0, reflectance: 1.0, roughness: [alpha; 2], matte: 0.0 };
+            // Even in the square of the sine, that is in what light of a radiance factor of 1 carries.
+            let (rings, most) = (4000, 1.0 - lowest * lowest);
+            let ring = |i: i32| {
+                let sin2 = most * (i as f32 + 0.5) / rings as f32;
+                metal(&white, Vec3::Z, Vec3::Z, Vec3::new(0.0, sin2.sqrt(), (1.0 - sin2).sqrt()))
+            };
+            let all = most * (0..rings).map(ring).sum::<f32>() / rings as f32;
+            let (tan2, a2) = ((1.0 - lowest) / (1.0 + lowest), alpha * alpha);
+            let expected = tan2 / (a2 + tan2) * (1.0 + a2);
+            assert!((all / expected - 1.0).abs() < 0.005, "roughness {alpha}: {all} for {expected}");
+        }
+    }
+}
