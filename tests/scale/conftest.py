@@ -125,14 +125,16 @@ def reference(tmp_path_factory):
 def log_gen(folder: Path, patch: pytest.MonkeyPatch):
     """Lets `gen` write down each part that it is asked for; a function that gives them so far.
 
-    Each is (part, "begun" or "done", process that started it, time [s since the epoch]).
+    Each is (part, "begun" or "done", process that started it, time [s since the epoch]). A `gen` that has begun its part goes on
+    once `folder` has no file `hold`.
     """
-    log, program = folder / "gen.log", folder / "gen"
+    log, hold, program = folder / "gen.log", folder / "hold", folder / "gen"
     real = " ".join(f"'{word}'" for word in _gen.command())
     # One short line is written at once, whoever writes beside.
     program.write_text(
         '#!/bin/sh\npart=-\nfor word; do [ "$last" = --part ] && part=$word; last=$word; done\n'
         f'[ $part = - ] || echo "$part begun $PPID $(date +%s.%N)" >> {log}\n'
+        f'while [ $part != - ] && [ -e {hold} ]; do sleep 0.05; done\n'
         f'{real} "$@"; status=$?\n[ $part = - ] || echo "$part done $PPID $(date +%s.%N)" >> {log}\nexit $status\n'
     )
     program.chmod(0o755)

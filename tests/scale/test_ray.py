@@ -1,5 +1,6 @@
 """Ray: a cluster of three nodes, processes of this machine. A worker, a node and the driver are killed; bytes stay the same."""
 
+import contextlib
 import json
 import os
 import signal
@@ -26,7 +27,8 @@ def cluster(tmp_path_factory, request):
     from ray.cluster_utils import Cluster
 
     with pytest.MonkeyPatch.context() as patch:
-        parts = log_gen(tmp_path_factory.mktemp("gen"), patch)
+        folder = tmp_path_factory.mktemp("gen")
+        parts = log_gen(folder, patch)
         if FULL:
             # Workers take credentials from the environment of their node.
             patch.setenv("AWS_ENDPOINT_URL", request.getfixturevalue("store").endpoint)
@@ -38,7 +40,7 @@ def cluster(tmp_path_factory, request):
         nodes = Cluster(initialize_head=True, head_node_args=options | {"include_dashboard": False})
         workers = [nodes.add_node(**options) for _ in range(2)]
         patch.setenv("RAY_ADDRESS", nodes.address)
-        yield SimpleNamespace(nodes=nodes, workers=workers, parts=parts)
+        yield SimpleNamespace(nodes=nodes, workers=workers, parts=parts, hold=folder / "hold")
         nodes.shutdown()
 
 
@@ -80,6 +82,16 @@ def test_worker_node_and_driver_are_killed(cluster, place, reference):
         wanted = len(watch.seen) + more
         wait_until(lambda: len(watch.seen) >= wanted, 180)
 
+    @contextlib.contextmanager
+    def held():
+        """Shards that have begun stay at that meanwhile: they could all be made before a node has gone and another has come."""
+        cluster.hold.touch()
+        try:
+            wait_until(rendering)
+            yield
+        finally:
+            cluster.hold.unlink()
+
     def rendering():
         """Workers whose `gen` runs, with the shard."""
         begun = {shard: worker for shard, what, worker, _ in events() if what == "begun"}
@@ -91,12 +103,13 @@ def test_worker_node_and_driver_are_killed(cluster, place, reference):
         return [(int(part.partition("/")[0]), what, int(worker), float(at)) for part, what, worker, at in said]
 
     made(SHARDS // 6)
-    wait_until(rendering)
-    (worker, lost), *_ = rendering().items()
-    os.kill(worker, signal.SIGKILL)
+    with held():
+        (worker, lost), *_ = rendering().items()
+        os.kill(worker, signal.SIGKILL)
     made(SHARDS // 6)
-    cluster.nodes.remove_node(cluster.workers.pop(), allow_graceful=False)
-    cluster.workers.append(cluster.nodes.add_node(num_cpus=1, object_store_memory=80 << 20))
+    with held():
+        cluster.nodes.remove_node(cluster.workers.pop(), allow_graceful=False)
+        cluster.workers.append(cluster.nodes.add_node(num_cpus=1, object_store_memory=80 << 20))
     made(SHARDS // 6)
     driver.kill()
     assert driver.wait() == -signal.SIGKILL
