@@ -80,12 +80,16 @@ pub fn draw(own: &Row, neighbours: &[&Row; ROWS], start: usize, line: &LineShape
     let rows = window.drawn.clone();
     let mut fronts = FrontExits::of(neighbours, start);
     let seen = if line.profile.is_none() { SeenRows::of(own, neighbours, start) } else { None };
+    let hidden = own.hidden_of(start);
+    let ways = seen.as_ref().filter(|_| hidden.is_some()).map(|seen| seen.ways_mm(neighbours, start));
     for j in 0..BASIS {
         let source = load(&own.source[j], start);
         if source.iter().all(|&s| s == 0.0) {
             continue;
         }
         fronts.look(j, own, start);
+        let split = hidden.filter(|_| j < FAR).map(|hidden| apart(source, hidden));
+        let source = split.as_ref().map_or(source, |[shown, _]| shown);
         let shift = load(&own.shift[j], start);
         let (mut wide, mut place) = (variance, phase);
         let confined_per_mm2 = confined_in(&own.confined_per_mm2, start, j);
@@ -93,6 +97,14 @@ pub fn draw(own: &Row, neighbours: &[&Row; ROWS], start: usize, line: &LineShape
             let sigma = own.spread_mm[j] * rows_per_mm[c];
             wide[c] += sigma * sigma / confined(own.spread_mm[j], confined_per_mm2[c]);
             place[c] -= shift[c];
+        }
+        if let Some(seen) = &seen {
+            let exit = |k: usize, c: usize| neighbours[usize::from(seen.node[k][c])].exit[j][start + c];
+            let sigma = own.spread_mm[j] * own.level_rows_per_mm;
+            if let (Some(ways), Some([_, creeps])) = (&ways, &split) {
+                let wide = variance.map(|variance| variance + sigma * sigma);
+                add_over_relief(ways, own.level_rows_per_mm, [&[0.0; TILE], &wide, creeps], exit, window);
+            }
         }
         if let Some(seen) = seen.as_ref().filter(|_| j >= FAR) {
             let exit = |k: usize, c: usize| neighbours[usize::from(seen.node[k][c])].exit[j][start + c];
@@ -102,7 +114,7 @@ pub fn draw(own: &Row, neighbours: &[&Row; ROWS], start: usize, line: &LineShape
                 wide[c] = variance[c] + sigma * sigma / confined(own.spread_mm[j], confined_per_mm2[c]);
                 moved[c] *= own.level_rows_per_mm / own.rows_per_mm[start + c].max(f32::MIN_POSITIVE);
             }
-            add_over_relief(seen, own.level_rows_per_mm, [&moved, &wide, source], exit, window);
+            add_over_relief(&seen.away_mm, own.level_rows_per_mm, [&moved, &wide, source], exit, window);
             continue;
         }
         let exit = |k: usize| fronts.row(k).unwrap_or_else(|| load(&neighbours[k].exit[j], start));
@@ -116,10 +128,17 @@ pub fn draw(own: &Row, neighbours: &[&Row; ROWS], start: usize, line: &LineShape
     }
 }
 
-/// Adds light of a width that has spread over a surface that rises and falls, by its shift, variance and source.
+/// Light of a tile's columns: of those whose line is seen, and of those where it is `hidden`.
+#[inline(always)]
+fn apart(source: &[f32; TILE], hidden: &[bool; TILE]) -> [[f32; TILE]; 2] {
+    [false, true].map(|of| std::array::from_fn(|c| if hidden[c] == of { source[c] } else { 0.0 }))
+}
+
+/// Adds light of a width that has spread over a surface that rises and falls, by its shift, variance and source, to rows that show what is
+/// this far away.
 #[inline(always)]
 fn add_over_relief(
-    seen: &SeenRows,
+    away_mm: &[[f32; TILE]; ROWS],
     rows_per_mm: f32,
     [shift, variance, source]: [&[f32; TILE]; 3],
     exit: impl Fn(usize, usize) -> f32,
@@ -131,7 +150,7 @@ fn add_over_relief(
         scale[c] = source[c] * 0.564_189_6 * half[c].sqrt();
     }
     for k in window.drawn.clone() {
-        let (away, row) = (&seen.away_mm[k], &mut window.volume[k]);
+        let (away, row) = (&away_mm[k], &mut window.volume[k]);
         let exit: [f32; TILE] = std::array::from_fn(|c| exit(k, c));
         for c in 0..TILE {
             let d = away[c] * rows_per_mm + shift[c];

@@ -37,6 +37,8 @@ pub struct Row {
     pub variance: Vec<f32>,
     /// How pockets hold light together along the motion, as `film::Confinement` has it; empty without [mm^-2].
     pub confined_per_mm2: Vec<f32>,
+    /// Whether each column's line on film is hidden from the lens; empty without film.
+    pub hidden: Vec<bool>,
     /// Unit of the laser's line profile; empty for a Gaussian line [px].
     pub profile_unit: Vec<f32>,
     /// Position along the line profile's nodes; empty for a Gaussian line [1].
@@ -86,6 +88,11 @@ impl Row {
     /// Radii of the circles of confusion of a tile; `None` where all is sharp.
     pub(crate) fn defocus_radius_of(&self, start: usize) -> Option<&[f32; TILE]> {
         self.defocus_radius.get(start..)?.first_chunk()
+    }
+
+    /// Which columns of a tile have their line on film where the lens does not see it; `None` where none has.
+    pub(crate) fn hidden_of(&self, start: usize) -> Option<&[bool; TILE]> {
+        self.hidden.get(start..)?.first_chunk().filter(|hidden| hidden.contains(&true))
     }
 
     /// Light in the brightest row of a column's line [e-].

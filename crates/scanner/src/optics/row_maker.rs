@@ -330,9 +330,10 @@ impl RowMaker {
                 let hit = &row.hits[column];
                 let inside = if row.bare[column] || !hit.seen { 0.0 } else { 1.0 };
                 row.exit[j][column] = spread.exit[j][column] * inside;
-                // Light that fills a pocket comes in by walls that look away, too.
+                // Light that fills a pocket comes in by walls that look away, too, and what creeps through film may come into sight.
                 let fills = j >= film::FAR && relief && !row.bare[column];
-                let light = if fills { filling[column] } else { white[column] * inside };
+                let creeps = j > 0 && row.hidden.get(column) == Some(&true);
+                let light = if fills || creeps { filling[column] } else { white[column] * inside };
                 row.source[j][column] = spread.enter[j][column] * light;
                 row.shift[j][column] = -spread.shift[j][column] * row.rows_per_mm[column];
             }
@@ -387,11 +388,14 @@ fn prepare(view: RowView<'_>, scratch: &mut RowScratch, row: &mut Row) {
         row.secondary.get_or_insert_default();
         row.confined_per_mm2.clear();
         row.confined_per_mm2.resize(padded, 0.0);
+        row.hidden.clear();
+        row.hidden.resize(padded, false);
         scratch.secondary.transmission.clear(columns);
         scratch.secondary.reflections.clear(columns);
     } else {
         row.secondary = None;
         row.confined_per_mm2.clear();
+        row.hidden.clear();
     }
     (scratch.response.profile, scratch.response.y_mm) = (Some(view.profile), view.y);
     scratch.defocus.resize(if camera.blurs() { columns } else { 0 }, 0.0);
@@ -446,6 +450,7 @@ impl LitColumn<'_> {
         let confinement = Confinement::of(film, spread.holds, spread.beyond[0]);
         scratch.along.note(column, spread.holds);
         row.confined_per_mm2[column] = confinement.per_mm2;
+        row.hidden[column] = hit.lit && !hit.seen;
         let wall = film::wall_exit(film, spread.holds, normal);
         for j in 0..BASIS {
             // Light enters and leaves by one root each: what walls add counts once.

@@ -4,10 +4,13 @@
 //! them, one that looks away none: the lens looks aslant from the front, so each row shows the first place from there that falls on it.
 //! Light that has spread far leaves by the film at that place, and is as bright there as the way along the motion says. Surfaces are known
 //! in the rows that a window looks at, and straight between them.
+//!
+//! Of a line that itself is hidden the lens sees what has crept through the film to where it looks: along the film, which is longer than
+//! along the motion. What the air carries there is told elsewhere ([`super::interreflections`]).
 
 use super::row::Row;
 use super::speckle::TILE;
-use super::window::{ROWS, load, window_start};
+use super::window::{CENTRE, ROWS, load, window_start};
 
 /// Distance from where a level surface would be seen, from which on places are looked for [px].
 const UNEVEN_PX: f32 = 1.0;
@@ -46,6 +49,32 @@ impl SeenRows {
         let mut seen = Box::new(Self { away_mm: [[0.0; TILE]; ROWS], node: [[0; TILE]; ROWS] });
         seen.look(&places, &neighbours.map(|row| row.y_mm - own.y_mm));
         Some(seen)
+    }
+
+    /// Length of the way along the surface from the line to what each row of the window shows `[ROWS][TILE]` [mm].
+    pub fn ways_mm(&self, neighbours: &[&Row; ROWS], start: usize) -> Box<[[f32; TILE]; ROWS]> {
+        let own_y = neighbours[CENTRE].y_mm;
+        let mut ways = Box::new([[0.0f32; TILE]; ROWS]);
+        let columns = neighbours[CENTRE].hits.len().saturating_sub(start).min(TILE);
+        for c in 0..columns {
+            let points = neighbours.map(|row| [row.y_mm - own_y, row.hits[start + c].surface.z]);
+            let steps: [f32; ROWS - 1] =
+                std::array::from_fn(|k| (points[k][0] - points[k + 1][0]).hypot(points[k][1] - points[k + 1][1]));
+            let mut to = [0.0f32; ROWS];
+            for k in CENTRE + 1..ROWS {
+                to[k] = to[k - 1] + steps[k - 1];
+            }
+            for k in (0..CENTRE).rev() {
+                to[k] = to[k + 1] + steps[k];
+            }
+            for (row, way) in ways.iter_mut().enumerate() {
+                let node = usize::from(self.node[row][c]);
+                let beyond = self.away_mm[row][c].abs() - points[node][0].abs();
+                let slope = neighbours[node].hits[start + c].surface.slope_y;
+                way[c] = (to[node] + beyond * (1.0 + slope * slope).sqrt()).max(0.0);
+            }
+        }
+        ways
     }
 
     /// Follows rows that are seen at these `places` of the window and lie this far away, from the front to the back.
