@@ -77,7 +77,12 @@ impl Confinement {
     /// Of light below `film`, which throws the share `holds` of it back and of which this much lies `beyond` the widest width.
     pub fn of(film: &Film, holds: f32, beyond: f32) -> Self {
         let is_room = film.room_mm.iter().all(|end| end.is_finite());
-        let holds = if is_room { holds } else { 0.0 };
+        // What walls of a pocket that stands empty let out, the card about them sends in.
+        let holds = match film.under.gloss.is_metal() {
+            _ if !is_room => 0.0,
+            true => 1.0,
+            false => holds,
+        };
         let room_mm = film.room_mm.map(|end| end.max(0.5 * LEAST_ROOM_MM));
         let [before, behind] = room_mm;
         let (widest, middle_mm) = (FILLED * (before + behind), if is_room { 0.5 * (behind - before) } else { 0.0 });
@@ -281,9 +286,7 @@ impl TransmissionScratch {
         let sight = view.sight(seen.x, &Surface { z: seen.z, slope_x, slope_y });
         let white = under_normal(film).dot(sight.view).max(0.0) * sight.electrons;
         let metal = film.under.gloss.is_metal();
-        // Foil throws flat light elsewhere than to the lens: what a wall has sent back must be turned down once more.
-        let holds = if metal { spread.holds * spread.holds } else { spread.holds };
-        let confinement = Confinement::of(film, holds, spread.beyond[1]);
+        let confinement = Confinement::of(film, spread.holds, spread.beyond[1]);
         let row = sight.row - spread.below_beside * sight.rows_per_mm;
         let widened = sight.laser_variance * (widening.min(MAX_WIDENING).powi(2) - 1.0);
         self.below[column] = Some(TransmittedPoint {
@@ -298,7 +301,8 @@ impl TransmissionScratch {
             }),
             exit: std::array::from_fn(|j| if j < NARROW_WIDTHS { passes } else { spread.below[j].sqrt() * passes }),
             room: [confinement.per_mm2, confinement.middle_mm],
-            holds,
+            // Foil throws flat light elsewhere than to the lens: what a wall has sent back must be turned down once more.
+            holds: if metal { spread.holds * spread.holds } else { spread.holds },
             metal,
             sealed,
         });
