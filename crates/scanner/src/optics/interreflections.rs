@@ -4,6 +4,7 @@
 //! of that the area dA receives cos(theta) cos(theta') dA / (pi d^2), and what of light from all sides it sends to the lens is, by
 //! reciprocity, the share of light from there that its film throws back: foil below too, which the laser's light leaves elsewhere. Patches
 //! are [`STRIDE`] columns wide, and received light is worked out in every [`NODE_ROWS`]th row of a window; what is seen between is linear.
+//! What has crossed a wall's film and fills the pocket then is not counted there: the pocket glows with it elsewhere.
 //! The card lights a pocket's walls that way, and walls the card about them: light that comes from far and falls wide, which no width of the film's own spread holds. What has filled a pocket glows from all
 //! of its walls; so does what patches of the line have sent each other, a second exchange that is worked out across the motion alone.
 //! Neglected: what stands between two patches that face each other, exchanges after the second, light from beyond the
@@ -111,7 +112,8 @@ impl Patches {
         (self.slope_x[place], self.slope_y[place]) = (slope_x, slope_y);
         let near = spread.enter.iter().zip(spread.exit).take(FAR);
         let own: f32 = near.map(|(enter, exit)| enter * exit).sum();
-        let out = medium.gloss.matte + own + spread.passes * spread.below.iter().sum::<f32>();
+        let through = spread.passes * spread.below.iter().sum::<f32>();
+        let out = medium.gloss.matte + own + through;
         let columns = hits.len() as f32;
         self.sends[place] = columns * share(&|hit| hit.lit) * sight.electrons * out / upright2.sqrt();
         let per_mm2 = row.confined_per_mm2[middle_of(column, lit.hits.len())];
@@ -130,7 +132,10 @@ impl Patches {
         let wide = (lit.hits[behind].x - lit.hits[before].x) / (behind - before).max(1) as f32;
         let enters = entering_share(medium.n_eff, normal, -sight.light);
         let ease = (ENTERS_FROM_ALL_SIDES / enters.max(f32::MIN_POSITIVE)).min(MAX_EASE);
-        let reflects = wide.clamp(0.0, 2.0 * sight.column_mm) * (medium.gloss.matte + ease * spread.reflects);
+        // What has crossed the film fills the pocket, and is not seen here; what foil mirrors goes elsewhere.
+        let turned: f32 = spread.enter.iter().take(FAR).map(|enter| enter * enter).sum();
+        let passed = if film.under.gloss.is_metal() { 0.0 } else { through };
+        let reflects = wide.clamp(0.0, 2.0 * sight.column_mm) * (medium.gloss.matte + ease * (turned + passed));
         self.returns[place] = columns * reflects / upright2.sqrt();
         let facing = share(&|hit| hit.seen) * normal.dot(sight.view).max(0.0);
         self.shows[place] = std::f32::consts::FRAC_1_PI * reflects * facing;

@@ -98,16 +98,19 @@ pub fn draw(own: &Row, neighbours: &[&Row; ROWS], start: usize, line: &LineShape
             wide[c] += sigma * sigma / confined(own.spread_mm[j], confined_per_mm2[c]);
             place[c] -= shift[c];
         }
-        if let Some(seen) = &seen {
+        if let (Some(seen), Some(ways), Some([_, creeps])) = (&seen, &ways, &split) {
             let exit = |k: usize, c: usize| neighbours[usize::from(seen.node[k][c])].exit[j][start + c];
             let sigma = own.spread_mm[j] * own.level_rows_per_mm;
-            if let (Some(ways), Some([_, creeps])) = (&ways, &split) {
-                let wide = variance.map(|variance| variance + sigma * sigma);
-                add_over_relief(ways, own.level_rows_per_mm, [&[0.0; TILE], &wide, creeps], exit, window);
-            }
+            let creeping = variance.map(|variance| variance + sigma * sigma);
+            add_over_relief(ways, own.level_rows_per_mm, [&[0.0; TILE], &creeping, creeps], exit, window);
         }
         if let Some(seen) = seen.as_ref().filter(|_| j >= FAR) {
-            let exit = |k: usize, c: usize| neighbours[usize::from(seen.node[k][c])].exit[j][start + c];
+            // Light goes far in the air of one pocket, or in film that is sealed, and not from one to the other.
+            let exit = |k: usize, c: usize| {
+                let row = neighbours[usize::from(seen.node[k][c])];
+                let same = own.is_room(start + c) == row.is_room(start + c);
+                if same { row.exit[j][start + c] } else { 0.0 }
+            };
             let sigma = own.spread_mm[j] * own.level_rows_per_mm;
             let mut moved = *shift;
             for c in 0..TILE {

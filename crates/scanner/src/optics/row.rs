@@ -90,6 +90,12 @@ impl Row {
         self.defocus_radius.get(start..)?.first_chunk()
     }
 
+    /// Whether a column's film stands over the air of a pocket.
+    #[inline(always)]
+    pub(crate) fn is_room(&self, column: usize) -> bool {
+        self.confined_per_mm2.get(column).is_some_and(|&confined| confined > 0.0)
+    }
+
     /// Which columns of a tile have their line on film where the lens does not see it; `None` where none has.
     pub(crate) fn hidden_of(&self, start: usize) -> Option<&[bool; TILE]> {
         self.hidden.get(start..)?.first_chunk().filter(|hidden| hidden.contains(&true))

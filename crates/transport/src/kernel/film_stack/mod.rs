@@ -164,8 +164,6 @@ pub struct FilmStackSpread {
     pub holds: f32,
     /// Light beyond the widest width over that of the widest, of what leaves from the film and of what lies below [1].
     pub beyond: [f32; 2],
-    /// Share of the light that meets the film which leaves it upwards again, whichever way [1].
-    pub reflects: f32,
 }
 
 /// Answers for film stacks, one after the other. It remembers what the last ones were made of, which saves time and changes no
@@ -259,7 +257,7 @@ fn spread(kernel: &FilmStackKernel, stack: &FilmStack) -> FilmStackSpread {
     };
     let beyond = [beyond(&flow.film, &weights), beyond(&flow.below, &below)].map(|beyond| beyond.min(MAX_BEYOND));
     let below_beside = kernel.under.beside() * stack.view.y;
-    let FilmFlow { passes, holds, total, mirrored, .. } = flow;
+    let FilmFlow { passes, holds, mirrored, .. } = flow;
     // From half of the film's thickness on, through the air; turned at one depth or another.
     let (thickness, n) = (stack.film.thickness_mm, stack.medium.n_eff);
     let beneath = stack.film.gap_mm.unwrap_or(0.0) + 0.5 * thickness / n;
@@ -277,7 +275,6 @@ fn spread(kernel: &FilmStackKernel, stack: &FilmStack) -> FilmStackSpread {
         beyond,
         passes,
         holds,
-        reflects: total,
     }
 }
 
