@@ -15,6 +15,8 @@ use transport::kernel::BASIS;
 /// Packs, profiles of each, and photons for each of those.
 const PACKS: usize = 6;
 const PROFILES: [usize; 3] = [12, 18, 24];
+/// Profiles of pockets' far sides, which the lens does not see.
+const FAR_PROFILES: [usize; 4] = [36, 38, 39, 40];
 const PHOTONS: u64 = 60_000;
 /// Columns that are compared together.
 const TOGETHER: usize = 8;
@@ -65,13 +67,19 @@ fn changed_packs(seed: u64, changes: &[&str]) -> impl Iterator<Item = (Scene, Bo
 }
 
 /// Light and centre of gravity about lines at `places`, which are chosen by rows of production's; ours and the judge's by profile.
-fn compared(
+fn compared(pack: &(Scene, Body), places: impl Fn(&Row, usize) -> Option<f32>) -> Vec<(usize, Vec<[[f64; 2]; 2]>)> {
+    compared_in(&PROFILES, pack, places)
+}
+
+/// The same of these profiles, by rising number.
+fn compared_in(
+    profiles: &[usize],
     (scene, body): &(Scene, Body),
     places: impl Fn(&Row, usize) -> Option<f32>,
 ) -> Vec<(usize, Vec<[[f64; 2]; 2]>)> {
     let mut judged = scene.clone();
     judged.transport = Transport::Path { photons: PHOTONS };
-    let (sensor, band) = expose(scene, body.clone(), PROFILES[0]..PROFILES[2] + 1);
+    let (sensor, band) = expose(scene, body.clone(), profiles[0]..profiles[profiles.len() - 1] + 1);
     let pairs = |profile: usize| {
         let row = band.row(profile);
         let places: Vec<Option<f32>> = (0..row.hits.len()).map(|column| places(row, column)).collect();
@@ -80,7 +88,7 @@ fn compared(
         let truth = lines(&sensor, &band, profile, &places);
         (profile, ours.into_iter().zip(truth).map(<[_; 2]>::from).collect())
     };
-    PROFILES.into_iter().map(pairs).collect()
+    profiles.iter().copied().map(pairs).collect()
 }
 
 fn mean(values: &[f64]) -> f64 {
@@ -92,7 +100,7 @@ fn rms(values: &[f64]) -> f64 {
 }
 
 /// Of groups of columns with a twentieth of the brightest's light: light within 18 % rms and 12 % in the mean, places within 0.4
-/// rows rms (seen: 16 %, +11 %, 0.35 rows). As if film were even, light would be 68 % off, 43 % in the mean, and places 0.55 rows.
+/// rows rms (seen: 14 %, -5 %, 0.34 rows). As if film were even, light would be 68 % off, 43 % in the mean, and places 0.55 rows.
 ///
 /// Foil is rolled along the line: what foil rolled across it throws to the lens is mostly light that pigment has turned a little on its
 /// way down, which the kernel's film has not: light is 16 to 40 % too faint there, by packs.
@@ -126,8 +134,8 @@ fn foil_is_seen_as_the_judge_sees_it() {
     assert!(place < 0.4, "places {place:.2} rows");
 }
 
-/// The film's own line where film rises along the line, on walls and edges of pockets: light within 13 % rms and 7 % in the mean (seen: 11 %,
-/// +5 %; 17 and 5 % before light that meets film aslant was followed).
+/// The film's own line where film rises along the line, on walls and edges of pockets: light within 13 % rms and 7 % in the mean (seen: 9 %,
+/// +3 %; 17 and 5 % before light that meets film aslant was followed).
 #[test]
 fn walls_are_as_bright_as_the_judge_sees_them() {
     let on_wall = |row: &Row, column: usize| {
@@ -151,7 +159,7 @@ fn walls_are_as_bright_as_the_judge_sees_them() {
 }
 
 /// Light far beside the film's line in the middle of empty pockets, which has been to and fro between film and foil: within 12 % of the judge's in the
-/// mean of six packs (seen: -6 %). Light that ended 2 mm from where it landed, as in wood, would be half of it.
+/// mean of six packs (seen: +2 %). Light that ended 2 mm from where it landed, as in wood, would be half of it.
 #[test]
 fn pockets_are_filled_with_light_as_the_judge_says() {
     let aside = |row: &Row, column: usize| {
@@ -172,8 +180,34 @@ fn pockets_are_filled_with_light_as_the_judge_says() {
     assert!(mean(&ratios).abs() < 0.12, "{ratios:?}");
 }
 
+/// Light of lines on walls that look away from the lens, which has crept through film to where it is seen, by groups of columns with a tenth of the
+/// brightest's: all of it within 20 % of the judge's, 25 % in the mean and 45 % rms (seen: 9, 13 and 35 %; 59, 70 and 170 % before it was followed).
+/// Profiles lie 0.26 mm apart here, and where an edge is seen is known to half of that.
+#[test]
+fn light_creeps_into_sight_as_the_judge_says() {
+    let behind = |row: &Row, column: usize| {
+        let hit = &row.hits[column];
+        (hit.lit && !hit.seen && hit.matter.film.is_some()).then(|| row.centre[column])
+    };
+    let (mut sums, mut ratios) = ([0.0; 2], Vec::new());
+    for pack in empty_packs(10, "{log_uniform: [10, 40]}") {
+        for (profile, groups) in compared_in(&FAR_PROFILES, &pack, behind) {
+            let most = groups.iter().map(|[_, truth]| truth[0]).fold(0.0, f64::max);
+            for [ours, truth] in groups.iter().filter(|[_, truth]| truth[0] > 0.1 * most) {
+                println!("profile {profile}: {:8.0} of {:8.0} e-", ours[0], truth[0]);
+                sums = [sums[0] + ours[0], sums[1] + truth[0]];
+                ratios.push(libm::log(ours[0].max(1.0) / truth[0]));
+            }
+        }
+    }
+    let [all, average, apart] = [sums[0] / sums[1], mean(&ratios), rms(&ratios)];
+    println!("{} groups: {all:.3} of all light, {average:+.3} in the mean, {apart:.3} rms", ratios.len());
+    assert!(ratios.len() > 100, "{}", ratios.len());
+    assert!((all - 1.0).abs() < 0.2 && average.abs() < 0.25 && apart < 0.45, "{all:.3}, {average:+.3}, {apart:.3} rms");
+}
+
 /// Light beside the line on the card, at the feet of pockets, two thirds of which walls and card have thrown at each other: within 30 % of the
-/// judge's in the mean of six packs (seen: -26 %; -64 % without).
+/// judge's in the mean of six packs (seen: -23 %; -64 % without).
 #[test]
 fn cards_are_lit_by_walls_as_the_judge_says() {
     let at_foot = |row: &Row, column: usize| {

@@ -77,10 +77,10 @@ impl Confinement {
     /// Of light below `film`, which throws the share `holds` of it back and of which this much lies `beyond` the widest width.
     pub fn of(film: &Film, holds: f32, beyond: f32) -> Self {
         let is_room = film.room_mm.iter().all(|end| end.is_finite());
-        // What walls of a pocket that stands empty let out, the card about them sends in.
+        // Half of what walls of a pocket that stands empty let out, the card about them sends in.
         let holds = match film.under.gloss.is_metal() {
             _ if !is_room => 0.0,
-            true => 1.0,
+            true => holds.sqrt(),
             false => holds,
         };
         let room_mm = film.room_mm.map(|end| end.max(0.5 * LEAST_ROOM_MM));

@@ -87,12 +87,14 @@ impl SeenRows {
             let (before, here) = (&places[from], &places[k]);
             for c in 0..TILE {
                 let first = here[c].ceil().clamp(0.0, ROWS as f32) as u8;
+                // Where the nearer of the two is hidden itself, the other one stands for what is seen between them.
+                let is_hidden = f32::from(covered[c]) < before[c].ceil().min(ROWS as f32);
                 while covered[c] > first {
                     covered[c] -= 1;
                     let (row, step) = (usize::from(covered[c]), before[c] - here[c]);
                     let part = if step > 0.0 { ((before[c] - row as f32) / step).clamp(0.0, 1.0) } else { 1.0 };
                     self.away_mm[row][c] = away_mm[from] + (away_mm[k] - away_mm[from]) * part;
-                    self.node[row][c] = if part < 0.5 { from } else { k } as u8;
+                    self.node[row][c] = if part < 0.5 && !is_hidden { from } else { k } as u8;
                 }
             }
         }
