@@ -187,7 +187,7 @@ fn judge_still_says_so() {
 }
 
 /// Rows over a tablet against those over an empty pocket: brighter by the factor that the judge gives
-/// within 10 % over the range of pigment; and what is added fades to nothing as the film turns opaque.
+/// within 10 % and a standard error over the range of pigment; and what is added fades to nothing as the film turns opaque.
 #[test]
 fn filled_pockets_scatter_more_until_the_film_is_opaque() {
     let factor = |sigma: f64, thickness: f64| {
@@ -196,11 +196,12 @@ fn filled_pockets_scatter_more_until_the_film_is_opaque() {
         let (filled, empty) = (window(&over_tablet(film, 0.5, 1.0)), window(&over_foil(film, Some(5.0))));
         [filled[1] / empty[1], filled[2] / empty[2]]
     };
-    for (sigma, thickness, judged) in FACTORS {
+    for (sigma, thickness, judged, errors) in FACTORS {
         let factor = factor(sigma, thickness);
         for i in 0..2 {
-            let off = factor[i] / judged[i] - 1.0;
-            assert!(off.abs() < 0.1, "{sigma} /mm, {thickness} mm: {} against {}", factor[i], judged[i]);
+            let off = factor[i] - judged[i];
+            let allowed = 0.1 * judged[i] + errors[i];
+            assert!(off.abs() < allowed, "{sigma} /mm, {thickness} mm: {} against {}", factor[i], judged[i]);
         }
     }
     // What a tablet adds to these rows, as a share of the light that arrives: the film's own light never gets so far.
@@ -218,16 +219,16 @@ fn filled_pockets_scatter_more_until_the_film_is_opaque() {
 }
 
 /// Pigment [mm^-1], thickness [mm], and the judge's factor of filled over empty in rows 1 to 8 and 7 to 11, light to all
-/// sides, from 150 000 photons each (examples/film_stacks.rs); standard errors are under 0.7 % and 8 %.
-const FACTORS: [(f64, f64, [f64; 2]); 8] = [
-    (4.0, 0.08, [2.109, 1.696]),
-    (4.0, 0.12, [1.992, 2.009]),
-    (4.0, 0.3, [1.600, 2.147]),
-    (12.0, 0.12, [1.682, 4.430]),
-    (40.0, 0.12, [1.349, 6.753]),
-    (100.0, 0.12, [1.152, 7.834]),
-    (150.0, 0.08, [1.171, 7.725]),
-    (150.0, 0.3, [1.023, 5.346]),
+/// sides, from 150 000 photons each (examples/film_stacks.rs), with its standard errors.
+const FACTORS: [(f64, f64, [f64; 2], [f64; 2]); 8] = [
+    (4.0, 0.08, [2.109, 1.696], [0.012, 0.018]),
+    (4.0, 0.12, [1.992, 2.009], [0.011, 0.022]),
+    (4.0, 0.3, [1.600, 2.147], [0.009, 0.024]),
+    (12.0, 0.12, [1.682, 4.430], [0.009, 0.077]),
+    (40.0, 0.12, [1.349, 6.753], [0.007, 0.180]),
+    (100.0, 0.12, [1.152, 7.834], [0.006, 0.323]),
+    (150.0, 0.08, [1.171, 7.725], [0.007, 0.318]),
+    (150.0, 0.3, [1.023, 5.346], [0.005, 0.432]),
 ];
 
 /// What foil and a tablet's own gloss send through clear film follows the bisector of laser and lens, which off the middle
