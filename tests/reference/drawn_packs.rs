@@ -10,7 +10,7 @@ use transport::kernel;
 use transport::stack::{Foil, Layer, PIGMENT_G, Scattering, Stack, Substrate};
 
 /// Packs of the comparison, of which each sixth is sealed to foil and the others lie over a tablet or over foil in turn.
-const PACKS: u64 = 120;
+const PACKS: u64 = 240;
 const PHOTONS: u64 = 300_000;
 /// Windows that hold less of the light are not compared [1].
 const FAINT: f64 = 0.01;
@@ -90,7 +90,7 @@ const BAR_OF_ALL: f64 = 0.1;
 /// Reduced scattering times thickness from which on a film is pigmented [1].
 const PIGMENTED: f64 = 0.5;
 
-/// Every window within [`BARS`], and reflectance within 0.03.
+/// Every window within [`BARS`], and reflectance within 0.04, 0.02 for 95 %.
 #[test]
 fn films_of_any_recipe_are_the_judges() {
     let mut kept = Kept::of("drawn_packs");
@@ -138,6 +138,8 @@ fn films_of_any_recipe_are_the_judges() {
     println!("all: {} windows, 95 % within {at95:.3}", off.len());
     assert!(faults.is_empty(), "{faults:?}");
     assert!(at95 < BAR_OF_ALL, "all windows: {at95}");
-    let most = reflectances.iter().fold(0.0, |most: f64, off| most.max(*off));
-    assert!(most < 0.03, "R is off by {most}");
+    reflectances.sort_by(|a, b| b.total_cmp(a));
+    let [most, at95] = [0, reflectances.len() / 20].map(|at| reflectances[at]);
+    println!("R: 95 % within {at95:.4}, all within {most:.4}");
+    assert!(most < 0.04 && at95 < 0.02, "R is off by {most}, by {at95} for 95 %");
 }

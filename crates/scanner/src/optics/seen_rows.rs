@@ -148,4 +148,52 @@ mod tests {
         }
         assert!(hidden > 50, "{hidden} places are hidden");
     }
+
+    /// On walls of random slopes the way is as long as the wall is; over the edge between a wall and a card it is that of both.
+    #[test]
+    fn ways_follow_the_surface() {
+        use crate::specimen::Hit;
+        use procedural::{Class, Gloss, Matter, Medium, Surface};
+
+        let mut rng = procedural::Stream::root(44).rng();
+        for _ in 0..50 {
+            let (step, wall, card) =
+                (rng.random_range(0.05..0.3f32), rng.random_range(-3.0..3.0f32), rng.random_range(-0.5..0.5f32));
+            let edge = CENTRE + rng.random_range(2..18usize);
+            // The line stands on the wall, which ends at a node in front of it.
+            let place = |k: usize| (CENTRE as f32 - k as f32) * step;
+            let height = |k: usize| match k <= edge {
+                true => wall * place(k),
+                false => wall * place(edge) + card * (place(k) - place(edge)),
+            };
+            let rows: Vec<Row> = (0..ROWS)
+                .map(|k| {
+                    let surface = Surface { z: height(k), slope_x: 0.0, slope_y: if k <= edge { wall } else { card } };
+                    let matter =
+                        Matter { medium: Medium::opaque(Gloss::NONE), film: None, class: Class::Clear, instance: 0 };
+                    let hit = Hit { x: 0.0, surface, matter, lit: true, seen: true };
+                    Row { y_mm: 7.0 + place(k), hits: vec![hit; TILE], ..Row::default() }
+                })
+                .collect();
+            let neighbours: [&Row; ROWS] = std::array::from_fn(|k| &rows[k]);
+            let mut seen = SeenRows { away_mm: [[0.0; TILE]; ROWS], node: [[0; TILE]; ROWS] };
+            for k in 0..ROWS {
+                // Between nodes, on the side of the edge where the nearer one lies.
+                let near = if k == edge { 0.0 } else { rng.random_range(-0.49..0.49f32) };
+                (seen.away_mm[k], seen.node[k]) = ([place(k) + near * step; TILE], [k as u8; TILE]);
+            }
+            let ways = seen.ways_mm(&neighbours, 0);
+            let [steep, flat] = [wall, card].map(|slope| (1.0 + slope * slope).sqrt());
+            for k in 0..ROWS {
+                let away = seen.away_mm[k][3];
+                let (on_wall, beyond) = (away.max(place(edge)).abs(), (place(edge) - away).max(0.0));
+                let expected = on_wall * steep + beyond * flat;
+                assert!(
+                    (ways[k][3] - expected).abs() < 1e-4 * expected + 1e-5,
+                    "row {k}: {} mm for {expected}",
+                    ways[k][3]
+                );
+            }
+        }
+    }
 }

@@ -325,13 +325,16 @@ fn flow(kernel: &FilmStackKernel, stack: &FilmStack) -> FilmFlow {
         let mirrored = sealed.mirrored().max(0.0);
         let kept = ((1.0 - mirrored) / turned[0].max(f32::MIN_POSITIVE)).min(1.0);
         let turned = turned.map(|part| kept * part);
-        // What foil mirrors leaves the film as far beside as its lobe is wide.
-        let lobe = kernel.lambert.over(2.0 * thickness / n * across);
-        let all = std::array::from_fn(|i| enter * (turned[i] + mirrored * lobe[i]));
+        let SealedGlint { first, slope, again } = sealed_glint(stack, left, mirrored);
+        let later = mirrored - first;
+        let lobe = kernel.lambert.over(2.0 * thickness * slope);
+        let hop = kernel.lambert.over(HOP * thickness);
+        let hops: Spectrum = std::array::from_fn(|i| later * hop[i] * (1.0 - again) / (1.0 - again * hop[i]));
+        let all = std::array::from_fn(|i| enter * (turned[i] + first * lobe[i] + hops[i]));
         let total = enter * (turned[0] + mirrored);
         return FilmFlow {
-            film: turned.map(|part| enter * part),
-            towards: turned.map(|part| enter * (law * part + aslant)),
+            film: std::array::from_fn(|i| enter * (turned[i] + hops[i])),
+            towards: std::array::from_fn(|i| enter * (law * (turned[i] + hops[i]) + aslant)),
             below: [glint; FREQUENCY_COUNT],
             mirrored: 0.0,
             mirrored_twice: 0.0,
@@ -439,6 +442,36 @@ fn flow(kernel: &FilmStackKernel, stack: &FilmStack) -> FilmFlow {
     out
 }
 
+/// What foil throws back at once through clear film that is sealed to it.
+#[derive(Debug, Clone, Copy)]
+struct SealedGlint {
+    /// Leaves the film the first time that it meets its upper side [1].
+    first: f32,
+    /// Median slope of the facets that throw it there, as wide as across the line [1].
+    slope: f32,
+    /// Of the rest, which total reflection holds in the film, what foil throws back into it each time [1].
+    again: f32,
+}
+
+/// Of the share `mirrored` that foil mirrors out of film sealed to it, which lets `left` through one way: facets up to the slope whose light still leaves,
+/// tan(c / 2) at the critical angle c, of GGX's law s^2 / (alpha^2 + s^2); with what these throw at each other.
+#[inline(always)]
+fn sealed_glint(stack: &FilmStack, left: f32, mirrored: f32) -> SealedGlint {
+    let (gloss, n) = (&stack.film.under.gloss, stack.medium.n_eff);
+    let [along, across] = gloss.roughness;
+    let alpha2 = along * across;
+    let widest = n * (1.0 - (1.0 - 1.0 / (n * n)).sqrt());
+    let share = widest * widest / (widest * widest + alpha2);
+    let out = gloss.reflectance * left * left * (1.0 - normal_reflectance(n));
+    let extinction = stack.film.thickness_mm * (stack.medium.sigma_i / (1.0 - PIGMENT_G) + stack.medium.mu_a);
+    let stays = 1.0 - ENTERS_FROM_ALL_SIDES / (n * n);
+    SealedGlint {
+        first: (out * share * (1.0 + alpha2)).min(mirrored),
+        slope: across * (share / (2.0 - share)).sqrt(),
+        again: gloss.reflectance * stays * numerics::lanes::exp(-HOP * extinction),
+    }
+}
+
 /// Radiance factor towards the lens of light that pigment turns once, over what it would be for light that meets the film straight and
 /// leaves it under the same angle, as the table has it [1].
 #[inline(always)]
@@ -512,6 +545,11 @@ fn turned_down(stack: &FilmStack, all: f32) -> f32 {
     once + (all - once_in_all).max(0.0)
 }
 
+/// How far light that is held between foil and the film's upper side comes along the film from foil to foil, as by Lambert's law from this height, and how
+/// long its way is, over the film's thickness [1]. Light beyond the critical angle goes 1.7 thicknesses and more.
+const HOP: f32 = 3.0;
+/// Share of light from all sides that crosses a surface of index 1.5 [1].
+const ENTERS_FROM_ALL_SIDES: f32 = 0.91;
 /// Variance, about each of two axes, of the directions into which pigment turns light ahead once: 1 - g, as for small angles [rad^2].
 const TURNED_SPREAD: f32 = 1.0 - PIGMENT_G;
 /// Share of what pigment turns once that leaves the film's other side [1].
@@ -577,6 +615,33 @@ mod tests {
             assert!((got / mean - 1.0).abs() < 0.002, "{sigma} {mu_a} {thickness_mm}: {got} for {mean}");
             assert!((spread / variance - 1.0).abs() < 0.01, "{sigma} {mu_a} {thickness_mm}: {spread} for {variance}");
             assert!(stack.film_beside().iter().all(|beside| beside.is_finite() && *beside <= 0.0));
+        }
+    }
+
+    /// Facets drawn by GGX's law under a film, lit straight from above: as many throw light out of the film as are told, and half of those lean by less
+    /// than the median.
+    #[test]
+    fn steep_facets_keep_light_in_the_film() {
+        let mut rng = Stream::root(52).rng();
+        for _ in 0..20 {
+            let (alpha, n) = (libm::expf(rng.random_range(-3.5..0.0f32)), rng.random_range(1.4..1.6f32));
+            let medium = Medium::isotropic(0.0, 0.0, n, Gloss::NONE);
+            let under = Medium::opaque(Gloss { share: 1.0, reflectance: 1.0, roughness: [alpha; 2], matte: 0.0 });
+            let film =
+                Film { thickness_mm: 0.2, gap_mm: None, room_mm: [f32::INFINITY; 2], under, under_slope: [0.0; 2] };
+            let stack =
+                FilmStack { medium, film, enter: 0.96, view_up: 1.0, light_up: 1.0, view: Vec3::Z, light: Vec3::Z };
+            let glint = sealed_glint(&stack, 1.0, 10.0);
+            let told = glint.first / ((1.0 - normal_reflectance(n)) * (1.0 + alpha * alpha));
+            let facets = 100_000;
+            let slopes = (0..facets).map(|_| rng.random::<f32>()).map(|part| alpha * (part / (1.0 - part)).sqrt());
+            let turned = |slope: f32| 2.0 * libm::atanf(slope);
+            let out: Vec<f32> = slopes.filter(|&slope| turned(slope).cos() > (1.0 - 1.0 / (n * n)).sqrt()).collect();
+            let share = out.len() as f32 / facets as f32;
+            let error = (share * (1.0 - share) / facets as f32).sqrt();
+            assert!((share - told).abs() < 4.0 * error + 1e-5, "roughness {alpha}, index {n}: {told} for {share}");
+            let below = out.iter().filter(|&&slope| slope < glint.slope).count() as f32 / out.len() as f32;
+            assert!((below - 0.5).abs() < 4.0 * 0.5 / (out.len() as f32).sqrt(), "roughness {alpha}: {below} below");
         }
     }
 
