@@ -8,6 +8,9 @@
 use glam::Vec3;
 use procedural::Gloss;
 
+/// Share of light from all sides that enters matter of index 1.5 [1].
+pub const ENTERS_FROM_ALL_SIDES: f32 = 0.91;
+
 /// Reflectance of a smooth surface at normal incidence, index `n` against air [1].
 pub fn normal_reflectance(n: f32) -> f32 {
     let r = (n - 1.0) / (n + 1.0);

@@ -77,12 +77,10 @@ impl Confinement {
     /// Of light below `film`, which throws the share `holds` of it back and of which this much lies `beyond` the widest width.
     pub fn of(film: &Film, holds: f32, beyond: f32) -> Self {
         let is_room = film.room_mm.iter().all(|end| end.is_finite());
-        // Half of what walls of a pocket that stands empty let out, the card about them sends in.
-        let holds = match film.under.gloss.is_metal() {
-            _ if !is_room => 0.0,
-            true => holds.sqrt(),
-            false => holds,
-        };
+        // Part of what walls of an empty pocket let out, the card about them sends in; the root suits light far beside the line of the packs
+        // of tests/reference/foil_through_film.rs.
+        let back = if film.under.gloss.is_metal() { holds.sqrt() } else { holds };
+        let holds = if is_room { back } else { 0.0 };
         let room_mm = film.room_mm.map(|end| end.max(0.5 * LEAST_ROOM_MM));
         let [before, behind] = room_mm;
         let (widest, middle_mm) = (FILLED * (before + behind), if is_room { 0.5 * (behind - before) } else { 0.0 });

@@ -2,9 +2,8 @@
 //!
 //! Radiosity (Goral et al. 1984). A patch of the line sends out its flux times albedo by Lambert's law;
 //! of that the area dA receives cos(theta) cos(theta') dA / (pi d^2), and what of light from all sides it sends to the lens is, by
-//! reciprocity, the share of light from there that its film throws back: foil below too, which the laser's light leaves elsewhere. Patches
+//! reciprocity, the share of light from there that its film turns, and what a tablet below it throws back. What fills the pocket is not counted there: it leaves elsewhere. Patches
 //! are [`STRIDE`] columns wide, and received light is worked out in every [`NODE_ROWS`]th row of a window; what is seen between is linear.
-//! What has crossed a wall's film and fills the pocket then is not counted there: the pocket glows with it elsewhere.
 //! The card lights a pocket's walls that way, and walls the card about them: light that comes from far and falls wide, which no width of the film's own spread holds. What has filled a pocket glows from all
 //! of its walls; so does what patches of the line have sent each other, a second exchange that is worked out across the motion alone.
 //! Neglected: what stands between two patches that face each other, exchanges after the second, light from beyond the
@@ -24,6 +23,7 @@ use super::scan_geometry::ScanGeometry;
 use super::speckle::TILE;
 use super::window::{ROWS, Window, window_start};
 use crate::specimen::Hit;
+use transport::fresnel::ENTERS_FROM_ALL_SIDES;
 use transport::kernel::film_stack::FilmStackKernel;
 use transport::kernel::{BASIS, PACK_SPREAD_MM};
 
@@ -40,8 +40,6 @@ const UNEVEN_SLOPE2: f32 = 0.01;
 /// Square of the distance under which patches are no points to each other: light spreads about as far in films before it leaves, and
 /// samples lie about as far apart [mm^2].
 const NEAR_MM2: f32 = 0.06;
-/// Share of light from all sides that enters a film (index 1.5) [1].
-const ENTERS_FROM_ALL_SIDES: f32 = 0.91;
 /// Most by which light from all sides enters better than the laser's [1].
 const MAX_EASE: f32 = 2.0;
 /// Patches on either side that light one once more.

@@ -93,6 +93,7 @@ pub fn draw(own: &Row, neighbours: &[&Row; ROWS], start: usize, line: &LineShape
         let shift = load(&own.shift[j], start);
         let (mut wide, mut place) = (variance, phase);
         let confined_per_mm2 = confined_in(&own.confined_per_mm2, start, j);
+        let level_sigma = own.spread_mm[j] * own.level_rows_per_mm;
         for c in 0..TILE {
             let sigma = own.spread_mm[j] * rows_per_mm[c];
             wide[c] += sigma * sigma / confined(own.spread_mm[j], confined_per_mm2[c]);
@@ -100,8 +101,7 @@ pub fn draw(own: &Row, neighbours: &[&Row; ROWS], start: usize, line: &LineShape
         }
         if let (Some(seen), Some(ways), Some([_, creeps])) = (&seen, &ways, &split) {
             let exit = |k: usize, c: usize| neighbours[usize::from(seen.node[k][c])].exit[j][start + c];
-            let sigma = own.spread_mm[j] * own.level_rows_per_mm;
-            let creeping = variance.map(|variance| variance + sigma * sigma);
+            let creeping = variance.map(|variance| variance + level_sigma * level_sigma);
             add_over_relief(ways, own.level_rows_per_mm, [&[0.0; TILE], &creeping, creeps], exit, window);
         }
         if let Some(seen) = seen.as_ref().filter(|_| j >= FAR) {
@@ -111,10 +111,9 @@ pub fn draw(own: &Row, neighbours: &[&Row; ROWS], start: usize, line: &LineShape
                 let same = own.is_room(start + c) == row.is_room(start + c);
                 if same { row.exit[j][start + c] } else { 0.0 }
             };
-            let sigma = own.spread_mm[j] * own.level_rows_per_mm;
             let mut moved = *shift;
             for c in 0..TILE {
-                wide[c] = variance[c] + sigma * sigma / confined(own.spread_mm[j], confined_per_mm2[c]);
+                wide[c] = variance[c] + level_sigma * level_sigma / confined(own.spread_mm[j], confined_per_mm2[c]);
                 moved[c] *= own.level_rows_per_mm / own.rows_per_mm[start + c].max(f32::MIN_POSITIVE);
             }
             add_over_relief(&seen.away_mm, own.level_rows_per_mm, [&moved, &wide, source], exit, window);

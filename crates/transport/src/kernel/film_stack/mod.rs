@@ -38,7 +38,7 @@ use self::spectrum::{FREQUENCY_COUNT, LambertTransfer, LengthInterpolation, Spec
 use self::table::FilmTable;
 use self::underlayer::Underlayer;
 use super::widths::{BASIS, PACK_SPREAD_MM};
-use crate::fresnel::{fresnel_dielectric, gloss, normal_reflectance};
+use crate::fresnel::{ENTERS_FROM_ALL_SIDES, fresnel_dielectric, gloss, normal_reflectance};
 use crate::stack;
 
 /// Gap above foil under which light that film and foil throw to each other again meets it from all sides rather than from above; of 0.25,
@@ -476,8 +476,6 @@ fn sealed_glint(stack: &FilmStack, left: f32, mirrored: f32) -> SealedGlint {
 /// How far light that is held between foil and the film's upper side comes along the film from foil to foil, as by Lambert's law from this height, and how
 /// long its way is, over the film's thickness [1]. Light beyond the critical angle goes 1.7 thicknesses and more.
 const HOP: f32 = 3.0;
-/// Share of light from all sides that crosses a surface of index 1.5 [1].
-const ENTERS_FROM_ALL_SIDES: f32 = 0.91;
 /// Variance, about each of two axes, of the directions into which pigment turns light ahead once: 1 - g, as for small angles [rad^2].
 const TURNED_SPREAD: f32 = 1.0 - PIGMENT_G;
 /// Standard deviation of a lobe's slopes over the roughness of the facets: these lean by 1 / sqrt(2) of it, and turn light by twice that [1].

@@ -267,6 +267,9 @@ fn solve(matrix: &mut [[f64; FREQUENCY_COUNT]; FREQUENCY_COUNT], right: &mut [[f
 
 #[cfg(test)]
 mod tests {
+    use procedural::Stream;
+    use rand::RngExt;
+
     use super::*;
 
     /// x K1(x) at tabulated values (Abramowitz and Stegun 1964, table 9.8), and read between the table's places.
@@ -305,6 +308,56 @@ mod tests {
                     "{distance} mm, rows {from} to {to}: {model} against {truth}"
                 );
             }
+        }
+    }
+
+    /// Mixtures of two to four spreads by diffusion, by Lambert's law and as films make them, drawn at random, against their exact rows: centres and rows 1 to 8
+    /// within 4 % for 95 % of them, rows 7 to 11 within 5 % where they hold 1 % of the light, all within 1.5 % in the mean (seen: 2.2, 2.0 and 3.7 %; 0.8 % in the mean). Fitted to single
+    /// Gaussians, centres were 3.4 % too bright in the mean.
+    #[test]
+    fn mixtures_come_back_as_widths() {
+        let (back, columns) = (WidthFit::new(), PACK_SPREAD_MM.map(|s| rows(f64::from(s) * f64::from(s))));
+        let mut rng = Stream::root(53).rng();
+        let windows = [0..1, 1..9, SCATTER_ROWS];
+        let mut off: [Vec<f64>; 3] = Default::default();
+        for _ in 0..400 {
+            let (mut light, mut wave) = ([0.0; FIT_ROWS.len()], [0.0f32; FREQUENCY_COUNT]);
+            let shares: Vec<f64> = (0..rng.random_range(2..5)).map(|_| -libm::log1p(-rng.random::<f64>())).collect();
+            for share in &shares {
+                let (kind, parts) = (rng.random_range(0..3), 200);
+                let size = libm::exp(rng.random_range(libm::log(0.01)..libm::log(20.0)));
+                for part in 0..parts {
+                    let part = -libm::log1p(-(f64::from(part) + 0.5) / f64::from(parts));
+                    let variance = size
+                        * size
+                        * match kind {
+                            0 => part,
+                            1 => 1.0 / part,
+                            _ => part * rng.random::<f64>().powi(2),
+                        };
+                    let weight = share / (shares.iter().sum::<f64>() * f64::from(parts));
+                    light.iter_mut().zip(rows(variance)).for_each(|(sum, row)| *sum += weight * row);
+                    for (i, sum) in wave.iter_mut().enumerate() {
+                        *sum += (weight * libm::exp(-0.5 * variance * frequency(i) * frequency(i))) as f32;
+                    }
+                }
+            }
+            let weights = back.weights(&wave);
+            for (off, window) in off.iter_mut().zip(windows.clone()) {
+                let truth: f64 = light[window.clone()].iter().sum();
+                let of = |j: usize| f64::from(weights[j]) * columns[j][window.clone()].iter().sum::<f64>();
+                if window != SCATTER_ROWS || truth > 0.01 {
+                    off.push((0..BASIS).map(of).sum::<f64>() / truth - 1.0);
+                }
+            }
+        }
+        for ((off, most), name) in off.iter_mut().zip([0.04, 0.04, 0.05]).zip(["centre", "rows 1 to 8", "rows 7 to 11"])
+        {
+            let mean = off.iter().sum::<f64>() / off.len() as f64;
+            off.sort_by(|a, b| b.abs().total_cmp(&a.abs()));
+            let at95 = off[off.len() / 20].abs();
+            println!("{name}: {} spreads, mean {mean:+.3}, 95 % within {at95:.3}", off.len());
+            assert!(mean.abs() < 0.015 && at95 < most, "{name}: mean {mean:+.3}, 95 % within {at95:.3}");
         }
     }
 }
