@@ -249,7 +249,8 @@ fn glints_stand_where_facets_bisect_laser_and_lens() {
                 under_slope: [0.0; 2],
             };
             let medium = Medium::isotropic(0.001, 0.001, 1.53, Gloss::NONE);
-            let cover = FilmStack { medium, film, enter: 0.956, view_up: view.z, light_up: 1.0, view, light };
+            let cover =
+                FilmStack { medium, film, enter: 0.956, view_up: view.z, light_up: 1.0, view, light, normal: Vec3::Z };
             FilmStackKernel::new().spread(&cover).below.iter().sum::<f32>() / gloss(&under.gloss, Vec3::Z, light, view)
         };
         let [above, aslant] = [Vec3::Z, Vec3::new(-0.14, 0.0, 1.0).normalize()].map(glint);

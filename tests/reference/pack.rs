@@ -98,6 +98,7 @@ fn produced(pack: &Pack) -> Vec<Estimate> {
         light_up: normal.z,
         view,
         light: Vec3::Z,
+        normal,
     };
     let answer = FilmStackKernel::new().spread(&cover);
     // What comes from below is seen through the film nearer to the lens.

@@ -57,12 +57,15 @@ pub fn composite(own: &Row, neighbours: &[&Row; ROWS], secondary: &SecondaryLigh
             add_transmitted_beyond(line, &neighbours, start, &spare.first_row, window);
         }
     }
-    add_reflections(secondary, tile, windows);
+    for reflection in secondary.tile(tile) {
+        add_reflection(reflection, start, windows);
+    }
 }
 
-/// Adds mirror images, which per-line models leave to the surface as they do the line's own glare.
-pub(crate) fn add_reflections(secondary: &SecondaryLight, tile: usize, windows: &mut [Window]) {
-    for reflection in secondary.tile(tile) {
+/// Adds mirror images in the film's own surface, which per-line models leave to the surface as they do the line's own glare; what foil
+/// shows is theirs.
+pub(crate) fn add_surface_reflections(secondary: &SecondaryLight, tile: usize, windows: &mut [Window]) {
+    for reflection in secondary.tile(tile).iter().filter(|reflection| !reflection.in_foil) {
         add_reflection(reflection, tile * TILE, windows);
     }
 }

@@ -189,7 +189,7 @@ fn still(sensor: &Sensor, band: &Band, profile: usize, tile: usize, rows: Range<
                 }
             }
             if let Some(secondary) = &own.secondary {
-                compositing::add_reflections(secondary, tile, &mut scratch.windows[..scratch.used]);
+                compositing::add_surface_reflections(secondary, tile, &mut scratch.windows[..scratch.used]);
             }
         }
         None => {

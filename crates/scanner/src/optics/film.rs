@@ -26,7 +26,7 @@ use super::speckle::TILE;
 use crate::specimen::{Hit, height_below};
 use numerics::lanes::exp;
 use transport::fresnel;
-use transport::kernel::film_stack::{FilmStack, FilmStackKernel, FilmStackSpread, passed_unturned};
+use transport::kernel::film_stack::{FilmStack, FilmStackKernel, FilmStackSpread, passed_unturned, under_normal};
 use transport::kernel::{BASIS, PACK_SPREAD_MM};
 
 /// Heights of neighbouring columns below a film that count as two surfaces [mm].
@@ -198,6 +198,7 @@ pub fn spread(
         light_up: normal.dot(-sight.light).max(LEAST_FILM_COSINE),
         view: sight.view,
         light: -sight.light,
+        normal,
     });
     // A width that holds next to nothing says nothing of how its light leaves; another place's light must not leave by it.
     for (exit, enter) in spread.exit.iter_mut().zip(spread.enter) {
@@ -206,9 +207,18 @@ pub fn spread(
     spread
 }
 
-fn under_normal(film: &Film) -> Vec3 {
-    let [along, across] = film.under_slope;
-    Vec3::new(-along, -across, 1.0).normalize()
+/// Share of light from `target` below the film of `hit` that passes it unturned to a lens along `to_lens`, wherever the lens looks through the
+/// film; `None` where it does not see the point [1].
+pub(super) fn passes_from(target: Vec3, hit: &Hit, film: &Film, to_lens: Vec3, view: &RowView<'_>) -> Option<f32> {
+    if !view.specimen.sees_below(target, view.y) {
+        return None;
+    }
+    let place = |place: Vec2| view.specimen.film(place).map(FilmPlace::of);
+    let sheet = FilmSheet { n: hit.matter.medium.n_eff, place };
+    let plane = PlaneBelow { point: target, normal: under_normal(film) };
+    let seen = sheet.see(target, to_lens, &plane, hit.surface.z)?;
+    let looked_through = Film { thickness_mm: seen.thickness_mm, ..*film };
+    Some(passed_unturned(&hit.matter.medium, &looked_through, seen.up))
 }
 
 /// Where light that `hit` lets through its film meets what lies below at height `z`, and how the lens sees that: through the film as it

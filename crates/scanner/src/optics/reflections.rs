@@ -17,11 +17,12 @@
 use glam::Vec3;
 use procedural::{Film, Surface};
 
-use super::film::entering_share;
+use super::film::{entering_share, passes_from};
 use super::row::Reflection;
 use super::row_view::RowView;
 use crate::specimen::{Hit, ReflectedHit};
-use transport::kernel::film_stack::{FilmStackSpread, mirrored_depth_mm};
+use numerics::lanes::exp;
+use transport::kernel::film_stack::{FilmStackSpread, mirrored_depth_mm, under_normal};
 use transport::kernel::{BASIS, PACK_SPREAD_MM, SpreadRow};
 
 /// Square of the slope under which mirrored light rises too steeply to meet the body again: tan(39 deg)^2 [1].
@@ -34,8 +35,10 @@ const MAX_GAP_PX: f32 = 40.0;
 const MAX_IMAGES: usize = 4;
 /// Rows within which images are one [px].
 const MERGED_PX: f64 = 1.5;
-/// Steepest film whose lower side foil shows as that of level film [1].
-const MAX_FILM_SLOPE: f32 = 0.3;
+/// Least part of a normal law that is told apart [1].
+const LEAST_SHARE: f32 = 1e-3;
+/// Deviations of a normal law beyond which nothing lies [1].
+const FAR_OFF: f32 = 8.0;
 /// Fixed widths that an image is seen with: up to 0.46 mm.
 const NARROW_WIDTHS: usize = 5;
 
@@ -79,16 +82,17 @@ impl ReflectionScratch {
         self.in_foil.resize(columns, None);
     }
 
-    /// Notes what foil shows of the film of `hit`, which `column` looks at and which spreads light like `spread`.
+    /// Notes what foil shows of the film of `hit`, which `column` looks at, which has this `normal` and sends light to the `lens` like `spread`.
     pub fn note_in_foil(
         &mut self,
         column: usize,
         hit: &Hit,
         film: &Film,
-        (spread, lens): (&FilmStackSpread, Vec3),
+        spread: &FilmStackSpread,
+        (normal, lens): (Vec3, Vec3),
         view: &RowView<'_>,
     ) {
-        self.in_foil[column] = in_foil(hit, film, (spread, lens), view);
+        self.in_foil[column] = in_foil(hit, film, spread, (normal, lens), view);
     }
 
     /// Fills `reflections` with the mirror images of a row, by rising column.
@@ -101,35 +105,37 @@ impl ReflectionScratch {
     /// Spreads the light of all landings over the columns.
     fn draw(&mut self, faint: f32, reflections: &mut Vec<Reflection>) {
         reflections.clear();
-        let columns = self.landings.len();
-        self.slots.resize(columns, [[0.0; 4]; MAX_IMAGES]);
-        let (mut first, mut last) = (usize::MAX, 0);
-        for column in 0..2 * columns {
-            let (landings, column) =
-                if column < columns { (&self.landings, column) } else { (&self.in_foil, column - columns) };
+        for (landings, in_foil) in [(&self.landings, false), (&self.in_foil, true)] {
+            let columns = landings.len();
+            self.slots.resize(columns, [[0.0; 4]; MAX_IMAGES]);
+            let (mut first, mut last) = (usize::MAX, 0);
             let at = |column: usize| landings.get(column).copied().flatten();
-            let Some(own) = at(column) else { continue };
-            // Half of a column's light lies on either side of its middle.
-            for other in [column.wrapping_sub(1), column + 1].map(at) {
-                let other = other.filter(|other| own.joins(other));
-                let end = other.map_or(own.place, |other| [0, 1].map(|i| 0.5 * (own.place[i] + other.place[i])));
-                let touched = deposit(&mut self.slots, &own, end);
-                (first, last) = (first.min(touched.start), last.max(touched.end));
-            }
-        }
-        for column in first.min(last)..last {
-            for [electrons, row, row2, variance] in std::mem::take(&mut self.slots[column]) {
-                if electrons <= 0.0 {
-                    continue;
-                }
-                let (row, row2) = (row / electrons, row2 / electrons);
-                let variance = (variance / electrons + (row2 - row * row).max(0.0)) as f32;
-                let reflection = Reflection { column, row: row as f32, variance, electrons: electrons as f32 };
-                if reflection.peak() > faint {
-                    reflections.push(reflection);
+            for column in 0..columns {
+                let Some(own) = at(column) else { continue };
+                // Half of a column's light lies on either side of its middle.
+                for other in [column.wrapping_sub(1), column + 1].map(at) {
+                    let other = other.filter(|other| own.joins(other));
+                    let end = other.map_or(own.place, |other| [0, 1].map(|i| 0.5 * (own.place[i] + other.place[i])));
+                    let touched = deposit(&mut self.slots, &own, end);
+                    (first, last) = (first.min(touched.start), last.max(touched.end));
                 }
             }
+            for column in first.min(last)..last {
+                for [electrons, row, row2, variance] in std::mem::take(&mut self.slots[column]) {
+                    if electrons <= 0.0 {
+                        continue;
+                    }
+                    let (row, row2) = (row / electrons, row2 / electrons);
+                    let variance = (variance / electrons + (row2 - row * row).max(0.0)) as f32;
+                    let (row, electrons) = (row as f32, electrons as f32);
+                    let reflection = Reflection { column, row, variance, electrons, in_foil };
+                    if reflection.peak() > faint {
+                        reflections.push(reflection);
+                    }
+                }
+            }
         }
+        reflections.sort_by_key(|reflection| reflection.column);
     }
 }
 
@@ -167,36 +173,58 @@ fn add(slots: &mut [ImageSums; MAX_IMAGES], electrons: f32, row: f32, variance: 
     }
 }
 
-/// What foil shows of the film of `hit`, which sends light to the `lens` like `spread`.
-fn in_foil(hit: &Hit, film: &Film, (spread, lens): (&FilmStackSpread, Vec3), view: &RowView<'_>) -> Option<Landing> {
-    let gap = film.gap_mm.filter(|_| spread.mirrored > 0.0 && hit.lit && hit.seen)?;
-    let steep = hit.surface.slope_x.abs().max(hit.surface.slope_y.abs());
-    let slant = Vec3::new(lens.x / lens.z, lens.y / lens.z, 1.0);
-    // The way along the motion, down and up again, stays in the pocket.
-    let room = if slant.y < 0.0 { film.room_mm[0] } else { film.room_mm[1] };
-    if steep > MAX_FILM_SLOPE || 2.0 * gap * slant.y.abs() > room {
-        return None;
-    }
+/// What foil shows of the film of `hit`, which sends light to the `lens` like `spread`: of the light that is mirrored about its image, what foil
+/// in the same pocket mirrors.
+fn in_foil(
+    hit: &Hit,
+    film: &Film,
+    spread: &FilmStackSpread,
+    (normal, lens): (Vec3, Vec3),
+    view: &RowView<'_>,
+) -> Option<Landing> {
+    let gap = film.gap_mm.filter(|_| spread.mirrored > 0.0 && hit.lit)?;
+    let up = under_normal(film);
+    let down = lens - up * (2.0 * lens.dot(up));
     let depth = mirrored_depth_mm(&hit.matter.medium, film, lens);
     let [slope_x, slope_y] = film.under_slope;
-    let place = Vec3::new(hit.x + 2.0 * gap * slope_x, 2.0 * gap * slope_y, hit.surface.z - depth);
-    let on_foil = Vec3::new(hit.x, view.y, hit.surface.z - gap) + gap * slant;
-    if !view.specimen.sees_below(on_foil, view.y) {
+    let at = Vec3::new(hit.x + 2.0 * gap * slope_x, 2.0 * gap * slope_y, hit.surface.z - depth);
+    let sight = view.sight(hit.x, &Surface { z: at.z, slope_x, slope_y });
+    let electrons = (-down.dot(normal)).max(0.0) * sight.electrons * spread.mirrored;
+    if electrons < view.faint {
         return None;
     }
-    let sight = view.sight(hit.x, &Surface { z: place.z, slope_x, slope_y });
-    let normal = Vec3::new(-slope_x, -slope_y, 1.0).normalize();
-    let electrons = normal.dot(sight.view).max(0.0) * sight.electrons * spread.mirrored * spread.passes;
-    let mm2 = spread.mirrored_mm * spread.mirrored_mm;
+    let beside = gap * down.y / -down.z;
+    let [before, behind] = film.room_mm;
+    let [share, moved, narrowed] =
+        normal_between([-before - beside, behind - beside].map(|end| end / spread.mirrored_mm));
+    let sd_mm = spread.mirrored_mm * narrowed.sqrt();
+    let moved = moved * spread.mirrored_mm;
+    let on_foil = Vec3::new(hit.x, view.y, hit.surface.z) + down * (gap / -down.z) + Vec3::Y * moved;
+    let passes = passes_from(on_foil, hit, film, lens, view)?;
+    let mm2 = sd_mm * sd_mm;
     Some(Landing {
-        place: view.camera.project(place.x, place.y, place.z),
+        place: view.camera.project(at.x, at.y + moved, at.z),
         variance: [
             view.camera.along_variance(spread.mirrored_mm) + sight.defocus,
             sight.variance + mm2 * sight.rows_per_mm * sight.rows_per_mm,
         ],
-        electrons,
+        electrons: electrons * share * passes,
     })
     .filter(|landing| landing.electrons > view.faint)
+}
+
+/// Of the normal law the share between two deviations, and the mean and the variance of what lies there; by Polya's share (1945), within 0.01.
+fn normal_between(ends: [f32; 2]) -> [f32; 3] {
+    let ends = ends.map(|end| end.clamp(-FAR_OFF, FAR_OFF));
+    let below = ends.map(|end| {
+        let half = 0.5 * (1.0 - exp(-std::f32::consts::FRAC_2_PI * end * end)).max(0.0).sqrt();
+        0.5 + half.copysign(end)
+    });
+    let density = ends.map(|end| 0.398_942_3 * exp(-0.5 * end * end));
+    let share = (below[1] - below[0]).max(LEAST_SHARE);
+    let mean = ((density[0] - density[1]) / share).clamp(ends[0], ends[1]);
+    let edges = (ends[0] * density[0] - ends[1] * density[1]) / share;
+    [share, mean, (1.0 + edges - mean * mean).clamp(LEAST_SHARE, 1.0)]
 }
 
 impl Landing {

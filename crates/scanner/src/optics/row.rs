@@ -252,6 +252,8 @@ pub struct Reflection {
     pub variance: f32,
     /// All of its light in this column [e-].
     pub electrons: f32,
+    /// Whether foil shows it below a film, which models that follow light through packs draw themselves.
+    pub in_foil: bool,
 }
 
 impl Reflection {

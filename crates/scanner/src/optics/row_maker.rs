@@ -463,7 +463,7 @@ impl LitColumn<'_> {
         row.entered_light[column] = arrives * facing * film::entering_share(medium.n_eff, normal, -sight.light);
         scratch.albedo[column] += spread.passes * spread.below.iter().sum::<f32>();
         scratch.secondary.transmission.note(column, (hit, &sight), film, &spread, &view);
-        scratch.secondary.reflections.note_in_foil(column, hit, film, (&spread, sight.view), &view);
+        scratch.secondary.reflections.note_in_foil(column, hit, film, &spread, (normal, sight.view), &view);
     }
 
     /// Light that enters a body of one medium.

@@ -104,7 +104,7 @@ fn film_stack(stack: &Stack, question: &Question) -> Result<FilmStack, KernelErr
     let film = Film { thickness_mm, gap_mm: gap, room_mm: [f32::INFINITY; 2], under, under_slope: [0.0; 2] };
     let enter = 1.0 - fresnel_dielectric(1.0, top.n, 1.0).0 as f32;
     let view: Vec3 = question.view.as_vec3();
-    Ok(FilmStack { medium, film, enter, view_up: view.z, view, light_up: 1.0, light: Vec3::Z })
+    Ok(FilmStack { medium, film, enter, view_up: view.z, view, light_up: 1.0, light: Vec3::Z, normal: Vec3::Z })
 }
 
 /// Height of a layer of air [mm].

@@ -68,9 +68,18 @@ pub struct FilmStack {
     pub view: Vec3,
     /// Unit vector to the laser.
     pub light: Vec3,
+    /// Unit normal of the film.
+    pub normal: Vec3,
 }
 
 impl FilmStack {
+    /// Unit vector, downwards, along which light goes that what lies below mirrors to the lens, and its cosine against the film [1].
+    pub fn mirrored_view(&self) -> (Vec3, f32) {
+        let up = under_normal(&self.film);
+        let down = self.view - up * (2.0 * self.view.dot(up));
+        (down, -down.dot(self.normal))
+    }
+
     /// How far along the motion light that pigment turns on its way down, and that foil below mirrors, leaves the film beside where it met
     /// it: twice through the air below the film and, from half of its thickness on, as far through the film [mm].
     pub fn mirrored_beside(&self) -> f32 {
@@ -287,6 +296,12 @@ fn metal(of: &procedural::Gloss, normal: Vec3, light: Vec3, view: Vec3) -> f32 {
     gloss(of, normal, light, view) * (1.0 + along * across)
 }
 
+/// Unit normal of what lies below a film.
+#[inline(always)]
+pub fn under_normal(film: &Film) -> Vec3 {
+    Vec3::new(-film.under_slope[0], -film.under_slope[1], 1.0).normalize()
+}
+
 /// A direction in air as a level film of index `n` bends it.
 #[inline(always)]
 fn inside(n: f32, way: Vec3) -> Vec3 {
@@ -310,7 +325,7 @@ fn flow(kernel: &FilmStackKernel, stack: &FilmStack) -> FilmFlow {
     let inner = 1.0 / (1.0 - fresnel * fresnel * left * left);
     let (straight, mirrored) = ((1.0 - fresnel) * left * inner, (1.0 - fresnel) * fresnel * left * left * inner);
     let seen = seen_through(n, extinction, stack.view_up);
-    let normal = Vec3::new(-film.under_slope[0], -film.under_slope[1], 1.0).normalize();
+    let normal = under_normal(film);
     let under = &film.under;
     let aslant = turned_once_aslant(stack);
     if let (None, true) = (film.gap_mm, foil) {
@@ -517,8 +532,16 @@ mod tests {
             let under = Medium::opaque(Gloss { share: 1.0, reflectance: 1.0, roughness: [alpha; 2], matte: 0.0 });
             let film =
                 Film { thickness_mm: 0.2, gap_mm: None, room_mm: [f32::INFINITY; 2], under, under_slope: [0.0; 2] };
-            let stack =
-                FilmStack { medium, film, enter: 0.96, view_up: 1.0, light_up: 1.0, view: Vec3::Z, light: Vec3::Z };
+            let stack = FilmStack {
+                medium,
+                film,
+                enter: 0.96,
+                view_up: 1.0,
+                light_up: 1.0,
+                view: Vec3::Z,
+                light: Vec3::Z,
+                normal: Vec3::Z,
+            };
             let glint = sealed_glint(&stack, 1.0, 10.0);
             let told = glint.first / ((1.0 - normal_reflectance(n)) * (1.0 + alpha * alpha));
             let facets = 100_000;

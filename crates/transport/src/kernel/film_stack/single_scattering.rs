@@ -66,8 +66,12 @@ pub(super) fn turned_down(stack: &FilmStack, all: f32) -> f32 {
     if scattering == 0.0 {
         return 0.0;
     }
-    let ((_, down), (_, leaves)) = (refracted(n, stack.light_up), refracted(n, stack.view_up));
-    let flat = stack.light.dot(stack.view) - stack.light_up * stack.view_up;
+    let (mirrored, mirrored_up) = stack.mirrored_view();
+    if mirrored_up <= 0.0 {
+        return 0.0;
+    }
+    let ((_, down), (_, leaves)) = (refracted(n, stack.light_up), refracted(n, mirrored_up));
+    let flat = stack.light.dot(mirrored) + stack.light_up * mirrored_up;
     let ahead = down * leaves - flat / (n * n);
     let base = 1.0 + PIGMENT_G * PIGMENT_G - 2.0 * PIGMENT_G * ahead;
     let phase = (1.0 - PIGMENT_G * PIGMENT_G) / (base * base.sqrt());
@@ -76,7 +80,7 @@ pub(super) fn turned_down(stack: &FilmStack, all: f32) -> f32 {
     // Both ways are next to equally long.
     let apart = down - leaves;
     let left = if apart.abs() < 1e-3 { straight * thick / (down * down) } else { (straight - slant) / apart };
-    let out = (1.0 - fresnel_dielectric(1.0, n.into(), stack.view_up.max(0.0).into()).0 as f32) / (n * n);
+    let out = (1.0 - fresnel_dielectric(1.0, n.into(), mirrored_up.into()).0 as f32) / (n * n);
     let once = 0.25 * scattering / extinction * phase * left * out;
     let once_in_all = TURNED_AHEAD * scattering / extinction * thick * straight;
     once + (all - once_in_all).max(0.0)
@@ -110,7 +114,8 @@ mod tests {
             let view = Vec3::new(0.0, -libm::sinf(tilt), libm::cosf(tilt));
             let light_up = draw(0.6, 1.0);
             let light = Vec3::new(0.0, (1.0 - light_up * light_up).sqrt(), light_up);
-            let stack = FilmStack { medium, film, enter: 0.95, view_up: view.z, light_up, view, light };
+            let stack =
+                FilmStack { medium, film, enter: 0.95, view_up: view.z, light_up, view, light, normal: Vec3::Z };
             let inside = |up: f32| f64::from((1.0 - (1.0 - up * up) / (medium.n_eff * medium.n_eff)).sqrt());
             let lost = f64::from(sigma / (1.0 - PIGMENT_G) + mu_a) * (1.0 / inside(light_up) + 1.0 / inside(view.z));
             // Even in what is lost, so that thick films have sheets where their light is.
