@@ -202,15 +202,19 @@ fn confined_in(per_mm2: &[f32], start: usize, j: usize) -> &[f32; TILE] {
 }
 
 /// Adds the light of `own` that falls into a window beyond the one that its line was drawn in, which begins at `drawn`: what spreads far
-/// over a pocket shows about the other line too.
+/// over a pocket shows about the other line too. The surface goes on level from the last row on either side that the line's window looks at.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 pub(crate) fn add_beyond(own: &Row, neighbours: &[&Row; ROWS], start: usize, drawn: &[i32; TILE], window: &mut Window) {
-    let exits = |j: usize| [0, ROWS - 1].map(|k| load(&neighbours[k].exit[j], start));
-    let spread = load(&own.spread_rows_per_mm, start);
-    let per_mm2 = confined_in(&own.confined_per_mm2, start, FAR);
-    let lines = [load(&own.centre, start), load(&own.variance, start), spread, per_mm2];
-    let shift = |j: usize| *load(&own.shift[j], start);
-    beyond(lines, |j| load(&own.source[j], start), shift, exits, drawn, window);
+    let ends = [neighbours[0], neighbours[ROWS - 1]];
+    let exits = |j: usize| ends.map(|row| load(&row.exit[j], start));
+    let centres = ends.map(|row| load(&row.centre, start));
+    let level = [own.level_rows_per_mm; TILE];
+    let lines = [load(&own.variance, start), &level, confined_in(&own.confined_per_mm2, start, FAR)];
+    let shift = |j: usize| {
+        let shift = load(&own.shift[j], start);
+        std::array::from_fn(|c| shift[c] * level[c] / own.rows_per_mm[start + c].max(f32::MIN_POSITIVE))
+    };
+    beyond(centres, lines, |j| load(&own.source[j], start), shift, exits, drawn, window);
 }
 
 /// The same of a line that is seen through a film.
@@ -224,22 +228,24 @@ pub(crate) fn add_transmitted_beyond(
 ) {
     let exits = |j| [0, ROWS - 1].map(|k| neighbours[k].leaves(j, start));
     let per_mm2 = confined_in(&own.confined_per_mm2, start, FAR);
-    let lines = [load(&own.centre, start), load(&own.variance, start), load(&own.rows_per_mm, start), per_mm2];
+    let lines = [load(&own.variance, start), load(&own.rows_per_mm, start), per_mm2];
     let middle_mm = load(&own.room_middle_mm, start);
     let shift = |j: usize| {
         std::array::from_fn(|c| {
             let narrowed = confined(PACK_SPREAD_MM[j], per_mm2[c]);
-            -middle_shift(narrowed, middle_mm[c]) * lines[2][c]
+            -middle_shift(narrowed, middle_mm[c]) * lines[1][c]
         })
     };
-    beyond(lines, |j| load(&own.source[j], start), shift, exits, drawn, window);
+    beyond([load(&own.centre, start); 2], lines, |j| load(&own.source[j], start), shift, exits, drawn, window);
 }
 
-/// Adds the far widths of lines, by their centres, variances, rows per mm and confinements, to the rows of a window that lie outside of the windows that
-/// begin at `drawn`. Each leaves by the last row on its side that those look at.
+/// Adds the far widths of lines, by where they are seen from before their windows and from behind, and their variances, rows per mm and
+/// confinements, to the rows of a window that lie outside of the windows that begin at `drawn`. Each leaves by the last row on its side that
+/// those look at.
 #[inline(always)]
 fn beyond<'a>(
-    [centre, variance, rows_per_mm, confined_per_mm2]: [&[f32; TILE]; 4],
+    centres: [&[f32; TILE]; 2],
+    [variance, rows_per_mm, confined_per_mm2]: [&[f32; TILE]; 3],
     source: impl Fn(usize) -> &'a [f32; TILE],
     shift: impl Fn(usize) -> [f32; TILE],
     exits: impl Fn(usize) -> [&'a [f32; TILE]; 2],
@@ -261,7 +267,9 @@ fn beyond<'a>(
             let spread = sigma * sigma / confined(PACK_SPREAD_MM[j], confined_per_mm2[c]);
             // What a narrow line sends so far is nothing, and not to be stepped from there.
             let half = 0.5 / (variance[c] + spread).max(LEAST_FAR_PX2);
-            let away = (window.first_row[c] as f32 - centre[c] - shift[c]).clamp(-MAX_BEYOND, MAX_BEYOND);
+            // The window's rows beyond those drawn lie on one side of them.
+            let centre = if window.first_row[c] < drawn[c] { centres[0][c] } else { centres[1][c] };
+            let away = (window.first_row[c] as f32 - centre - shift[c]).clamp(-MAX_BEYOND, MAX_BEYOND);
             let reaches = if spread < LEAST_FAR_PX2 { 0.0 } else { source[c] };
             light[c] = reaches * 0.564_189_6 * half.sqrt() * exp(-away * away * half);
             step[c] = exp(-(2.0 * away + 1.0) * half);
