@@ -32,6 +32,7 @@ fn row(bencher: Bencher, change: f32) {
             view: Vec3::new(0.0, -0.435_89, 0.9),
             light_up: 1.0,
             light: Vec3::Z,
+            normal: Vec3::Z,
         }
     };
     let stacks: Vec<FilmStack> = (0..POINTS).map(stack).collect();

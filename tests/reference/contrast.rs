@@ -3,7 +3,7 @@
 use std::f64::consts::LN_2;
 
 use super::kept::Kept;
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use procedural::{Film, Gloss, Medium, Stream};
 use rand::RngExt;
 use reference::path::{Effort, PATH_STEPS, seen_paths, step_path_mm};
@@ -11,8 +11,9 @@ use scanner::optics::coherence::{coherence_per_mm, path_contrast};
 use study::media::WOODS;
 use transport::answer::Question;
 use transport::fresnel::fresnel_dielectric;
-use transport::kernel::film_stack::leak_per_mm;
-use transport::kernel::{SurfacePoint, leaking_path_laws, path_laws};
+use transport::kernel::film_stack::paths::FilmPaths;
+use transport::kernel::film_stack::{FilmStack, FilmStackKernel};
+use transport::kernel::{SurfacePoint, path_laws};
 use transport::stack::{CylinderPhase, Foil, Layer, PIGMENT_G, Scattering, Stack, Substrate};
 
 /// Rows from the line in which contrasts are compared.
@@ -59,37 +60,41 @@ impl Matter {
 }
 
 /// Contrast of light by length of path, D growing by `per_mm` with their difference: the integral over the spectrum of the squared
-/// transform of the paths' density, which is even within a step.
-fn contrast(light: &[f64; PATH_STEPS], per_mm: f64) -> f64 {
-    let total: f64 = light.iter().sum();
+/// transform of the paths' density, which is even within a step. The square is the product of the transforms of two `counts` that know nothing of
+/// each other, so that chance adds nothing to it: of one count in a dark row it made a fifth of the contrast, and up to twice that.
+fn contrast(counts: [&[f64; PATH_STEPS]; 2], per_mm: f64) -> f64 {
+    let totals = counts.map(|light| light.iter().sum::<f64>());
     let half = 0.5 * (step_path_mm(1) / step_path_mm(0) - 1.0);
     let steps = 600;
     let (mut sum, mut weights) = (0.0, 0.0);
     for i in 0..steps {
         let t = 6.0 * (f64::from(i) + 0.5) / f64::from(steps) / LN_2.sqrt();
-        let (mut real, mut imaginary) = (0.0, 0.0);
-        for (step, part) in light.iter().enumerate().filter(|(_, part)| **part > 0.0) {
+        let mut parts = [[0.0; 2]; 2];
+        for step in (0..PATH_STEPS).filter(|&step| counts[0][step] + counts[1][step] > 0.0) {
             let phase = t * per_mm * step_path_mm(step);
             let across = half * phase;
             let kept = if across < 1e-6 { 1.0 } else { libm::sin(across) / across };
             let (sin, cos) = libm::sincos(phase);
-            (real, imaginary) = (real + part * kept * cos, imaginary + part * kept * sin);
+            for (part, light) in parts.iter_mut().zip(counts) {
+                *part = [part[0] + light[step] * kept * cos, part[1] + light[step] * kept * sin];
+            }
         }
         // exp(-D^2 / (2 ln 2)) is the mean of cos(t D) over normal t of variance 1 / ln 2.
         let weight = libm::exp(-0.5 * t * t * LN_2);
-        sum += weight * (real * real + imaginary * imaginary);
+        sum += weight * (parts[0][0] * parts[1][0] + parts[0][1] * parts[1][1]);
         weights += weight;
     }
-    (sum / weights).sqrt() / total
+    (sum / weights / (totals[0] * totals[1])).max(0.0).sqrt()
 }
 
-/// What the judge says of [`ROWS`] by [`LINEWIDTHS_NM`].
+/// What the judge says of [`ROWS`] by [`LINEWIDTHS_NM`], by two counts of so many photons.
 fn judged(stack: &Stack, question: &Question, (photons, seed): (u64, u64), n: f64) -> Vec<f64> {
-    let paths = seen_paths(stack, question, Effort { photons, seed });
+    let counts = [seed, seed + 1000].map(|seed| seen_paths(stack, question, Effort { photons, seed }));
     let of = |row: usize, per_mm: f64| {
         let both = [question.rows + row, question.rows - row];
-        let light = std::array::from_fn(|step| both.iter().map(|&row| paths[row][step]).sum());
-        contrast(&light, per_mm)
+        let light =
+            counts.each_ref().map(|paths| std::array::from_fn(|step| both.iter().map(|&row| paths[row][step]).sum()));
+        contrast(light.each_ref(), per_mm)
     };
     LINEWIDTHS_NM.iter().flat_map(|&nm| ROWS.map(|row| of(row, coherence_per_mm(WAVELENGTH_NM, nm) * n))).collect()
 }
@@ -181,42 +186,55 @@ fn film(i: u64) -> (Stack, Matter, Film) {
     (Stack { above: 1.0, layers, below }, matter, film)
 }
 
-/// Films drawn over what packs are made of, sealed to foil, over foil and over tablets: within 14 % rms and 31 % for 95 % of the rows (seen: 13 and
-/// 30 %), a half space of the film's matter is 1.5 times further off and more.
+/// Films drawn over what packs are made of, sealed to foil, over foil and over tablets: within 9 % rms and 22 % for 95 % of the rows of each kind (seen:
+/// 8, 8 and 7 %, and 15, 21 and 14 %), within 16 % for 95 % of all (seen 15 %); a half space of the film's matter is twice as far off and more.
 #[test]
 fn contrasts_hold_for_random_films() {
     let mut kept = Kept::of("contrast_of_films");
+    let (mut kernel, mut paths) = (FilmStackKernel::new(), FilmPaths::default());
     let mut kinds = ["sealed", "over foil", "over a tablet"].map(|kind| (kind, Vec::new(), Vec::new()));
     for i in 0..24 {
         let (stack, matter, film) = film(i);
         let question = Question { cells: 0, angles: 0, rows: 12, ..Question::default() };
         let name = format!("film {i:02}");
-        let ask = || judged(&stack, &question, (60_000, i), matter.n);
+        let ask = || judged(&stack, &question, (600_000, i), matter.n);
         let asked = (&stack, &question);
         let judge = if i == 4 { kept.still_says(&name, &asked, ask) } else { kept.says(&name, &asked, ask) };
         let blur = (question.line_mm * question.line_mm + question.row_mm * question.row_mm / 12.0) as f32;
         let away = ROWS.map(|row| (row as f64 * question.row_mm) as f32);
         let point = matter.point(&question);
         let medium = Medium::isotropic(matter.mu_a as f32, matter.sigma_i as f32, matter.n as f32, Gloss::NONE);
-        let leaking = leaking_path_laws(&point, blur, away, away.map(|away| leak_per_mm(&medium, &film, away)));
+        let (view, light) = (question.view.as_vec3(), Vec3::Z);
+        let film_stack =
+            FilmStack { medium, film, enter: 0.956, view_up: view.z, light_up: 1.0, view, light, normal: Vec3::Z };
+        let laws = paths.laws(&film_stack, &kernel.spread(&film_stack), blur, away);
         let half_space = path_laws(&point, blur, away);
         let (_, off, half_space_off) = &mut kinds[i as usize % 3];
         for (nm, judge) in LINEWIDTHS_NM.iter().zip(judge.chunks(ROWS.len())) {
             let per_mm = (coherence_per_mm(WAVELENGTH_NM, *nm) * matter.n) as f32;
             for (at, judge) in judge.iter().enumerate() {
                 let relative = |law| (f64::from(path_contrast(per_mm, law)) / judge - 1.0).abs();
-                println!("{name} {nm} nm, row {}: off by {:.3}", ROWS[at], relative(&leaking[at]));
-                off.push(relative(&leaking[at]));
+                println!("{name} {nm} nm, row {}: off by {:.3}", ROWS[at], relative(&laws[at]));
+                off.push(relative(&laws[at]));
                 half_space_off.push(relative(&half_space[at]));
             }
         }
     }
     kept.finish();
     let rms = |all: &[f64]| (all.iter().map(|v| v * v).sum::<f64>() / all.len() as f64).sqrt();
+    let at95 = |all: &mut [f64]| {
+        all.sort_by(f64::total_cmp);
+        all[all.len() * 95 / 100]
+    };
+    let mut all = Vec::new();
     for (kind, mut off, half_space) in kinds {
-        off.sort_by(f64::total_cmp);
-        let (at95, rms, before) = (off[off.len() * 95 / 100], rms(&off), rms(&half_space));
+        all.extend_from_slice(&off);
+        let (at95, rms, before) = (at95(&mut off), rms(&off), rms(&half_space));
         println!("{kind}: 95 % within {at95:.3}, rms {rms:.3}; as a half space {before:.3}");
-        assert!(at95 < 0.31 && rms < 0.14 && 1.4 * rms < before, "{kind}: {at95:.3}, {rms:.3}");
+        assert!(at95 < 0.22 && rms < 0.09 && 2.0 * rms < before, "{kind}: {at95:.3}, {rms:.3}");
     }
+    let at95 = at95(&mut all);
+    let near = all.iter().filter(|off| **off < 0.1).count() as f64 / all.len() as f64;
+    println!("all: 95 % within {at95:.3}, {near:.3} of them within 10 %");
+    assert!(at95 < 0.16, "{at95:.3}");
 }

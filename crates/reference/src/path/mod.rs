@@ -86,7 +86,7 @@ pub(crate) fn solve_watched(
 }
 
 /// Light that the lens sees in each row of `question`, by length of path ([`step_path_mm`]), in no particular unit: what the contrast of
-/// speckle depends on. Paths are those inside all layers, gaps of air included.
+/// speckle depends on. Paths are optical ones over the first layer's index, in all layers, gaps of air included.
 pub fn seen_paths(stack: &Stack, question: &Question, effort: Effort) -> Vec<[f64; PATH_STEPS]> {
     let counts = counted(stack, question, effort, &|_| (), StackCounts::with_paths);
     let mut sum = vec![[0.0; PATH_STEPS]; 2 * question.rows + 1];

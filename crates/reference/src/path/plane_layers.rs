@@ -34,6 +34,8 @@ pub(crate) struct PreparedLayer {
     pub bottom: f64,
     /// Vectors across the fibres.
     pub across: (DVec3, DVec3),
+    /// Its index over the first layer's: by what ways in it count as paths [1].
+    pub optical: f64,
 }
 
 /// Plane layers, prepared for photons.
@@ -45,7 +47,7 @@ pub(crate) struct StackGeometry {
     pub above: f64,
     /// What lies below.
     pub below: Substrate,
-    /// Path after which a photon is given up [mm].
+    /// Optical path over the first layer's index after which a photon is given up [mm].
     longest: f64,
 }
 
@@ -58,7 +60,13 @@ impl StackGeometry {
                 Scattering::Fibres { axis, .. } => frame(axis),
                 _ => (DVec3::X, DVec3::Y),
             };
-            let prepared = PreparedLayer { layer, top, bottom: top - layer.thickness, across };
+            let prepared = PreparedLayer {
+                layer,
+                top,
+                bottom: top - layer.thickness,
+                across,
+                optical: layer.n / stack.layers[0].n,
+            };
             top = prepared.bottom;
             prepared
         });
@@ -93,7 +101,7 @@ impl<O: StackObserver> Geometry<O> for StackGeometry {
         let wall =
             if photon.direction.z == 0.0 { f64::INFINITY } else { (edge - photon.position.z) / photon.direction.z };
         let step = free.min(wall.max(0.0));
-        photon.path += step;
+        photon.path += step * here.optical;
         if photon.path > self.longest || step.is_infinite() {
             return FlightEnd::End(Fate::Absorbed);
         }

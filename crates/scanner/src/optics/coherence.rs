@@ -3,8 +3,8 @@
 //! Goodman's rule for partial coherence: C^2 = sum over pairs of path lengths of w w' exp(-D^2 / (2 ln 2)), with D = pi (dlambda /
 //! lambda^2) n (tau - tau') and dlambda the full width at half maximum of a Gaussian spectrum. The paths are those of the light that is seen in
 //! a row ([`transport::kernel::path_laws`]): light far from the line has taken longer and more different ones, so Scatter's rows have
-//! less contrast than the line's own. A film counts as a half space of its matter out of which light leaks
-//! ([`transport::kernel::film_stack::leak_per_mm`]); paths through a tablet below are neglected.
+//! less contrast than the line's own; those of packs, through the air and tablets below the film too
+//! ([`transport::kernel::film_stack::paths`]).
 
 use numerics::lanes::{exp, ln};
 use transport::kernel::PathLaw;

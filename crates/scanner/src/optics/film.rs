@@ -182,15 +182,9 @@ pub(crate) fn entering_share(n: f32, normal: Vec3, light: Vec3) -> f32 {
     1.0 - fresnel::fresnel_dielectric(1.0, f64::from(n), f64::from(normal.dot(light).max(1e-3))).0 as f32
 }
 
-/// The film of `matter` in the production model.
-pub fn spread(
-    matter: &Matter,
-    film: &Film,
-    normal: Vec3,
-    sight: &Sight,
-    covers: &mut FilmStackKernel,
-) -> FilmStackSpread {
-    let mut spread = covers.spread(&FilmStack {
+/// The film of `matter`, as its light is asked for.
+pub(super) fn stack(matter: &Matter, film: &Film, normal: Vec3, sight: &Sight) -> FilmStack {
+    FilmStack {
         medium: matter.medium,
         film: *film,
         enter: entering_share(matter.medium.n_eff, normal, -sight.light),
@@ -199,7 +193,18 @@ pub fn spread(
         view: sight.view,
         light: -sight.light,
         normal,
-    });
+    }
+}
+
+/// The film of `matter` in the production model.
+pub fn spread(
+    matter: &Matter,
+    film: &Film,
+    normal: Vec3,
+    sight: &Sight,
+    covers: &mut FilmStackKernel,
+) -> FilmStackSpread {
+    let mut spread = covers.spread(&stack(matter, film, normal, sight));
     // A width that holds next to nothing says nothing of how its light leaves; another place's light must not leave by it.
     for (exit, enter) in spread.exit.iter_mut().zip(spread.enter) {
         *exit = exit.clamp(0.0, MAX_RADIANCE_FACTOR * enter);

@@ -200,17 +200,19 @@ fn in_foil(
     let sd_mm = spread.mirrored_mm * narrowed.sqrt();
     let moved = moved * spread.mirrored_mm;
     let on_foil = Vec3::new(hit.x, view.y, hit.surface.z) + down * (gap / -down.z) + Vec3::Y * moved;
-    let passes = passes_from(on_foil, hit, film, lens, view)?;
     let mm2 = sd_mm * sd_mm;
-    Some(Landing {
+    let variance = sight.variance + mm2 * sight.rows_per_mm * sight.rows_per_mm;
+    let landing = Landing {
         place: view.camera.project(at.x, at.y + moved, at.z),
-        variance: [
-            view.camera.along_variance(spread.mirrored_mm) + sight.defocus,
-            sight.variance + mm2 * sight.rows_per_mm * sight.rows_per_mm,
-        ],
-        electrons: electrons * share * passes,
-    })
-    .filter(|landing| landing.electrons > view.faint)
+        variance: [view.camera.along_variance(spread.mirrored_mm) + sight.defocus, variance],
+        electrons: electrons * share,
+    };
+    // Spread over its rows it may be nothing.
+    if landing.peak() < view.faint {
+        return None;
+    }
+    let passes = passes_from(on_foil, hit, film, lens, view)?;
+    Some(Landing { electrons: passes * landing.electrons, ..landing }).filter(|landing| landing.peak() > view.faint)
 }
 
 /// Of the normal law the share between two deviations, and the mean and the variance of what lies there; by Polya's share (1945), within 0.01.
@@ -228,6 +230,11 @@ fn normal_between(ends: [f32; 2]) -> [f32; 3] {
 }
 
 impl Landing {
+    /// Light in its brightest row [e-].
+    fn peak(&self) -> f32 {
+        0.398_942_3 * self.electrons / self.variance[1].sqrt()
+    }
+
     /// Whether light between this column and its neighbour lands between their places.
     fn joins(&self, other: &Self) -> bool {
         (0..2).all(|i| (self.place[i] - other.place[i]).abs() < MAX_GAP_PX)

@@ -10,10 +10,11 @@
 
 use std::ops::Range;
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use procedural::{Film, Gloss, Medium};
 
 use super::along_line::AlongLine;
+use super::bent_film::upright;
 use super::box_filter::{blur, blur_varying};
 use super::camera::{Camera, Sight};
 use super::coherence::{CONTRAST_COLUMNS, CONTRAST_ROWS, Coherence};
@@ -32,8 +33,7 @@ use super::{ambient, tile_extremes};
 use crate::frame::Sightlines;
 use crate::specimen::{Hit, Specimen};
 use transport::fresnel;
-use transport::kernel::film_stack::leak_per_mm;
-use transport::kernel::{BASIS, PACK_SPREAD_MM, SPREAD_MM, SurfacePoint, WidthShares, leaking_path_laws, line_spread};
+use transport::kernel::{BASIS, PACK_SPREAD_MM, SPREAD_MM, SurfacePoint, WidthShares, line_spread, path_laws};
 use transport::line::LEAST_FACING;
 
 /// Makes rows; holds what is worked out once.
@@ -213,7 +213,7 @@ impl RowMaker {
         let own = self.light(view, scratch, row);
         darken_outside(&own, scratch.white.len(), row);
         scratch.interpolate(own.clone(), &row.hits);
-        self.contrasts(scratch, row);
+        self.contrasts(view, scratch, row);
         if !own.is_empty() {
             self.spread(own.clone(), view, scratch, row);
         }
@@ -241,7 +241,7 @@ impl RowMaker {
                 continue;
             }
             (first, last) = (first.min(column), column + 1);
-            let normal = Vec3::new(-hit.surface.slope_x, -hit.surface.slope_y, 1.0).normalize();
+            let normal = upright(Vec2::new(hit.surface.slope_x, hit.surface.slope_y));
             let facing = normal.dot(sight.view).max(0.0);
             let arrives = if hit.lit { sight.electrons } else { 0.0 };
             let lit = LitColumn { column, hit, sight, normal, white: facing * reach, arrives };
@@ -289,9 +289,9 @@ impl RowMaker {
     }
 
     /// How much speckle is left beside the line, by the paths of the light there.
-    fn contrasts(&self, scratch: &mut RowScratch, row: &mut Row) {
+    fn contrasts(&self, view: RowView<'_>, scratch: &mut RowScratch, row: &mut Row) {
         let padded = row.centre.len();
-        let RowScratch { response, keys, exact, .. } = scratch;
+        let RowScratch { response, keys, exact, secondary, .. } = scratch;
         let keys = keys_about(keys, response.profile);
         row.contrasts.clear();
         for first in (0..padded).step_by(CONTRAST_COLUMNS) {
@@ -303,12 +303,18 @@ impl RowMaker {
                     let (point, rows_per_mm) = (&response.points[column], row.rows_per_mm[column].abs().max(1e-3));
                     let blur = row.variance[column] / (rows_per_mm * rows_per_mm);
                     let away = CONTRAST_ROWS.map(|rows| rows / rows_per_mm);
-                    let matter = &row.hits[column].matter;
-                    let leaks = match &matter.film {
-                        Some(film) => away.map(|away| leak_per_mm(&matter.medium, film, away)),
-                        None => [0.0; CONTRAST_ROWS.len()],
+                    let Hit { x, surface, matter, .. } = &row.hits[column];
+                    let SecondaryScratch { paths, first_films, .. } = secondary;
+                    let spread = first_films.get(first / CONTRAST_COLUMNS).copied().flatten();
+                    let laws = match matter.film.as_ref().zip(spread) {
+                        Some((film, spread)) => {
+                            let sight = view.sight(*x, surface);
+                            let stack =
+                                film::stack(matter, film, upright(Vec2::new(surface.slope_x, surface.slope_y)), &sight);
+                            paths.laws(&stack, &spread, blur, away)
+                        }
+                        None => path_laws(point, blur, away),
                     };
-                    let laws = leaking_path_laws(point, blur, away, leaks);
                     laws.map(|law| self.coherence.relative(&law, point.n))
                 }),
             };
@@ -392,6 +398,8 @@ fn prepare(view: RowView<'_>, scratch: &mut RowScratch, row: &mut Row) {
         row.hidden.resize(padded, false);
         scratch.secondary.transmission.clear(columns);
         scratch.secondary.reflections.clear(columns);
+        scratch.secondary.first_films.clear();
+        scratch.secondary.first_films.resize(columns.div_ceil(CONTRAST_COLUMNS), None);
     } else {
         row.secondary = None;
         row.confined_per_mm2.clear();
@@ -447,6 +455,7 @@ impl LitColumn<'_> {
         // Its paths decide the contrast of speckle.
         scratch.response.points[column] = surface_point(medium, normal, sight.light, sight.view);
         let spread = film::spread(&hit.matter, film, normal, &sight, &mut scratch.secondary.covers);
+        scratch.secondary.first_films[column / CONTRAST_COLUMNS].get_or_insert(spread);
         let confinement = Confinement::of(film, spread.holds, spread.beyond[0]);
         scratch.along.note(column, spread.holds);
         row.confined_per_mm2[column] = confinement.per_mm2;

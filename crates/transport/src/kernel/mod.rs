@@ -30,7 +30,7 @@ use procedural::WOOD_DISPERSION_DEG;
 
 pub use self::diffusion_tensor::diffusion;
 pub use self::half_space::{Gaussian, KernelError, gaussians, solve};
-pub use self::path_law::{PathLaw, leaking_path_laws, path_laws};
+pub use self::path_law::{PathLaw, path_laws};
 use self::table::{HalfSpaceTable, LANES, PATH_BINS};
 use self::view::{FIRST_SKEWED, SKEWED_BINS, SkewedBin, View, group_of};
 pub use self::widths::{BASIS, PACK_SPREAD_MM, SPREAD_MM, WidthShares};

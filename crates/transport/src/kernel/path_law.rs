@@ -34,28 +34,15 @@ const PLACES: usize = 8;
 /// The paths of light that is seen `away_mm` from the line on either side, in up to eight places; the line and the lens blur it by
 /// `blur_mm2`. Where no light comes so far they are those of the place before.
 pub fn path_laws<const N: usize>(point: &SurfacePoint, blur_mm2: f32, away_mm: [f32; N]) -> [PathLaw; N] {
-    leaking_path_laws(point, blur_mm2, away_mm, [0.0; N])
-}
-
-/// The same in matter out of which `leaks_per_mm` of the light is lost on its way to each place, as out of film; below 0 where absorption takes
-/// less of it.
-pub fn leaking_path_laws<const N: usize>(
-    point: &SurfacePoint,
-    blur_mm2: f32,
-    away_mm: [f32; N],
-    leaks_per_mm: [f32; N],
-) -> [PathLaw; N] {
     const { assert!(N <= PLACES) };
-    let (mut away, mut leaks) = ([0.0; PLACES], [0.0; PLACES]);
+    let mut away = [0.0; PLACES];
     away[..N].copy_from_slice(&away_mm);
-    leaks[..N].copy_from_slice(&leaks_per_mm);
-    let laws = laws(point, blur_mm2, &away, &leaks);
+    let laws = laws(point, blur_mm2, &away);
     std::array::from_fn(|place| laws[place])
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
-fn laws(point: &SurfacePoint, blur_mm2: f32, away: &[f32; PLACES], leaks: &[f32; PLACES]) -> [PathLaw; PLACES] {
-    let closed = leaks.iter().all(|&leak| leak == 0.0);
+fn laws(point: &SurfacePoint, blur_mm2: f32, away: &[f32; PLACES]) -> [PathLaw; PLACES] {
     let free = 1.0 / (point.sigma_i + point.k);
     let node = HalfSpaceTable::get().between(point.n, point.sigma_i * free, point.sin_dive, point.dispersion_deg);
     let towards = point.view.towards(node.views(), point.cos_azimuth, point.view_motion);
@@ -85,8 +72,7 @@ fn laws(point: &SurfacePoint, blur_mm2: f32, away: &[f32; PLACES], leaks: &[f32;
         for n in 0..PLACES {
             let (ahead, behind) = (away[n] - middle[l], away[n] + middle[l]);
             let height = |off: f32| exp((-0.5 * off * off / variance[l]).max(-80.0));
-            let kept = if closed { 1.0 } else { exp((-leaks[n] * free * node.path()[l]).clamp(-80.0, 80.0)) };
-            let part = light[l] * kept * (height(ahead) + height(behind));
+            let part = light[l] * (height(ahead) + height(behind));
             bins[n] += part;
             paths[n] += part * free * node.path()[l];
             sum[n] += part;

@@ -25,10 +25,10 @@ pub fn solve(stack: &Stack, question: &Question) -> Result<Answer, KernelError> 
     let film_stack = film_stack(stack, question)?;
     let mut kernel = FilmStackKernel::new();
     let spread = kernel.spread(&film_stack);
-    let whole = flow(&kernel, &film_stack);
+    let whole = flow(&kernel, &film_stack, 0.0);
     // Light that spreads beyond the fixed frequencies is all there without a gap.
     let gapless = Film { gap_mm: film_stack.film.gap_mm.map(|_| 0.0), ..film_stack.film };
-    let total = flow(&kernel, &FilmStack { film: gapless, ..film_stack });
+    let total = flow(&kernel, &FilmStack { film: gapless, ..film_stack }, 0.0);
     let fixed = |weights: [f32; BASIS]| -> Vec<Gaussian> {
         let one = |(weight, s): (f32, f32)| Gaussian {
             weight: f64::from(weight),

@@ -21,6 +21,7 @@
 //! walls of pockets, tilt of film against tablet, direction of light after its first bounce, the change of exit angles with distance.
 
 mod answer;
+pub mod paths;
 mod single_scattering;
 mod spectrum;
 pub mod table;
@@ -48,6 +49,10 @@ const NEAR_GAP_MM: f32 = 0.25;
 const IN_FILM: f32 = 0.5;
 /// Most light beyond the widest width, over that of the widest, that is believed [1].
 const MAX_BEYOND: f32 = 4.0;
+/// Mean way of light from all sides across air, over its height, near the line [1].
+const LAMBERT_WAY: f32 = 1.1;
+/// Least cosine of a view by whose way through air light counts [1].
+const LEAST_VIEW_UP: f32 = 0.2;
 /// Largest gain of light between film and what lies below that is believed [1].
 const MAX_LOOP_GAIN: f32 = 0.98;
 
@@ -123,30 +128,6 @@ fn in_film(n: f32, view: Vec3) -> f32 {
 pub fn passed_unturned(medium: &Medium, film: &Film, up: f32) -> f32 {
     let extinction = (medium.sigma_i / (1.0 - PIGMENT_G) + medium.mu_a) * film.thickness_mm;
     seen_through(medium.n_eff, extinction, up)
-}
-
-/// Light that leaks out of film on its way to a place, over the place's distance and the square of the film's thickness [1].
-const LEAK: f32 = 0.04;
-/// Distance over the film's thickness from which on light has come through the room below rather than along film [1].
-const THROUGH_ROOM: f32 = 2.5;
-
-/// Share of the film's absorption that light through a tablet has not met, far from the line [1].
-const GIVEN_BACK: f32 = 0.6;
-
-/// What light on its way along `film` of `medium` loses besides absorption, where it is seen `away_mm` from the line, as an absorption that gives
-/// speckle its contrast. Over foil long paths leak out to both sides, and what is far away has come the straighter way. Over a tablet what
-/// is far away has come through that and not along the film: part of the film's absorption is given back. Fitted by the Monte Carlo to
-/// twelve films over foil, and to the eight over tablets that tests compare (docs/physics.md) [mm^-1].
-pub fn leak_per_mm(medium: &Medium, film: &Film, away_mm: f32) -> f32 {
-    let far = away_mm / film.thickness_mm;
-    let along = match film.gap_mm {
-        Some(_) => numerics::lanes::exp(-(far / THROUGH_ROOM).powi(2)),
-        None => 1.0,
-    };
-    match film.under.gloss.is_metal() {
-        true => LEAK * far / film.thickness_mm * along,
-        false => -GIVEN_BACK * medium.mu_a * (1.0 - along),
-    }
 }
 
 /// What a film does to a line of light: two patterns on the fixed widths.
@@ -235,7 +216,7 @@ impl FilmStackKernel {
     /// What `stack` does to a line of light.
     pub fn spread(&mut self, stack: &FilmStack) -> FilmStackSpread {
         self.remember(stack);
-        spread(self, stack)
+        spread(self, stack, 0.0)
     }
 
     fn remember(&mut self, stack: &FilmStack) {
@@ -255,8 +236,8 @@ impl Default for FilmStackKernel {
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
-fn spread(kernel: &FilmStackKernel, stack: &FilmStack) -> FilmStackSpread {
-    let flow = flow(kernel, stack);
+fn spread(kernel: &FilmStackKernel, stack: &FilmStack, air_per_mm: f32) -> FilmStackSpread {
+    let flow = flow(kernel, stack, air_per_mm);
     let (weights, towards) = (kernel.back.weights(&flow.film), kernel.back.weights(&flow.towards));
     let enter = weights.map(f32::sqrt);
     let exit = std::array::from_fn(|j| towards[j] / enter[j].max(1e-12));
@@ -309,9 +290,9 @@ fn inside(n: f32, way: Vec3) -> Vec3 {
     flat + Vec3::Z * (1.0 - flat.length_squared()).max(0.0).sqrt()
 }
 
-/// Follows a line's light through film and gap and back.
+/// Follows a line's light through film and gap and back, where air absorbs `air_per_mm`.
 #[inline(always)]
-fn flow(kernel: &FilmStackKernel, stack: &FilmStack) -> FilmFlow {
+fn flow(kernel: &FilmStackKernel, stack: &FilmStack, air_per_mm: f32) -> FilmFlow {
     let (medium, film, enter) = (&stack.medium, &stack.film, stack.enter);
     let n = medium.n_eff;
     let (thickness, foil) = (film.thickness_mm, film.under.gloss.is_metal());
@@ -372,7 +353,12 @@ fn flow(kernel: &FilmStackKernel, stack: &FilmStack) -> FilmFlow {
         LengthInterpolation::new(gap, lowest).read(&slopes),
         LengthInterpolation::new(2.0 * gap, lowest).read(&slopes),
     );
+    // Straight down, slanting as light from all sides, and up to the lens.
+    let [air, air_aslant, air_up] = [1.0, LAMBERT_WAY, 1.0 / stack.view_up.max(LEAST_VIEW_UP)]
+        .map(|way| numerics::lanes::exp(-air_per_mm * gap * way));
+    let (h1, h2) = (h1.map(|h| h * air_aslant), h2.map(|h| h * air_aslant * air_aslant));
     let (g1, g2) = (kernel.lambert.over(gap), kernel.lambert.over(2.0 * gap));
+    let (g1, g2) = (g1.map(|g| g * air_aslant), g2.map(|g| g * air_aslant * air_aslant));
     let lobe = |height: f32| match foil {
         true => kernel.lambert.over(2.0 * height * under.gloss.roughness[1]),
         false => [1.0; FREQUENCY_COUNT],
@@ -428,11 +414,12 @@ fn flow(kernel: &FilmStackKernel, stack: &FilmStack) -> FilmFlow {
         let scattered = (1.0 - mirrors) * body[i];
         let turn = scattered * g1[i] * g1[i] + mirrors * g2[i];
         // Straight light that is mirrored meets the film's surfaces, which throw part of it down again.
-        let bounce = mirrors_straight * lobe[i];
+        let bounce = mirrors_straight * lobe[i] * air * air;
         let arrives = straight / (1.0 - (fresnel + (1.0 - fresnel) * mirrored) * bounce);
         let mirror = bounce * arrives;
         let again = (1.0 - fresnel) * back[i] * mirror;
-        let first = (1.0 - mirrors_straight) * arrives * body[i] * g1[i]
+        let below = arrives * air;
+        let first = (1.0 - mirrors_straight) * below * body[i] * g1[i]
             + on[i] * (scattered * h1[i] * g1[i] + mirrors * h2[i])
             + again * turn;
         let up = first / (1.0 - (diffuse_back[i] * turn).min(MAX_LOOP_GAIN));
@@ -442,9 +429,10 @@ fn flow(kernel: &FilmStackKernel, stack: &FilmStack) -> FilmFlow {
         let smeared = once * (1.0 - numerics::lanes::exp(-0.5 * smear * kernel.squares[i]));
         out.towards[i] = enter * (laws[0] * back[i] + aslant - smeared + laws[1] * passed);
         let body_glow =
-            seen_body[i] * ((1.0 - mirrors_straight) * arrives + (1.0 - mirrors) * down) * glint + arrives * shine;
-        let metal_glow = straight * glint + on[i] * h1[i] * (1.0 - shown) * mirrors + (down - on[i] * h1[i]) * glow;
-        out.below[i] = enter * if foil { metal_glow } else { body_glow };
+            seen_body[i] * ((1.0 - mirrors_straight) * below + (1.0 - mirrors) * down) * glint + below * shine;
+        let metal_glow =
+            straight * air * glint + on[i] * h1[i] * (1.0 - shown) * mirrors + (down - on[i] * h1[i]) * glow;
+        out.below[i] = enter * air_up * if foil { metal_glow } else { body_glow };
         let crossed = if g1[i] > 1e-6 { (above[i] / g1[i]).min(1.0) } else { 1.0 };
         let (diffuse, metallic) = (of.diffuse_straight() * up, (1.0 - fresnel) * straight * mirrors_straight * arrives);
         out.all[i] = enter * (back[i] + mirrored + passed + diffuse * crossed + metallic * lobe_above[i]);
