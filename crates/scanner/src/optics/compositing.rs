@@ -123,3 +123,23 @@ fn add_reflection(reflection: &Reflection, start: usize, windows: &mut [Window])
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of two images, one of them in foil, models that follow light through packs get the one in the film's surface alone, and the kernel both.
+    #[test]
+    fn what_foil_shows_is_drawn_once() {
+        let image = |in_foil: bool| Reflection { column: 3, row: 22.0, variance: 4.0, electrons: 1000.0, in_foil };
+        let secondary = SecondaryLight { reflections: vec![image(false), image(true)], ..SecondaryLight::default() };
+        let light = |add: &dyn Fn(&mut [Window])| {
+            let mut windows = [Window::default()];
+            add(&mut windows);
+            windows[0].volume.iter().map(|row| row[3]).sum::<f32>()
+        };
+        let one = light(&|windows| add_surface_reflections(&secondary, 0, windows));
+        let both = light(&|windows| secondary.tile(0).iter().for_each(|image| add_reflection(image, 0, windows)));
+        assert!((one - 1000.0).abs() < 5.0 && (both - 2000.0).abs() < 10.0, "{one} and {both}");
+    }
+}

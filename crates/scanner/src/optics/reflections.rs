@@ -287,6 +287,8 @@ impl LitRow<'_> {
 
 #[cfg(test)]
 mod tests {
+    use rand::RngExt;
+
     use super::*;
 
     /// Light of 200 columns that a curved wall folds over itself: none is lost, and its middle stays where it is.
@@ -319,5 +321,31 @@ mod tests {
         scratch.landings.fill(None);
         scratch.draw(0.0, &mut reflections);
         assert_eq!(reflections, []);
+    }
+
+    /// Parts of the normal law between ends drawn at random, infinite ones too: share, mean and variance against sums.
+    #[test]
+    fn parts_of_the_normal_law_are_those_of_sums() {
+        let mut rng = procedural::Stream::root(54).rng();
+        for i in 0..200 {
+            let (low, width) = (rng.random_range(-3.0..1.5f32), rng.random_range(0.3..4.0f32));
+            let ends = if i % 5 == 0 { [low, f32::INFINITY] } else { [low, low + width] };
+            let steps = 4000;
+            let mut sums = [0.0f64; 3];
+            for k in 0..steps {
+                let at = -6.0 + 12.0 * (f64::from(k) + 0.5) / f64::from(steps);
+                let weight = libm::exp(-0.5 * at * at) / (2.0 * std::f64::consts::PI).sqrt() * 12.0 / f64::from(steps);
+                if at > f64::from(ends[0]) && at < f64::from(ends[1]) {
+                    sums = [sums[0] + weight, sums[1] + weight * at, sums[2] + weight * at * at];
+                }
+            }
+            let [share, mean, variance] = normal_between(ends).map(f64::from);
+            let truth = sums[1] / sums[0];
+            assert!((share - sums[0]).abs() < 0.01, "{ends:?}: {share} for {}", sums[0]);
+            // What a part of less is like moves next to no light.
+            let spread = sums[2] / sums[0] - truth * truth;
+            let near = (mean - truth).abs() < 0.1 && (variance - spread).abs() < 0.15;
+            assert!(sums[0] < 0.1 || near, "{ends:?}: {mean} and {variance} for {truth} and {spread}");
+        }
     }
 }
