@@ -2,8 +2,10 @@
 //! what foil shows of the film's lower side.
 //!
 //! Foil far below weak film mirrors to the lens what pigment has turned on its way down. That stands where the film's line would as far
-//! below foil as it is above: a faint line of its own, in other rows than the film's and than the foil's (`FilmStackSpread::mirrored`).
-//! It is left out where the way leads into the wall of a pocket, and where film is steep.
+//! below foil as it is above: a faint line of its own, in other rows than the film's and than the foil's (`FilmStackSpread::mirrored`). Film that
+//! leans sends more or less there, by its angle to the lens' mirror image, walls that the lens does not see too; the part that would meet foil
+//! beyond the pocket's end is cut off, and what is left passes the film wherever the lens looks through it. Neglected: that a low wall
+//! lights foil far before it, which rough foil shows.
 //!
 //! Walls: geometrical optics with one bounce: each column's light leaves in the mirror direction with Fresnel's share (a quarter
 //! on a wall of 75 degrees), is followed to the next film, and lights it there as the laser lights the line; the lens sees
