@@ -233,8 +233,8 @@ fn cards_are_lit_by_walls_as_the_judge_says() {
     assert!(mean(&ratios).abs() < 0.3, "{ratios:?}");
 }
 
-/// What smooth foil shows of the lower side of weak film, as far beyond the line on foil as that lies beyond film's: more than 0.3 of the judge's
-/// light in rows about it, in the mean of six packs (seen: 0.34; 0.09 before the image was drawn). The rest has been turned by the film on its way up too.
+/// What smooth foil shows of the lower side of weak film, as far beyond the line on foil as that lies beyond film's: within 35 % of the judge's
+/// light in rows about it, in the mean of six packs (seen: +16 %). Up to 0.2 the judge's frames showed the kernel's image on top of their own.
 #[test]
 fn smooth_foil_shows_the_lower_side_of_film() {
     let image = |row: &Row, column: usize| {
@@ -256,7 +256,7 @@ fn smooth_foil_shows_the_lower_side_of_film() {
         ratios.push(libm::log(sums[0] / sums[1]));
     }
     println!("{:+.3} in the mean, {:.3} rms of images", mean(&ratios), rms(&ratios));
-    assert!((-1.2..0.2).contains(&mean(&ratios)), "{ratios:?}");
+    assert!(mean(&ratios).abs() < 0.3, "{ratios:?}");
 }
 
 /// What foil shows of film that leans away from the lens, in rows about its image, by groups of columns with a fifth of the brightest's: all of it within
