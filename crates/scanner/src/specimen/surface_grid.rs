@@ -138,25 +138,35 @@ impl SurfaceGrid {
 
     /// Height, slope and bend of the surface about a point, by central differences.
     pub fn bent(&self, place: Vec2) -> Differences {
-        self.differences(&self.z, place)
+        let mut around = self.differences(&self.z, place);
+        let at = |i: f32, j: f32| self.near(&self.z, place, i, j);
+        let mixed =
+            0.25 * (at(1.0, 1.0) + at(-1.0, -1.0) - at(1.0, -1.0) - at(-1.0, 1.0)) / (BEND_REACH_MM * BEND_REACH_MM);
+        (around.bend.x_axis.y, around.bend.y_axis.x) = (mixed, mixed);
+        around
     }
 
-    /// Thickness of the film over the surface about a point, and how it changes; of [`Self::below_film`].
+    /// Thickness of the film over the surface about a point, and how it changes, but for its mixed derivative; of [`Self::below_film`].
     pub fn film(&self, place: Vec2) -> Differences {
         self.differences(&self.film, place)
     }
 
+    /// Central differences along x and along y.
     fn differences(&self, of: &[f32], place: Vec2) -> Differences {
-        let at = |i: f32, j: f32| self.between(of, place.x + i * BEND_REACH_MM, place.y + j * BEND_REACH_MM);
+        let at = |i: f32, j: f32| self.near(of, place, i, j);
         let (value, [west, east, south, north]) =
             (at(0.0, 0.0), [at(-1.0, 0.0), at(1.0, 0.0), at(0.0, -1.0), at(0.0, 1.0)]);
-        let mixed = 0.25 * (at(1.0, 1.0) + at(-1.0, -1.0) - at(1.0, -1.0) - at(-1.0, 1.0));
-        let second = [east + west - 2.0 * value, mixed, mixed, north + south - 2.0 * value];
+        let second = Vec2::new(east + west - 2.0 * value, north + south - 2.0 * value);
         Differences {
             value,
             slope: 0.5 * Vec2::new(east - west, north - south) / BEND_REACH_MM,
-            bend: Mat2::from_cols_array(&second) * (1.0 / (BEND_REACH_MM * BEND_REACH_MM)),
+            bend: Mat2::from_diagonal(second * (1.0 / (BEND_REACH_MM * BEND_REACH_MM))),
         }
+    }
+
+    /// A value beside a point, by steps of the differences.
+    fn near(&self, of: &[f32], place: Vec2, i: f32, j: f32) -> f32 {
+        self.between(of, place.x + i * BEND_REACH_MM, place.y + j * BEND_REACH_MM)
     }
 
     /// Whether the surface stands between `from`, a point on it, and `to` far above it [mm].
