@@ -1,7 +1,7 @@
 //! Paths of light that films, and what lies below them, send to the lens: what the contrast of speckle in packs depends on.
 //!
 //! Light that has gone a way s in matter is exp(-a s) of itself where the matter absorbs a more (Beer and Lambert), so the kernel's own answers for
-//! more absorption are the Laplace transform of the paths in each row. Two of them ([`MORE_PER_MM`]) give the law whose logarithm is normal and
+//! more absorption are the Laplace transform of the paths in each row. Two of them (`MORE_PER_MM`) give the law whose logarithm is normal and
 //! that has this transform there. Paths are optical ones over the film's index: air counts by 1 / n, a tablet by its own index over the film's.
 //!
 //! Neglected: that light out of film alone and light that has crossed a gap may lie apart by twice the gap, two laws rather than one.
