@@ -24,7 +24,7 @@ use super::row::Reflection;
 use super::row_view::RowView;
 use crate::specimen::{Hit, ReflectedHit};
 use numerics::lanes::exp;
-use transport::kernel::film_stack::{FilmStackSpread, mirrored_depth_mm, under_normal};
+use transport::kernel::film_stack::{FilmStackSpread, mirrored_depth_mm, mirrored_view};
 use transport::kernel::{BASIS, PACK_SPREAD_MM, SpreadRow};
 
 /// Square of the slope under which mirrored light rises too steeply to meet the body again: tan(39 deg)^2 [1].
@@ -185,8 +185,7 @@ fn in_foil(
     view: &RowView<'_>,
 ) -> Option<Landing> {
     let gap = film.gap_mm.filter(|_| spread.mirrored > 0.0 && hit.lit)?;
-    let up = under_normal(film);
-    let down = lens - up * (2.0 * lens.dot(up));
+    let down = mirrored_view(film, lens);
     let depth = mirrored_depth_mm(&hit.matter.medium, film, lens);
     let [slope_x, slope_y] = film.under_slope;
     let at = Vec3::new(hit.x + 2.0 * gap * slope_x, 2.0 * gap * slope_y, hit.surface.z - depth);

@@ -78,13 +78,6 @@ pub struct FilmStack {
 }
 
 impl FilmStack {
-    /// Unit vector, downwards, along which light goes that what lies below mirrors to the lens, and its cosine against the film [1].
-    pub fn mirrored_view(&self) -> (Vec3, f32) {
-        let up = under_normal(&self.film);
-        let down = self.view - up * (2.0 * self.view.dot(up));
-        (down, -down.dot(self.normal))
-    }
-
     /// How far along the motion light that pigment turns on its way down, and that foil below mirrors, leaves the film beside where it met
     /// it: twice through the air below the film and, from half of its thickness on, as far through the film [mm].
     pub fn mirrored_beside(&self) -> f32 {
@@ -275,6 +268,13 @@ fn spread(kernel: &FilmStackKernel, stack: &FilmStack, air_per_mm: f32) -> FilmS
 fn metal(of: &procedural::Gloss, normal: Vec3, light: Vec3, view: Vec3) -> f32 {
     let [along, across] = of.roughness;
     gloss(of, normal, light, view) * (1.0 + along * across)
+}
+
+/// Unit vector, downwards, along which light goes that what lies below `film` mirrors to a lens along `view`.
+#[inline(always)]
+pub fn mirrored_view(film: &Film, view: Vec3) -> Vec3 {
+    let up = under_normal(film);
+    view - up * (2.0 * view.dot(up))
 }
 
 /// Unit normal of what lies below a film.

@@ -15,8 +15,8 @@ use crate::kernel::path_law::PathLaw;
 use crate::kernel::widths::{BASIS, PACK_SPREAD_MM};
 use numerics::lanes::{exp, ln};
 
-/// Absorption on top of the film's own at which the paths' transform is asked: of 0.1 and 0.8, 0.2 and 1.6, 0.4 and 3.2, 0.1 and 3.2 the pair
-/// whose law is nearest to the contrasts that the Monte Carlo counts [mm^-1].
+/// Absorption on top of the film's own at which the paths' transform is asked: of pairs from 0.05 and 0.4 to 0.8 and 6.4 the
+/// one whose law is nearest to the contrasts that the Monte Carlo counts [mm^-1].
 const MORE_PER_MM: [f32; 2] = [0.15, 1.2];
 /// Least light over that of the line's own row that has paths of its own [1].
 const DARK: f32 = 1e-6;

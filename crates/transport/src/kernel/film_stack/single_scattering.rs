@@ -3,7 +3,7 @@
 //! It keeps its angle to the lens however the film leans, and leaves from its own depth. What has been turned more often is the table's
 //! ([`super::table`]).
 
-use super::{FilmStack, PIGMENT_G, refracted};
+use super::{FilmStack, PIGMENT_G, mirrored_view, refracted};
 use crate::fresnel::fresnel_dielectric;
 
 /// Share of what pigment turns once that leaves the film's other side [1].
@@ -66,7 +66,8 @@ pub(super) fn turned_down(stack: &FilmStack, all: f32) -> f32 {
     if scattering == 0.0 {
         return 0.0;
     }
-    let (mirrored, mirrored_up) = stack.mirrored_view();
+    let mirrored = mirrored_view(&stack.film, stack.view);
+    let mirrored_up = -mirrored.dot(stack.normal);
     if mirrored_up <= 0.0 {
         return 0.0;
     }
