@@ -11,15 +11,19 @@ use scanner::optics::coherence::{coherence_per_mm, path_contrast};
 use study::media::WOODS;
 use transport::answer::Question;
 use transport::fresnel::fresnel_dielectric;
+use transport::kernel::film_stack::FilmStack;
 use transport::kernel::film_stack::paths::FilmPaths;
-use transport::kernel::film_stack::{FilmStack, FilmStackKernel};
-use transport::kernel::{SurfacePoint, path_laws};
+use transport::kernel::{self, SurfacePoint, path_laws};
 use transport::stack::{CylinderPhase, Foil, Layer, PIGMENT_G, Scattering, Stack, Substrate};
 
 /// Rows from the line in which contrasts are compared.
 const ROWS: [usize; 4] = [0, 2, 5, 9];
 /// Widths of the laser's line [nm].
 const LINEWIDTHS_NM: [f64; 3] = [0.1, 0.4, 0.8];
+/// Light within so much of the lens counts as seen: within the 5 degrees of other counts foil 2 mm below a film is smeared over four rows [rad].
+const HALF_ANGLE: f64 = 0.026;
+/// Least light of a row, over that of the line's own, whose contrast shows in a digital number: two of a thousand [1].
+const SHOWS: f64 = 2e-3;
 const WAVELENGTH_NM: f64 = 660.0;
 
 /// A half space of fibres.
@@ -89,7 +93,7 @@ fn contrast(counts: [&[f64; PATH_STEPS]; 2], per_mm: f64) -> f64 {
 
 /// What the judge says of [`ROWS`] by [`LINEWIDTHS_NM`], by two counts of so many photons.
 fn judged(stack: &Stack, question: &Question, (photons, seed): (u64, u64), n: f64) -> Vec<f64> {
-    let counts = [seed, seed + 1000].map(|seed| seen_paths(stack, question, Effort { photons, seed }));
+    let counts = [seed, seed + 1000].map(|seed| seen_paths(stack, question, Effort { photons, seed }, HALF_ANGLE));
     let of = |row: usize, per_mm: f64| {
         let both = [question.rows + row, question.rows - row];
         let light =
@@ -186,18 +190,21 @@ fn film(i: u64) -> (Stack, Matter, Film) {
     (Stack { above: 1.0, layers, below }, matter, film)
 }
 
-/// Films drawn over what packs are made of, sealed to foil, over foil and over tablets: within 9 % rms and 22 % for 95 % of the rows of each kind (seen:
-/// 8, 8 and 7 %, and 15, 21 and 14 %), within 16 % for 95 % of all (seen 15 %); a half space of the film's matter is twice as far off and more.
+/// Films drawn over what packs are made of, sealed to foil, over foil and over tablets: within 10 % for 95 % of the rows that hold more than two
+/// thousandths of the line's light (seen: 9.5 %), within 12 % for 95 % of all (seen: 10.5 %); a half space of the film's matter is three times as far off. The
+/// kernel's absorptions and least deviations suit the first 48 best; of the last 24, which had no say in them, 95 % are within 9.9 %.
 #[test]
 fn contrasts_hold_for_random_films() {
-    let mut kept = Kept::of("contrast_of_films");
-    let (mut kernel, mut paths) = (FilmStackKernel::new(), FilmPaths::default());
+    let (mut kept, mut paths) = (Kept::of("contrast_of_films"), FilmPaths::default());
     let mut kinds = ["sealed", "over foil", "over a tablet"].map(|kind| (kind, Vec::new(), Vec::new()));
-    for i in 0..24 {
+    let (mut shown, mut fresh) = (Vec::new(), Vec::new());
+    for i in 0..72 {
         let (stack, matter, film) = film(i);
         let question = Question { cells: 0, angles: 0, rows: 12, ..Question::default() };
         let name = format!("film {i:02}");
-        let ask = || judged(&stack, &question, (600_000, i), matter.n);
+        // Foil is counted rather than estimated.
+        let photons = if i % 3 < 2 { 2_400_000 } else { 600_000 };
+        let ask = || judged(&stack, &question, (photons, i), matter.n);
         let asked = (&stack, &question);
         let judge = if i == 4 { kept.still_says(&name, &asked, ask) } else { kept.says(&name, &asked, ask) };
         let blur = (question.line_mm * question.line_mm + question.row_mm * question.row_mm / 12.0) as f32;
@@ -207,16 +214,24 @@ fn contrasts_hold_for_random_films() {
         let (view, light) = (question.view.as_vec3(), Vec3::Z);
         let film_stack =
             FilmStack { medium, film, enter: 0.956, view_up: view.z, light_up: 1.0, view, light, normal: Vec3::Z };
-        let laws = paths.laws(&film_stack, &kernel.spread(&film_stack), blur, away);
+        let laws = paths.laws(&film_stack, blur, away);
         let half_space = path_laws(&point, blur, away);
+        let seen = kernel::solve(&stack, &question).expect("the kernel knows such films").seen;
+        let lit = ROWS.map(|row| {
+            let both = seen[question.rows + row].value + seen[question.rows - row].value;
+            both > SHOWS * 2.0 * seen[question.rows].value
+        });
         let (_, off, half_space_off) = &mut kinds[i as usize % 3];
         for (nm, judge) in LINEWIDTHS_NM.iter().zip(judge.chunks(ROWS.len())) {
             let per_mm = (coherence_per_mm(WAVELENGTH_NM, *nm) * matter.n) as f32;
             for (at, judge) in judge.iter().enumerate() {
                 let relative = |law| (f64::from(path_contrast(per_mm, law)) / judge - 1.0).abs();
-                println!("{name} {nm} nm, row {}: off by {:.3}", ROWS[at], relative(&laws[at]));
-                off.push(relative(&laws[at]));
+                let one = relative(&laws[at]);
+                println!("{name} {nm} nm, row {}: off by {one:.3}, shown {}", ROWS[at], lit[at]);
+                off.push(one);
                 half_space_off.push(relative(&half_space[at]));
+                shown.extend(lit[at].then_some(one));
+                fresh.extend((lit[at] && i >= 48).then_some(one));
             }
         }
     }
@@ -231,10 +246,11 @@ fn contrasts_hold_for_random_films() {
         all.extend_from_slice(&off);
         let (at95, rms, before) = (at95(&mut off), rms(&off), rms(&half_space));
         println!("{kind}: 95 % within {at95:.3}, rms {rms:.3}; as a half space {before:.3}");
-        assert!(at95 < 0.22 && rms < 0.09 && 2.0 * rms < before, "{kind}: {at95:.3}, {rms:.3}");
+        assert!(at95 < 0.15 && rms < 0.075 && 3.0 * rms < before, "{kind}: {at95:.3}, {rms:.3}");
     }
-    let at95 = at95(&mut all);
-    let near = all.iter().filter(|off| **off < 0.1).count() as f64 / all.len() as f64;
-    println!("all: 95 % within {at95:.3}, {near:.3} of them within 10 %");
-    assert!(at95 < 0.16, "{at95:.3}");
+    let [all, shown, fresh] = [all, shown, fresh].map(|mut off| (at95(&mut off), rms(&off), off.len()));
+    println!(
+        "95 % within, rms, rows: all {all:.3?}, more than {SHOWS} of the line's light {shown:.3?}, fresh {fresh:.3?}"
+    );
+    assert!(all.0 < 0.12 && shown.0 < 0.1 && fresh.0 < 0.11, "{all:.3?}, {shown:.3?}, {fresh:.3?}");
 }

@@ -65,9 +65,10 @@ fn path_step(path_mm: f64) -> usize {
 }
 
 impl StackCounts {
-    /// The same, with lengths of path.
-    pub(super) fn with_paths(self) -> Self {
-        Self { paths: vec![[0.0; PATH_STEPS]; self.seen.len()], ..self }
+    /// The same, with lengths of path, where light within `half_angle` of the lens counts as seen [rad].
+    pub(super) fn with_paths(self, stack: &Stack, question: &Question, half_angle: f64) -> Self {
+        let paths = vec![[0.0; PATH_STEPS]; self.seen.len()];
+        Self { paths, ring: ring(stack, question, half_angle), inside: libm::cos(half_angle), ..self }
     }
 
     /// Light that the lens sees leave at `y` [mm] after a path.
@@ -93,7 +94,7 @@ impl StackCounts {
             lens: LensEstimator::new(geometry, question.view),
             view: question.view,
             inside: libm::cos(CONE_HALF_ANGLE),
-            ring: ring(stack, question),
+            ring: ring(stack, question, CONE_HALF_ANGLE),
             row_mm: question.row_mm,
             rows,
             line_mm: question.line_mm,
@@ -133,14 +134,14 @@ impl StackCounts {
     }
 }
 
-/// Tilts that count as the lens's, as cosines, and its azimuth, if the stack and the light on it have none themselves:
+/// Tilts within `half_angle` of the lens's, as cosines, and its azimuth, if the stack and the light on it have none themselves:
 /// then light at any azimuth is as good as that towards the lens, turned about the normal.
-fn ring(stack: &Stack, question: &Question) -> Option<([f64; 2], DVec3)> {
+fn ring(stack: &Stack, question: &Question, half_angle: f64) -> Option<([f64; 2], DVec3)> {
     let view = question.view;
     let tilt = libm::acos(view.z.clamp(-1.0, 1.0));
-    let fits = view.z > 0.0 && tilt > 1.5 * CONE_HALF_ANGLE && tilt + CONE_HALF_ANGLE < std::f64::consts::FRAC_PI_2;
+    let fits = view.z > 0.0 && tilt > 1.5 * half_angle && tilt + half_angle < std::f64::consts::FRAC_PI_2;
     let azimuth = DVec3::new(view.x, view.y, 0.0).normalize_or_zero();
-    let cosines = [libm::cos(tilt + CONE_HALF_ANGLE), libm::cos(tilt - CONE_HALF_ANGLE)];
+    let cosines = [libm::cos(tilt + half_angle), libm::cos(tilt - half_angle)];
     (fits && stack.is_round() && question.incidence == Some(0.0)).then_some((cosines, azimuth))
 }
 
@@ -228,7 +229,7 @@ pub(super) fn answer(counts: &[StackCounts], each: u64, stack: &Stack, question:
     let solid = std::f64::consts::TAU * (1.0 - libm::cos(CONE_HALF_ANGLE));
     let factor = std::f64::consts::PI / (solid * question.view.z.abs());
     let cone = mean(&|count| count.cone * factor);
-    let seen = match ring(stack, question) {
+    let seen = match ring(stack, question, CONE_HALF_ANGLE) {
         // Estimated like all light towards the lens.
         _ if counts[0].lens.is_some() => 1.0,
         // Against Lambert's law, which sends a share cos^2 to cos^2 between two tilts.

@@ -43,13 +43,14 @@ pub fn coherence_per_mm(wavelength_nm: f64, linewidth_nm: f64) -> f64 {
 ///
 /// Where the paths differ much, C^2 is sqrt(2 pi ln 2) times the integral of the square of D's density; where they differ little, 1. In
 /// between (1 + (1 / C^2)^q)^(-1/q) with q = 2 / (1 + 0.55 s^1.63) is within 2 % of the double sum for paths whose logarithm is normal with
-/// a deviation s from 0.2 to 1.8.
+/// a deviation s from 0.2 to 1.8. Of light whose paths are of one length C^2 is never less than the square of its share.
 pub fn path_contrast(per_mm: f32, law: &PathLaw) -> f32 {
     // sqrt(2 pi ln 2).
-    let wide = 2.086_934 * law.crowding / per_mm.max(1e-9);
+    let rest = (1.0 - law.equal).max(1e-6);
+    let wide = 2.086_934 * law.crowding / (rest * per_mm.max(1e-9));
     let q = 2.0 / (1.0 + 0.55 * exp(1.63 * ln(law.deviation.max(0.05))));
     let power = exp((-q * ln(wide.max(1e-30))).clamp(-80.0, 80.0));
-    exp(-0.5 / q * ln(1.0 + power))
+    (law.equal + rest * exp(-1.0 / q * ln(1.0 + power))).sqrt()
 }
 
 #[cfg(test)]
@@ -90,7 +91,7 @@ mod tests {
             let expected = sum.sqrt() / total;
             let crowding =
                 libm::exp(0.25 * deviation * deviation) / (2.0 * deviation * std::f64::consts::PI.sqrt() * median);
-            let law = PathLaw { crowding: crowding as f32, deviation: deviation as f32 };
+            let law = PathLaw { crowding: crowding as f32, deviation: deviation as f32, equal: 0.0 };
             let got = f64::from(path_contrast(per_mm as f32, &law));
             assert!((got / expected - 1.0).abs() < 0.02, "{median} {deviation} {per_mm}: {got} for {expected}");
         }

@@ -304,14 +304,12 @@ impl RowMaker {
                     let blur = row.variance[column] / (rows_per_mm * rows_per_mm);
                     let away = CONTRAST_ROWS.map(|rows| rows / rows_per_mm);
                     let Hit { x, surface, matter, .. } = &row.hits[column];
-                    let SecondaryScratch { paths, first_films, .. } = secondary;
-                    let spread = first_films.get(first / CONTRAST_COLUMNS).copied().flatten();
-                    let laws = match matter.film.as_ref().zip(spread) {
-                        Some((film, spread)) => {
+                    let laws = match matter.film.as_ref() {
+                        Some(film) => {
                             let sight = view.sight(*x, surface);
                             let stack =
                                 film::stack(matter, film, upright(Vec2::new(surface.slope_x, surface.slope_y)), &sight);
-                            paths.laws(&stack, &spread, blur, away)
+                            secondary.paths.laws(&stack, blur, away)
                         }
                         None => path_laws(point, blur, away),
                     };
@@ -398,8 +396,6 @@ fn prepare(view: RowView<'_>, scratch: &mut RowScratch, row: &mut Row) {
         row.hidden.resize(padded, false);
         scratch.secondary.transmission.clear(columns);
         scratch.secondary.reflections.clear(columns);
-        scratch.secondary.first_films.clear();
-        scratch.secondary.first_films.resize(columns.div_ceil(CONTRAST_COLUMNS), None);
     } else {
         row.secondary = None;
         row.confined_per_mm2.clear();
@@ -455,7 +451,6 @@ impl LitColumn<'_> {
         // Its paths decide the contrast of speckle.
         scratch.response.points[column] = surface_point(medium, normal, sight.light, sight.view);
         let spread = film::spread(&hit.matter, film, normal, &sight, &mut scratch.secondary.covers);
-        scratch.secondary.first_films[column / CONTRAST_COLUMNS].get_or_insert(spread);
         let confinement = Confinement::of(film, spread.holds, spread.beyond[0]);
         scratch.along.note(column, spread.holds);
         row.confined_per_mm2[column] = confinement.per_mm2;

@@ -10,8 +10,8 @@ use super::reflections::{LitRow, ReflectionScratch};
 use super::row::{Row, SecondaryLight, WindowNeed};
 use super::speckle::TILE;
 use super::window::{ROWS, needs_own_window, window_start, without_overlap};
+use transport::kernel::film_stack::FilmStackKernel;
 use transport::kernel::film_stack::paths::FilmPaths;
-use transport::kernel::film_stack::{FilmStackKernel, FilmStackSpread};
 
 /// Buffers in which these are made.
 #[derive(Debug, Default)]
@@ -22,8 +22,6 @@ pub struct SecondaryScratch {
     pub covers: FilmStackKernel,
     /// How long its paths are.
     pub paths: FilmPaths,
-    /// Spread of the first film among each group of columns that share their contrasts, a group of the row.
-    pub first_films: Vec<Option<FilmStackSpread>>,
     /// For mirror images.
     pub(crate) reflections: ReflectionScratch,
 }

@@ -13,10 +13,12 @@ use numerics::lanes::{exp, ln};
 /// How the lengths of path of some light lie.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PathLaw {
-    /// Integral of the square of their density [mm^-1].
+    /// Integral of the square of their density, but for what [`Self::equal`] counts [mm^-1].
     pub crowding: f32,
     /// Standard deviation of their logarithm [1].
     pub deviation: f32,
+    /// Square of the share of light whose paths are all of one length [1].
+    pub equal: f32,
 }
 
 /// Logarithm of the ratio of the ends of a bin [1].
@@ -86,14 +88,14 @@ fn laws(point: &SurfacePoint, blur_mm2: f32, away: &[f32; PLACES]) -> [PathLaw; 
             cubes[n] += if parts[n] > 0.0 { parts[n] * parts[n] * parts[n] / paths[n] } else { 0.0 };
         }
     }
-    let mut before = PathLaw { crowding: 1.0 / free, deviation: 1.0 };
+    let mut before = PathLaw { crowding: 1.0 / free, deviation: 1.0, equal: 0.0 };
     std::array::from_fn(|n| {
         if sum[n] > DARK {
             let mean = first[n] / sum[n];
             let crowding = cubes[n] / (sum[n] * sum[n] * BIN_LOGARITHM);
             // A bin's own width counts too.
             let deviation = (second[n] / sum[n] - mean * mean + BIN_VARIANCE).max(BIN_VARIANCE).sqrt();
-            before = PathLaw { crowding, deviation };
+            before = PathLaw { crowding, deviation, equal: 0.0 };
         }
         before
     })

@@ -27,7 +27,7 @@ mod spectrum;
 pub mod table;
 mod underlayer;
 
-use std::sync::LazyLock;
+use std::sync::{Arc, LazyLock};
 
 use glam::Vec3;
 use multiversion::multiversion;
@@ -45,8 +45,9 @@ use crate::stack;
 /// Gap above foil under which light that film and foil throw to each other again meets it from all sides rather than from above; of 0.25,
 /// 0.35 and 0.5 the one that suited the first sixty packs of tests/reference/drawn_packs.rs best [mm].
 const NEAR_GAP_MM: f32 = 0.25;
-/// Sideways way of Lambert light in a film over that in air of the film's thickness: tan(inside) / tan(outside) near 45 degrees [1].
-const IN_FILM: f32 = 0.5;
+/// Sideways way of Lambert light in a film over that in air of the film's thickness: tan(inside) / tan(outside) near 60 degrees, where light comes from
+/// that lands beside the line [1].
+const IN_FILM: f32 = 0.41;
 /// Most light beyond the widest width, over that of the widest, that is believed [1].
 const MAX_BEYOND: f32 = 4.0;
 /// Mean way of light from all sides across air, over its height, near the line [1].
@@ -154,7 +155,7 @@ pub struct FilmStackSpread {
 /// bit of an answer.
 #[derive(Debug, Clone)]
 pub struct FilmStackKernel {
-    films: FilmTable,
+    films: Arc<FilmTable>,
     under: Underlayer,
     lambert: LambertTransfer,
     back: WidthFit,
@@ -169,8 +170,12 @@ struct FilmFlow {
     film: Spectrum,
     /// The same times its radiance factor towards the lens [1].
     towards: Spectrum,
+    /// Of that, what has never been below the film, or has not left it [1].
+    alone: Spectrum,
     /// Radiance factor of what lies below [1].
     below: Spectrum,
+    /// Of that, straight light that foil mirrors to the lens at once [1].
+    straight: f32,
     /// Radiance factor of what foil shows of the film's lower side [1].
     mirrored: f32,
     /// Share of that which foil has mirrored before [1].
@@ -242,12 +247,7 @@ fn spread(kernel: &FilmStackKernel, stack: &FilmStack, air_per_mm: f32) -> FilmS
     let beyond = [beyond(&flow.film, &weights), beyond(&flow.below, &below)].map(|beyond| beyond.min(MAX_BEYOND));
     let below_beside = kernel.under.beside() * stack.view.y;
     let FilmFlow { passes, holds, mirrored, .. } = flow;
-    // From half of the film's thickness on, through the air; turned at one depth or another.
-    let (thickness, n) = (stack.film.thickness_mm, stack.medium.n_eff);
-    let beneath = stack.film.gap_mm.unwrap_or(0.0) + 0.5 * thickness / n;
-    let lobe_mm = beneath * FACET_TURN * stack.film.under.gloss.roughness[1];
-    let smear_mm = in_film(n, stack.view) * thickness;
-    let mirrored_mm = (lobe_mm * lobe_mm * (1.0 + flow.mirrored_twice) + smear_mm * smear_mm / 12.0).sqrt();
+    let mirrored_mm = mirrored_mm(stack, flow.mirrored_twice);
     FilmStackSpread {
         enter,
         exit,
@@ -259,6 +259,49 @@ fn spread(kernel: &FilmStackKernel, stack: &FilmStack, air_per_mm: f32) -> FilmS
         beyond,
         passes,
         holds,
+    }
+}
+
+/// Standard deviation along the motion of light that foil shows of a film's lower side: from half of the film's thickness on, through the air; turned
+/// at one depth or another [mm].
+#[inline(always)]
+fn mirrored_mm(stack: &FilmStack, twice: f32) -> f32 {
+    let (thickness, n) = (stack.film.thickness_mm, stack.medium.n_eff);
+    let beneath = stack.film.gap_mm.unwrap_or(0.0) + 0.5 * thickness / n;
+    let lobe_mm = beneath * FACET_TURN * stack.film.under.gloss.roughness[1];
+    let smear_mm = in_film(n, stack.view) * thickness;
+    (lobe_mm * lobe_mm * (1.0 + twice) + smear_mm * smear_mm / 12.0).sqrt()
+}
+
+/// Light of a film stack towards the lens by what it went through, as weights of the fixed widths times radiance factors [1].
+#[derive(Debug, Clone, Copy)]
+struct FilmLight {
+    /// Turned by the film, never below it.
+    alone: [f32; BASIS],
+    /// Turned by the film after it has been below, or in film that is sealed to foil.
+    passed: [f32; BASIS],
+    /// Of other light from what lies below, as it leaves the film.
+    below: [f32; BASIS],
+    /// Never turned by the film, mirrored by foil: as narrow as the laser's line [1].
+    straight: f32,
+    /// The film's lower side, as foil shows it [1].
+    mirrored: f32,
+    /// Its standard deviation [mm].
+    mirrored_mm: f32,
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
+fn light(kernel: &FilmStackKernel, stack: &FilmStack, air_per_mm: f32) -> FilmLight {
+    let flow = flow(kernel, stack, air_per_mm);
+    let passed: Spectrum = std::array::from_fn(|i| flow.towards[i] - flow.alone[i]);
+    let later: Spectrum = std::array::from_fn(|i| flow.passes * (flow.below[i] - flow.straight));
+    FilmLight {
+        alone: kernel.back.weights(&flow.alone),
+        passed: kernel.back.weights(&passed),
+        below: kernel.back.weights(&later),
+        straight: flow.passes * flow.straight,
+        mirrored: flow.passes * flow.mirrored,
+        mirrored_mm: mirrored_mm(stack, flow.mirrored_twice),
     }
 }
 
@@ -329,10 +372,13 @@ fn flow(kernel: &FilmStackKernel, stack: &FilmStack, air_per_mm: f32) -> FilmFlo
         let hops: Spectrum = std::array::from_fn(|i| later * hop[i] * (1.0 - again) / (1.0 - again * hop[i]));
         let all = std::array::from_fn(|i| enter * (turned[i] + first * lobe[i] + hops[i]));
         let total = enter * (turned[0] + mirrored);
+        let towards: Spectrum = std::array::from_fn(|i| enter * (law * (turned[i] + hops[i]) + aslant));
         return FilmFlow {
             film: std::array::from_fn(|i| enter * (turned[i] + hops[i])),
-            towards: std::array::from_fn(|i| enter * (law * (turned[i] + hops[i]) + aslant)),
+            towards,
+            alone: towards,
             below: [glint; FREQUENCY_COUNT],
+            straight: glint,
             mirrored: 0.0,
             mirrored_twice: 0.0,
             passes: out,
@@ -398,12 +444,15 @@ fn flow(kernel: &FilmStackKernel, stack: &FilmStack, air_per_mm: f32) -> FilmFlo
     // At one depth or another, which the lens sees one beside the other.
     let smear = in_film(n, stack.view).powi(2) * turned_depth(stack)[1];
     let once = turned_once(stack, stack.light_up, stack.light.dot(stack.view));
+    let (lower_side, twice) = (lower_side * air_up.powi(2), twice * air_up.powi(4));
     let mut out = FilmFlow {
         mirrored: lower_side + twice,
         mirrored_twice: twice / (lower_side + twice).max(f32::MIN_POSITIVE),
         film: [0.0; FREQUENCY_COUNT],
         towards: [0.0; FREQUENCY_COUNT],
+        alone: [0.0; FREQUENCY_COUNT],
         below: [0.0; FREQUENCY_COUNT],
+        straight: if foil { enter * air_up * straight * air * glint } else { 0.0 },
         passes: seen,
         holds: diffuse_back[0],
         all: [0.0; FREQUENCY_COUNT],
@@ -427,7 +476,8 @@ fn flow(kernel: &FilmStackKernel, stack: &FilmStack, air_per_mm: f32) -> FilmFlo
         let passed = (1.0 - fresnel) * on[i] * mirror + diffuse_on[i] * up;
         out.film[i] = enter * (back[i] + passed);
         let smeared = once * (1.0 - numerics::lanes::exp(-0.5 * smear * kernel.squares[i]));
-        out.towards[i] = enter * (laws[0] * back[i] + aslant - smeared + laws[1] * passed);
+        out.alone[i] = enter * (laws[0] * back[i] + aslant - smeared);
+        out.towards[i] = out.alone[i] + enter * laws[1] * passed;
         let body_glow =
             seen_body[i] * ((1.0 - mirrors_straight) * below + (1.0 - mirrors) * down) * glint + below * shine;
         let metal_glow =
@@ -478,7 +528,7 @@ fn sealed_glint(stack: &FilmStack, left: f32, mirrored: f32) -> SealedGlint {
 
 /// How far light that is held between foil and the film's upper side comes along the film from foil to foil, as by Lambert's law from this height, and how
 /// long its way is, over the film's thickness [1]. Light beyond the critical angle goes 1.7 thicknesses and more.
-const HOP: f32 = 3.0;
+const HOP: f32 = 3.4;
 /// Variance, about each of two axes, of the directions into which pigment turns light ahead once: 1 - g, as for small angles [rad^2].
 const TURNED_SPREAD: f32 = 1.0 - PIGMENT_G;
 /// Standard deviation of a lobe's slopes over the roughness of the facets: these lean by 1 / sqrt(2) of it, and turn light by twice that [1].

@@ -1,31 +1,37 @@
 //! Paths of light that films, and what lies below them, send to the lens: what the contrast of speckle in packs depends on.
 //!
 //! Light that has gone a way s in matter is exp(-a s) of itself where the matter absorbs a more (Beer and Lambert), so the kernel's own answers for
-//! more absorption are the Laplace transform of the paths in each row. Two of them (`MORE_PER_MM`) give the law whose logarithm is normal and
-//! that has this transform there. Paths are optical ones over the film's index: air counts by 1 / n, a tablet by its own index over the film's.
+//! more absorption are the Laplace transform of the paths in each row. Two of them (`more_per_mm`) give the law whose logarithm is normal and
+//! that has this transform there. Light that the film alone has turned, light that has crossed the air below it and light that foil mirrors straight have
+//! laws of their own, which lie apart by twice the air. Paths are optical ones over the film's index: air counts by 1 / n, a tablet by its own index over
+//! the film's.
 //!
-//! Neglected: that light out of film alone and light that has crossed a gap may lie apart by twice the gap, two laws rather than one.
+//! Neglected: that light out of sealed film and what its foil mirrors are of two kinds, that light which has crossed the air once more is a third one.
 
 use std::sync::LazyLock;
 
 use procedural::{Film, Medium};
 
-use super::{FilmStack, FilmStackKernel, FilmStackSpread, spread};
+use super::{FilmLight, FilmStack, FilmStackKernel, light};
 use crate::kernel::path_law::PathLaw;
 use crate::kernel::widths::{BASIS, PACK_SPREAD_MM};
 use numerics::lanes::{exp, ln};
 
-/// Absorption on top of the film's own at which the paths' transform is asked: of pairs from 0.05 and 0.4 to 0.8 and 6.4 the
-/// one whose law is nearest to the contrasts that the Monte Carlo counts [mm^-1].
-const MORE_PER_MM: [f32; 2] = [0.15, 1.2];
+/// Absorption on top of the film's own at which the paths' transform is asked first, over foil and over a tablet, whose paths are longer: of pairs from
+/// 0.05 and 0.4 to 0.8 and 6.4 those whose laws are nearest to the contrasts that the Monte Carlo counts [mm^-1].
+const MORE_PER_MM: [f32; 2] = [0.2, 0.15];
+/// The second absorption over the first [1].
+const MORE_AGAIN: f32 = 8.0;
+/// Least share that more absorption leaves of light [1].
+const LEAST_LEFT: f32 = 1e-6;
 /// Least light over that of the line's own row that has paths of its own [1].
 const DARK: f32 = 1e-6;
 
 /// Answers about paths, one stack after the other.
 #[derive(Debug, Clone)]
 pub struct FilmPaths {
-    /// For each step of more absorption: what lies below differs.
-    kernels: Box<[FilmStackKernel; 2]>,
+    /// For no more absorption and each step of it: what lies below differs.
+    kernels: Box<[FilmStackKernel; 3]>,
 }
 
 impl Default for FilmPaths {
@@ -35,60 +41,123 @@ impl Default for FilmPaths {
 }
 
 impl FilmPaths {
-    /// The paths of light of `stack`, which spreads it like `spread`, that is seen `away_mm` from the line on either side; line and lens blur it by
-    /// `blur_mm2`. Where no light comes so far they are those of the place before.
-    pub fn laws<const N: usize>(
-        &mut self,
-        stack: &FilmStack,
-        spread: &FilmStackSpread,
-        blur_mm2: f32,
-        away_mm: [f32; N],
-    ) -> [PathLaw; N] {
-        let all = seen(stack, spread, blur_mm2, away_mm);
-        let [first, second] =
-            std::array::from_fn(|step| absorbed(&mut self.kernels[step], stack, MORE_PER_MM[step], blur_mm2, away_mm));
-        let mut before = PathLaw { crowding: stack.medium.sigma_i.max(1.0), deviation: 1.0 };
+    /// The paths of light of `stack` that is seen `away_mm` from the line on either side; line and lens blur it by `blur_mm2`. Where no light comes
+    /// so far they are those of the place before.
+    pub fn laws<const N: usize>(&mut self, stack: &FilmStack, blur_mm2: f32, away_mm: [f32; N]) -> [PathLaw; N] {
+        let more_per_mm = MORE_PER_MM[usize::from(!stack.film.under.gloss.is_metal())];
+        let least = least_deviations(stack);
+        let [all, first, second] = std::array::from_fn(|step| {
+            let more_per_mm = more_per_mm * [0.0, 1.0, MORE_AGAIN][step];
+            seen(&mut self.kernels[step], &absorbing(stack, more_per_mm), more_per_mm, blur_mm2, away_mm)
+        });
+        let brightest = all.iter().map(|light| light[0]).sum::<f32>();
+        let mut before = PathLaw { crowding: stack.medium.sigma_i.max(1.0), deviation: 1.0, equal: 0.0 };
         std::array::from_fn(|n| {
-            if all[n] > DARK * all[0] && second[n] > 0.0 {
-                let lost = [first[n], second[n]].map(|light| -ln((light / all[n]).min(1.0)));
-                before = PathTable::get().law(lost);
+            let light: f32 = all.iter().map(|of| of[n]).sum();
+            if light > DARK * brightest {
+                let parts = std::array::from_fn(|of| {
+                    let left = |after: &[[f32; N]; KINDS]| (after[of][n] / all[of][n]).clamp(LEAST_LEFT, 1.0);
+                    let lost = [&first, &second].map(|after| -ln(left(after)));
+                    let law = match of {
+                        _ if all[of][n] <= 0.0 => LogNormal { middle: 0.0, deviation: 1.0 },
+                        STRAIGHT => LogNormal { middle: ln(lost[0].max(1e-6)), deviation: 0.0 },
+                        _ => PathTable::get().law(lost),
+                    };
+                    let deviation = law.deviation.max(least[of]);
+                    (all[of][n] / light, LogNormal { middle: law.middle - ln(more_per_mm), deviation })
+                });
+                before = mixture(&parts);
             }
             before
         })
     }
 }
 
-/// Light that is seen in places on both sides of the line, where matter absorbs so much `more_per_mm`.
-fn absorbed<const N: usize>(
-    kernel: &mut FilmStackKernel,
-    stack: &FilmStack,
-    more_per_mm: f32,
-    blur_mm2: f32,
-    away_mm: [f32; N],
-) -> [f32; N] {
+/// `stack`, all of whose matter absorbs so much more, by paths over the film's index.
+fn absorbing(stack: &FilmStack, more_per_mm: f32) -> FilmStack {
     let FilmStack { medium, film, .. } = stack;
-    let n = medium.n_eff;
-    let under = Medium { mu_a: film.under.mu_a + more_per_mm * film.under.n_eff / n, ..film.under };
-    let under = if film.under.gloss.is_metal() { film.under } else { under };
+    let under = match film.under.gloss.is_metal() {
+        true => film.under,
+        false => Medium { mu_a: film.under.mu_a + more_per_mm * film.under.n_eff / medium.n_eff, ..film.under },
+    };
     let darker = Medium { mu_a: medium.mu_a + more_per_mm, ..*medium };
-    let stack = FilmStack { medium: darker, film: Film { under, ..*film }, ..*stack };
-    kernel.remember(&stack);
-    seen(&stack, &spread(kernel, &stack, more_per_mm / n), blur_mm2, away_mm)
+    FilmStack { medium: darker, film: Film { under, ..*film }, ..*stack }
 }
 
-/// Light of `stack` that is seen in places on both sides of the line.
-fn seen<const N: usize>(stack: &FilmStack, answer: &FilmStackSpread, blur_mm2: f32, away_mm: [f32; N]) -> [f32; N] {
-    let through = stack.seen_beside();
-    let mut light = [0.0; N];
+/// Kinds of light whose paths are laws of their own: turned by the film alone, below the film before it was turned last or seen, shown by foil of the
+/// film's lower side, and straight by way of foil.
+const KINDS: usize = 4;
+/// The last of them: all of its paths are equal.
+const STRAIGHT: usize = 3;
+
+/// Least deviations of the logarithm of the paths of each of them: where little light comes, its transforms tell of the fit of widths rather than of
+/// paths [1].
+fn least_deviations(stack: &FilmStack) -> [f32; KINDS] {
+    let turns = stack.medium.sigma_i * stack.film.thickness_mm;
+    [0.6 * turns / (1.0 + turns), 0.25, 0.1, 0.0]
+}
+
+/// Light of `stack` that is seen in places on both sides of the line, by [`KINDS`].
+fn seen<const N: usize>(
+    kernel: &mut FilmStackKernel,
+    stack: &FilmStack,
+    air_per_mm: f32,
+    blur_mm2: f32,
+    away_mm: [f32; N],
+) -> [[f32; N]; KINDS] {
+    kernel.remember(stack);
+    let FilmLight { alone, passed, below, straight, mirrored, mirrored_mm } =
+        light(kernel, stack, air_per_mm / stack.medium.n_eff);
+    let (through, image) = (stack.seen_beside(), stack.mirrored_beside());
+    let height = |off: f32, variance: f32| exp((-0.5 * off * off / variance).max(-80.0)) / variance.sqrt();
+    let both =
+        |away: f32, beside: f32, variance: f32| height(away - beside, variance) + height(-away - beside, variance);
+    let mut light = [[0.0; N]; KINDS];
     for j in 0..BASIS {
         let variance = PACK_SPREAD_MM[j] * PACK_SPREAD_MM[j] + blur_mm2;
-        let height = |off: f32| exp((-0.5 * off * off / variance).max(-80.0)) / variance.sqrt();
-        let [film, below] = [answer.enter[j] * answer.exit[j], answer.passes * answer.below[j]];
-        for (light, away) in light.iter_mut().zip(away_mm) {
-            *light += film * 2.0 * height(away) + below * (height(away - through) + height(-away - through));
+        for (n, away) in away_mm.into_iter().enumerate() {
+            let level = both(away, 0.0, variance);
+            light[0][n] += alone[j] * level;
+            light[1][n] += passed[j] * level + below[j] * both(away, through, variance);
         }
     }
+    for (n, away) in away_mm.into_iter().enumerate() {
+        light[2][n] = mirrored * both(away, image, mirrored_mm * mirrored_mm + blur_mm2);
+        light[STRAIGHT][n] = straight * both(away, through, blur_mm2);
+    }
     light
+}
+
+/// A law of paths whose logarithm is normal.
+#[derive(Debug, Clone, Copy)]
+struct LogNormal {
+    /// Mean logarithm [ln mm].
+    middle: f32,
+    /// Its standard deviation [1].
+    deviation: f32,
+}
+
+/// The paths of light of some kinds, shares of it, together.
+///
+/// Densities of two such laws, multiplied and added up over all paths, are in closed form: with the logarithms' means m and m' and variances v and v',
+/// exp(-(m - m')^2 / (2 (v + v'))) / sqrt(2 pi (v + v')) exp(-(m v' + m' v) / (v + v') + v v' / (2 (v + v'))).
+fn mixture(parts: &[(f32, LogNormal); KINDS]) -> PathLaw {
+    let (mut crowding, mut equal, mut mean, mut square) = (0.0, 0.0, 0.0, 0.0);
+    for (share, a) in parts {
+        mean += share * a.middle;
+        square += share * (a.middle * a.middle + a.deviation * a.deviation);
+        for (other, b) in parts {
+            let (v, w) = (a.deviation * a.deviation, b.deviation * b.deviation);
+            if v + w <= 0.0 {
+                equal += share * other;
+                continue;
+            }
+            let (apart, both) = (a.middle - b.middle, v + w);
+            let exponent = -0.5 * apart * apart / both - (a.middle * w + b.middle * v - 0.5 * v * w) / both;
+            crowding += share * other * exp(exponent.clamp(-80.0, 80.0)) / (std::f32::consts::TAU * both).sqrt();
+        }
+    }
+    PathLaw { crowding, deviation: (square - mean * mean).max(0.0).sqrt(), equal }
 }
 
 /// Nodes of the table: of the logarithm of what is lost first, and of that of [`spread_of`].
@@ -111,7 +180,7 @@ impl PathTable {
 
     /// For each share lost, deviations are tried from the least on: the greater one is, the less does more absorption take.
     fn make() -> Self {
-        let step = f64::from(MORE_PER_MM[1] / MORE_PER_MM[0]);
+        let step = f64::from(MORE_AGAIN);
         let mut laws = Vec::with_capacity(NODES[0] * NODES[1]);
         for i in 0..NODES[0] {
             let lost = libm::exp(f64::from(node(LOST, i, NODES[0])));
@@ -135,8 +204,9 @@ impl PathTable {
         Self(laws)
     }
 
-    /// The law of paths of which so much is `lost`, as a negative logarithm, at each of [`MORE_PER_MM`].
-    fn law(&self, lost: [f32; 2]) -> PathLaw {
+    /// The law of paths of which so much is `lost`, as a negative logarithm, by the first absorption and by the second; over 1 / the
+    /// first absorption.
+    fn law(&self, lost: [f32; 2]) -> LogNormal {
         let [first, second] = lost.map(|lost| lost.max(1e-6));
         let place = |value: f32, [low, high]: [f32; 2], nodes: usize| {
             let at = ((value - low) / (high - low)).clamp(0.0, 1.0) * (nodes - 1) as f32;
@@ -150,17 +220,14 @@ impl PathTable {
             let row = |i: usize| at(i, k) + (at(i, k + 1) - at(i, k)) * along;
             row(i) + (row(i + 1) - row(i)) * across
         };
-        let (deviation, middle) = (read(0), read(1) - ln(MORE_PER_MM[0]));
-        // Of a law whose logarithm is normal.
-        let crowding = exp(0.25 * deviation * deviation - middle) / (2.0 * deviation * std::f32::consts::PI.sqrt());
-        PathLaw { crowding, deviation }
+        LogNormal { middle: read(1), deviation: read(0) }
     }
 }
 
 /// What more absorption takes less than it would of paths that are all as long, over what the first takes: about 28 of the paths' variance over
 /// their mean squared [1].
 fn spread_of([first, second]: [f32; 2]) -> f32 {
-    (MORE_PER_MM[1] / MORE_PER_MM[0] - second / first) / first
+    (MORE_AGAIN - second / first) / first
 }
 
 /// A node of a range.
@@ -203,13 +270,10 @@ mod tests {
     fn laws_come_back_from_what_is_lost() {
         let mut rng = procedural::Stream::root(53).rng();
         for _ in 0..200 {
-            let (middle, deviation) = (rng.random_range(-2.5..1.5f64), rng.random_range(0.2..1.4f64));
-            let lost = MORE_PER_MM.map(|more| lost_by(middle + libm::log(f64::from(more)), deviation) as f32);
+            let (middle, deviation) = (rng.random_range(-4.4..-0.4f64), rng.random_range(0.2..1.4f64));
+            let lost = [1.0, MORE_AGAIN].map(|more| lost_by(middle + libm::log(f64::from(more)), deviation) as f32);
             let law = PathTable::get().law(lost);
-            let crowding =
-                libm::exp(0.25 * deviation * deviation - middle) / (2.0 * deviation * std::f64::consts::PI.sqrt());
-            let off = f64::from(law.crowding) / crowding - 1.0;
-            assert!(off.abs() < 0.05, "{middle} {deviation}: {} for {crowding}", law.crowding);
+            assert!((f64::from(law.middle) - middle).abs() < 0.06, "{middle} {deviation}: {}", law.middle);
             assert!((f64::from(law.deviation) - deviation).abs() < 0.05, "{middle} {deviation}: {}", law.deviation);
         }
     }
