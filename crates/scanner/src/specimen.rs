@@ -104,6 +104,10 @@ const BENT_SEARCH_MM: f32 = 0.5;
 /// Distance from the laser plane at which columns look: a ray exactly along an edge between two triangles misses both,
 /// and parts have edges at round coordinates [mm].
 const PLANE_OFFSET_MM: f32 = 1e-4;
+/// How far to either side of a facet the surface around it reaches [mm].
+const ABOUT_MM: f32 = 0.6;
+/// Least slope over that of the surface around it that makes a facet [1].
+const FACET: f32 = 0.1;
 /// Most surfaces, one behind the other, that a line of sight passes.
 const MAX_SURFACES_PER_SIGHTLINE: usize = 64;
 
@@ -156,6 +160,22 @@ impl Specimen {
     /// Height and thickness of the film about a place; `None` where nothing is seen through film [mm].
     pub(crate) fn film(&self, place: Vec2) -> Option<[Differences; 2]> {
         Some([self.upper.as_ref()?.bent(place), self.lower.as_ref()?.film(place)])
+    }
+
+    /// Slope of the surface around `hit`, seen with the laser at scan position `y`: the mean over [`ABOUT_MM`] to either side, where that is less steep
+    /// than the surface itself by a [`FACET`] and more, as on flanks of embossed codes [1].
+    pub(crate) fn slope_about(&self, hit: &Hit, y: f32) -> Option<Vec2> {
+        let own = Vec2::new(hit.surface.slope_x, hit.surface.slope_y);
+        if own.length_squared() < FACET * FACET {
+            return None;
+        }
+        let upper = self.upper.as_ref()?;
+        let slope = |side: Vec2| {
+            let (ahead, behind) = (Vec2::new(hit.x, y) + side, Vec2::new(hit.x, y) - side);
+            (upper.height(ahead.x, ahead.y) - upper.height(behind.x, behind.y)) / (2.0 * ABOUT_MM)
+        };
+        let about = Vec2::new(slope(Vec2::X * ABOUT_MM), slope(Vec2::Y * ABOUT_MM));
+        (about.length() + FACET < own.length()).then_some(about)
     }
 
     /// Where light that leaves `from` on the surface along the unit vector `direction` lands on the body within `reach`

@@ -35,6 +35,8 @@ const JUMP_MM: f32 = 0.5;
 const LEAST_VIEW_SLANT: f32 = 0.05;
 /// Greatest widening of the line that is believed: more is a caustic or an edge [1].
 const MAX_WIDENING: f32 = 10.0;
+/// First of the widths whose light leaves through the surface around a facet rather than through the facet: of 0.25 mm and more.
+pub(super) const WIDE: usize = 3;
 /// First of the widths whose light fills a pocket: of 0.7 mm and more.
 pub(super) const FILLING: usize = 5;
 /// First of the widths whose light has forgotten where it came in, and reaches from one line's window into another's: of 1.3 mm and more.

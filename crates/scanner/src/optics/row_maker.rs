@@ -11,7 +11,7 @@
 use std::ops::Range;
 
 use glam::{Vec2, Vec3};
-use procedural::{Film, Gloss, Medium};
+use procedural::{Film, Gloss, Medium, Surface};
 
 use super::along_line::AlongLine;
 use super::bent_film::upright;
@@ -233,7 +233,10 @@ impl RowMaker {
         let hits = std::mem::take(&mut row.hits);
         let (mut first, mut last) = (hits.len(), 0);
         for (column, hit) in hits.iter().enumerate() {
-            let sight = self.sight(column, hit, view, scratch, row);
+            // Pockets are bent alike all around.
+            let on_card = hit.matter.film.is_some_and(|film| film.gap_mm.is_none());
+            let about = if on_card { view.specimen.slope_about(hit, view.y) } else { None };
+            let sight = self.sight(column, (hit, about), view, scratch, row);
             // Electrons of a white Lambertian surface, before its slope.
             let reach = if hit.lit && hit.seen { sight.electrons } else { 0.0 };
             if hit.is_bare() {
@@ -244,7 +247,8 @@ impl RowMaker {
             let normal = upright(Vec2::new(hit.surface.slope_x, hit.surface.slope_y));
             let facing = normal.dot(sight.view).max(0.0);
             let arrives = if hit.lit { sight.electrons } else { 0.0 };
-            let lit = LitColumn { column, hit, sight, normal, white: facing * reach, arrives };
+            let about = about.map(upright);
+            let lit = LitColumn { column, hit, sight, normal, about, white: facing * reach, arrives };
             lit.reflect(scratch, row);
             match &hit.matter.film {
                 Some(film) => lit.enter_film(film, view, scratch, row),
@@ -257,7 +261,14 @@ impl RowMaker {
 
     /// Where and how sharp laser and lens draw the line in a column.
     #[inline]
-    fn sight(&self, column: usize, hit: &Hit, view: RowView<'_>, scratch: &mut RowScratch, row: &mut Row) -> Sight {
+    fn sight(
+        &self,
+        column: usize,
+        (hit, about): (&Hit, Option<Vec2>),
+        view: RowView<'_>,
+        scratch: &mut RowScratch,
+        row: &mut Row,
+    ) -> Sight {
         let sight = if hit.is_bare() {
             view.share(self.conveyor_sights[column], hit.x, 0.0)
         } else {
@@ -265,8 +276,14 @@ impl RowMaker {
         };
         row.centre[column] = sight.row;
         row.rows_per_mm[column] = sight.rows_per_mm;
-        let steep = if hit.matter.film.is_some() { hit.surface.slope_y } else { 0.0 };
-        row.spread_rows_per_mm[column] = sight.rows_per_mm / (1.0 + steep * steep).sqrt();
+        let (steep, rows_per_mm) = match (&hit.matter.film, about) {
+            (None, _) => (0.0, sight.rows_per_mm),
+            (_, None) => (hit.surface.slope_y, sight.rows_per_mm),
+            (_, Some(Vec2 { x, y })) => {
+                (y, view.sight(hit.x, &Surface { slope_x: x, slope_y: y, ..hit.surface }).rows_per_mm)
+            }
+        };
+        row.spread_rows_per_mm[column] = rows_per_mm / (1.0 + steep * steep).sqrt();
         row.variance[column] = sight.variance;
         if let Some(unit) = row.profile_unit.get_mut(column) {
             *unit = sight.unit;
@@ -425,6 +442,8 @@ struct LitColumn<'a> {
     sight: Sight,
     /// Unit normal of the surface.
     normal: Vec3,
+    /// The same of the surface around it, where it is a facet: wide light leaves through that.
+    about: Option<Vec3>,
     /// Light towards the lens from a white Lambertian surface; what follows multiplies it by radiance factors [e-].
     white: f32,
     /// The laser's light there, seen or not, as a white Lambertian surface that faces the lens would show it [e-].
@@ -446,11 +465,18 @@ impl LitColumn<'_> {
     /// Light that enters a film over something else.
     #[inline]
     fn enter_film(&self, film: &Film, view: RowView<'_>, scratch: &mut RowScratch, row: &mut Row) {
-        let Self { column, hit, sight, normal, arrives, .. } = *self;
+        let Self { column, hit, sight, normal, about, arrives, .. } = *self;
         let medium = &hit.matter.medium;
         // Its paths decide the contrast of speckle.
         scratch.response.points[column] = surface_point(medium, normal, sight.light, sight.view);
-        let spread = film::spread(&hit.matter, film, normal, &sight, &mut scratch.secondary.covers);
+        let mut spread = film::spread(&hit.matter, film, normal, &sight, &mut scratch.secondary.covers);
+        if let Some(about) = about {
+            let wide = film::spread(&hit.matter, film, about, &sight, &mut scratch.secondary.covers);
+            let facing = about.dot(sight.view).max(LEAST_FACING) / normal.dot(sight.view).max(LEAST_FACING);
+            for j in film::WIDE..BASIS {
+                (spread.enter[j], spread.exit[j]) = (wide.enter[j], wide.exit[j] * facing);
+            }
+        }
         let confinement = Confinement::of(film, spread.holds, spread.beyond[0]);
         scratch.along.note(column, spread.holds);
         row.confined_per_mm2[column] = confinement.per_mm2;
