@@ -34,7 +34,9 @@ use multiversion::multiversion;
 use procedural::{Film, Medium};
 
 pub(super) use self::answer::solve;
-use self::single_scattering::{turned_depth, turned_down, turned_once, turned_once_aslant};
+use self::single_scattering::{
+    turned_depth, turned_down, turned_once, turned_once_aslant, turned_once_in_all, turned_once_level,
+};
 use self::spectrum::{FREQUENCY_COUNT, LambertTransfer, LengthInterpolation, Spectrum, WidthFit, frequency};
 use self::table::FilmTable;
 use self::underlayer::Underlayer;
@@ -48,6 +50,10 @@ const NEAR_GAP_MM: f32 = 0.25;
 /// Sideways way of Lambert light in a film over that in air of the film's thickness: tan(inside) / tan(outside) near 60 degrees, where light comes from
 /// that lands beside the line [1].
 const IN_FILM: f32 = 0.41;
+/// Height in air over which Lambert light spreads as light that pigment turned once does from its depth, over the film's thickness [1].
+const ONCE_AROUND: f32 = 0.15;
+/// Factor by which the law of exit of light that pigment turns more than once is at most unlike that of all light [1].
+const MOST_UNLIKE: f32 = 2.0;
 /// Most light beyond the widest width, over that of the widest, that is believed [1].
 const MAX_BEYOND: f32 = 4.0;
 /// Mean way of light from all sides across air, over its height, near the line [1].
@@ -445,6 +451,14 @@ fn flow(kernel: &FilmStackKernel, stack: &FilmStack, air_per_mm: f32) -> FilmFlo
     let smear = in_film(n, stack.view).powi(2) * turned_depth(stack)[1];
     let once = turned_once(stack, stack.light_up, stack.light.dot(stack.view));
     let (lower_side, twice) = (lower_side * air_up.powi(2), twice * air_up.powi(4));
+    // What pigment turns once leaves where it came in and by a law of its own, the rest by what is left of that of all light.
+    let once_in_all = turned_once_in_all(stack).min(back[0]);
+    let (radiance, often) = (laws[0] * back[0], back[0] - once_in_all);
+    let law_often = (radiance - turned_once_level(stack, stack.view_up)) / often.max(f32::MIN_POSITIVE);
+    let law_often = law_often.clamp(laws[0] / MOST_UNLIKE, laws[0] * MOST_UNLIKE);
+    let level_once = radiance - law_often * often;
+    // From its depth towards all sides.
+    let once_around = kernel.lambert.over(ONCE_AROUND * thickness);
     let mut out = FilmFlow {
         mirrored: lower_side + twice,
         mirrored_twice: twice / (lower_side + twice).max(f32::MIN_POSITIVE),
@@ -476,7 +490,8 @@ fn flow(kernel: &FilmStackKernel, stack: &FilmStack, air_per_mm: f32) -> FilmFlo
         let passed = (1.0 - fresnel) * on[i] * mirror + diffuse_on[i] * up;
         out.film[i] = enter * (back[i] + passed);
         let smeared = once * (1.0 - numerics::lanes::exp(-0.5 * smear * kernel.squares[i]));
-        out.alone[i] = enter * (laws[0] * back[i] + aslant - smeared);
+        let often = (back[i] - once_in_all * once_around[i]).max(0.0) * law_often;
+        out.alone[i] = enter * (level_once + often + aslant - smeared);
         out.towards[i] = out.alone[i] + enter * laws[1] * passed;
         let body_glow =
             seen_body[i] * ((1.0 - mirrors_straight) * below + (1.0 - mirrors) * down) * glint + below * shine;
