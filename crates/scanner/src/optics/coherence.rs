@@ -97,6 +97,40 @@ mod tests {
         }
     }
 
+    /// Light of which a part has paths of one length: the closed form against the double sum, where the rest's lie far from these and several coherence
+    /// lengths from each other.
+    #[test]
+    fn equal_paths_keep_their_contrast() {
+        let mut rng = procedural::Stream::root(7).child("equal").rng();
+        for _ in 0..60 {
+            let (share, deviation) = (rng.random_range(0.1..0.9f64), rng.random_range(0.3..1.0f64));
+            let (median, per_mm) = (2.0, libm::exp(rng.random_range(1.0..4.0f64)));
+            let steps = 3001;
+            let z = |i: usize| -5.0 + 10.0 * i as f64 / (steps - 1) as f64;
+            let weights: Vec<f64> = (0..steps).map(|i| libm::exp(-0.5 * z(i) * z(i))).collect();
+            let total: f64 = weights.iter().sum();
+            let paths: Vec<f64> = (0..steps).map(|i| median * libm::exp(deviation * z(i))).collect();
+            let near = |d: f64| libm::exp(-d * d / (2.0 * std::f64::consts::LN_2));
+            // Far from all of the rest's paths.
+            let pairs: f64 = (0..steps)
+                .flat_map(|i| (0..steps).map(move |j| (i, j)))
+                .filter(|&(i, j)| per_mm * (paths[i] - paths[j]).abs() < 6.0)
+                .map(|(i, j)| weights[i] * weights[j] * near(per_mm * (paths[i] - paths[j])))
+                .sum();
+            let rest = 1.0 - share;
+            let expected = (share * share + rest * rest * pairs / (total * total)).sqrt();
+            let crowding =
+                libm::exp(0.25 * deviation * deviation) / (2.0 * deviation * std::f64::consts::PI.sqrt() * median);
+            let law = PathLaw {
+                crowding: (rest * rest * crowding) as f32,
+                deviation: deviation as f32,
+                equal: (share * share) as f32,
+            };
+            let got = f64::from(path_contrast(per_mm as f32, &law));
+            assert!((got / expected - 1.0).abs() < 0.01, "{share} {deviation} {per_mm}: {got} for {expected}");
+        }
+    }
+
     /// Whatever matter a recipe may have, the contrast is a number above 0 and at most 1, also where no light comes back.
     #[test]
     fn all_matter_has_a_contrast() {

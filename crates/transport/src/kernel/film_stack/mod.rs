@@ -220,7 +220,7 @@ impl FilmStackKernel {
     /// What `stack` does to a line of light.
     pub fn spread(&mut self, stack: &FilmStack) -> FilmStackSpread {
         self.remember(stack);
-        spread(self, stack, 0.0)
+        spread(self, stack)
     }
 
     fn remember(&mut self, stack: &FilmStack) {
@@ -240,8 +240,8 @@ impl Default for FilmStackKernel {
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
-fn spread(kernel: &FilmStackKernel, stack: &FilmStack, air_per_mm: f32) -> FilmStackSpread {
-    let flow = flow(kernel, stack, air_per_mm);
+fn spread(kernel: &FilmStackKernel, stack: &FilmStack) -> FilmStackSpread {
+    let flow = flow(kernel, stack, 0.0);
     let (weights, towards) = (kernel.back.weights(&flow.film), kernel.back.weights(&flow.towards));
     let enter = weights.map(f32::sqrt);
     let exit = std::array::from_fn(|j| towards[j] / enter[j].max(1e-12));
@@ -277,38 +277,6 @@ fn mirrored_mm(stack: &FilmStack, twice: f32) -> f32 {
     let lobe_mm = beneath * FACET_TURN * stack.film.under.gloss.roughness[1];
     let smear_mm = in_film(n, stack.view) * thickness;
     (lobe_mm * lobe_mm * (1.0 + twice) + smear_mm * smear_mm / 12.0).sqrt()
-}
-
-/// Light of a film stack towards the lens by what it went through, as weights of the fixed widths times radiance factors [1].
-#[derive(Debug, Clone, Copy)]
-struct FilmLight {
-    /// Turned by the film, never below it.
-    alone: [f32; BASIS],
-    /// Turned by the film after it has been below, or in film that is sealed to foil.
-    passed: [f32; BASIS],
-    /// Of other light from what lies below, as it leaves the film.
-    below: [f32; BASIS],
-    /// Never turned by the film, mirrored by foil: as narrow as the laser's line [1].
-    straight: f32,
-    /// The film's lower side, as foil shows it [1].
-    mirrored: f32,
-    /// Its standard deviation [mm].
-    mirrored_mm: f32,
-}
-
-#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
-fn light(kernel: &FilmStackKernel, stack: &FilmStack, air_per_mm: f32) -> FilmLight {
-    let flow = flow(kernel, stack, air_per_mm);
-    let passed: Spectrum = std::array::from_fn(|i| flow.towards[i] - flow.alone[i]);
-    let later: Spectrum = std::array::from_fn(|i| flow.passes * (flow.below[i] - flow.straight));
-    FilmLight {
-        alone: kernel.back.weights(&flow.alone),
-        passed: kernel.back.weights(&passed),
-        below: kernel.back.weights(&later),
-        straight: flow.passes * flow.straight,
-        mirrored: flow.passes * flow.mirrored,
-        mirrored_mm: mirrored_mm(stack, flow.mirrored_twice),
-    }
 }
 
 /// Radiance factor of rough metal [1]. Facets throw a part of the light, about a b / (1 + a b) for roughness a and b, at other facets, which throw it

@@ -10,9 +10,11 @@
 
 use std::sync::LazyLock;
 
+use multiversion::multiversion;
 use procedural::{Film, Medium};
 
-use super::{FilmLight, FilmStack, FilmStackKernel, light};
+use super::spectrum::Spectrum;
+use super::{FilmStack, FilmStackKernel, flow, mirrored_mm};
 use crate::kernel::path_law::PathLaw;
 use crate::kernel::widths::{BASIS, PACK_SPREAD_MM};
 use numerics::lanes::{exp, ln};
@@ -82,6 +84,38 @@ fn absorbing(stack: &FilmStack, more_per_mm: f32) -> FilmStack {
     };
     let darker = Medium { mu_a: medium.mu_a + more_per_mm, ..*medium };
     FilmStack { medium: darker, film: Film { under, ..*film }, ..*stack }
+}
+
+/// Light of a film stack towards the lens by what it went through, as weights of the fixed widths times radiance factors [1].
+#[derive(Debug, Clone, Copy)]
+struct FilmLight {
+    /// Turned by the film, never below it.
+    alone: [f32; BASIS],
+    /// Turned by the film after it has been below, or in film that is sealed to foil.
+    passed: [f32; BASIS],
+    /// Of other light from what lies below, as it leaves the film.
+    below: [f32; BASIS],
+    /// Never turned by the film, mirrored by foil: as narrow as the laser's line [1].
+    straight: f32,
+    /// The film's lower side, as foil shows it [1].
+    mirrored: f32,
+    /// Its standard deviation [mm].
+    mirrored_mm: f32,
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
+fn light(kernel: &FilmStackKernel, stack: &FilmStack, air_per_mm: f32) -> FilmLight {
+    let flow = flow(kernel, stack, air_per_mm);
+    let passed: Spectrum = std::array::from_fn(|i| flow.towards[i] - flow.alone[i]);
+    let later: Spectrum = std::array::from_fn(|i| flow.passes * (flow.below[i] - flow.straight));
+    FilmLight {
+        alone: kernel.back.weights(&flow.alone),
+        passed: kernel.back.weights(&passed),
+        below: kernel.back.weights(&later),
+        straight: flow.passes * flow.straight,
+        mirrored: flow.passes * flow.mirrored,
+        mirrored_mm: mirrored_mm(stack, flow.mirrored_twice),
+    }
 }
 
 /// Kinds of light whose paths are laws of their own: turned by the film alone, below the film before it was turned last or seen, shown by foil of the
@@ -264,6 +298,39 @@ mod tests {
     use rand::RngExt;
 
     use super::*;
+
+    /// Of kinds drawn at random, the closed form against the sum over paths in small steps; light of equal paths counts by itself.
+    #[test]
+    fn mixtures_are_as_crowded_as_their_densities() {
+        let mut rng = procedural::Stream::root(55).rng();
+        for _ in 0..100 {
+            let mut parts = [(); KINDS].map(|()| {
+                let law = LogNormal { middle: rng.random_range(-2.0..2.0), deviation: rng.random_range(0.1..1.2) };
+                (rng.random_range(0.05..1.0f32), law)
+            });
+            parts[STRAIGHT].1.deviation = 0.0;
+            let all: f32 = parts.iter().map(|part| part.0).sum();
+            parts.iter_mut().for_each(|part| part.0 /= all);
+            let density = |of: usize, logarithm: f64| {
+                let (share, LogNormal { middle, deviation }) = parts[of];
+                let z = (logarithm - f64::from(middle)) / f64::from(deviation);
+                let width = f64::from(deviation) * std::f64::consts::TAU.sqrt();
+                f64::from(share) * libm::exp(-0.5 * z * z - logarithm) / width
+            };
+            let spread_out = |logarithm: f64| (0..STRAIGHT).map(|of| density(of, logarithm)).sum::<f64>();
+            let steps = 4000;
+            let step = 24.0 / f64::from(steps);
+            let sum: f64 = (0..steps)
+                .map(|i| -12.0 + step * (f64::from(i) + 0.5))
+                .map(|logarithm| spread_out(logarithm).powi(2) * libm::exp(logarithm) * step)
+                .sum();
+            let (share, LogNormal { middle, .. }) = parts[STRAIGHT];
+            let expected = sum + 2.0 * f64::from(share) * spread_out(middle.into());
+            let law = mixture(&parts);
+            assert!((f64::from(law.crowding) / expected - 1.0).abs() < 1e-3, "{parts:?}: {law:?} for {expected}");
+            assert!((law.equal - share * share).abs() < 1e-6, "{parts:?}: {law:?}");
+        }
+    }
 
     /// Laws drawn over what light in packs may be come back from what absorption takes of them.
     #[test]

@@ -133,8 +133,8 @@ mod tests {
 
     use super::*;
 
-    /// Light that thin film turns once leaves where it came in as often as photons do that are walked through it: straight down, turned once, mirrored by
-    /// either side by Fresnel's law as often as it takes, and out; over films that turn up to a third of the light.
+    /// Light that thin film turns once leaves where it came in as often as photons do that are walked through it: straight down, turned once before or
+    /// after the lower side mirrors it by Fresnel's law, and out; over films that turn up to a third of the light.
     #[test]
     fn light_turned_once_leaves_as_often_as_photons_do() {
         let mut rng = Stream::root(54).rng();

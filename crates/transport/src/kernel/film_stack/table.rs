@@ -302,3 +302,35 @@ impl SealedNode {
         self.0[SEALED_NODE - 1]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use rand::RngExt;
+
+    use super::*;
+
+    /// What absorption leaves of paths whose logarithm is normal, a median of 0.1 to 3 thicknesses spread 1.6 to 3.7-fold, by way of the table's nodes and
+    /// the steps between them: within 0.002 of all light, over all absorptions.
+    #[test]
+    fn absorption_between_nodes_leaves_what_it_leaves() {
+        let mut rng = procedural::Stream::root(56).rng();
+        for _ in 0..2000 {
+            let median = libm::exp(rng.random_range(libm::log(0.1)..libm::log(3.0)));
+            let (deviation, absorbed) = (rng.random_range(0.5..1.3f64), libm::exp(rng.random_range(-7.0..2.3f64)));
+            let left = |absorbed: f64| {
+                let z = |i: i32| -5.0 + (f64::from(i) + 0.5) / 20.0;
+                let weight = |i: i32| libm::exp(-0.5 * z(i) * z(i));
+                let path = |i: i32| median * libm::exp(deviation * z(i));
+                let all: f64 = (0..200).map(weight).sum();
+                (0..200).map(|i| weight(i) * libm::exp(-absorbed * path(i))).sum::<f64>() / all
+            };
+            let step = |step: usize| -> f64 {
+                let (first, weights) = columns(step);
+                (0..4).map(|at| f64::from(weights[at]) * left(ABSORBED[first + at])).sum()
+            };
+            let between: f64 = near(0.0, absorbed as f32)[..2].iter().map(|&(at, f)| f64::from(f) * step(at)).sum();
+            let off = between - left(absorbed);
+            assert!(off.abs() < 0.002, "{median} {deviation} {absorbed}: off by {off}");
+        }
+    }
+}
