@@ -101,3 +101,11 @@ pub struct Film {
     /// dz/dx and dz/dy of the surface of what lies below [1].
     pub under_slope: [f32; 2],
 }
+
+impl Film {
+    /// Whether it stands over the air of a pocket.
+    #[inline]
+    pub fn is_over_room(&self) -> bool {
+        self.gap_mm.is_some() && self.room_mm.iter().all(|end| end.is_finite())
+    }
+}

@@ -16,16 +16,21 @@
 //! column (behind the rim of a gap, say), facets steeper than 88.9 degrees, which count as that steep, and light that
 //! the piece reflects onto itself.
 
+pub(crate) mod cavity;
+mod enclosure;
 mod outline;
 mod rays;
 pub(crate) mod surface_grid;
 pub mod turntable;
+
+use std::sync::Arc;
 
 use glam::{Vec2, Vec3};
 use procedural::body::Slice;
 use procedural::noise::BLOCK;
 use procedural::{Body, Class, Film, Matter, Medium, Surface};
 
+use self::cavity::Cavity;
 use self::outline::ConvexOutline;
 use self::rays::{Intersection, LEAVE_MM, TriangleBvh};
 use self::surface_grid::{Differences, SurfaceGrid};
@@ -79,6 +84,8 @@ pub struct Specimen {
     upper: Option<SurfaceGrid>,
     /// The surface below its film, where the film is clear.
     lower: Option<SurfaceGrid>,
+    /// Its pockets, where light in them is asked for.
+    cavities: Vec<Arc<Cavity>>,
     /// The turntable; `None` for a straight scan.
     turntable: Option<Turntable>,
 }
@@ -123,7 +130,22 @@ impl Specimen {
         let hull = body.hull();
         let (triangles, outline) = (TriangleBvh::new(&hull), ConvexOutline::around(&hull.positions));
         let (upper, lower) = surface_grids(&body, lens(&rig, 0.0));
-        Self { body, triangles, outline, rig, fan_height: fan_height as f32, upper, lower, turntable: None }
+        Self {
+            body,
+            triangles,
+            outline,
+            rig,
+            fan_height: fan_height as f32,
+            upper,
+            lower,
+            cavities: Vec::new(),
+            turntable: None,
+        }
+    }
+
+    /// The same with the light that fills its pockets worked out, which the kernel asks for.
+    pub fn with_cavities(self) -> Self {
+        Self { cavities: cavity::find(&self.body), ..self }
     }
 
     /// The same on a turntable, for a body without surface grids; scan positions are then the travel at its radius.
@@ -134,6 +156,11 @@ impl Specimen {
     /// The body.
     pub fn body(&self) -> &Body {
         &self.body
+    }
+
+    /// Its pockets.
+    pub(crate) fn cavities(&self) -> &[Arc<Cavity>] {
+        &self.cavities
     }
 
     /// Height of the body's highest point [mm].

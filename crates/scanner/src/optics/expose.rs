@@ -196,9 +196,12 @@ fn still(sensor: &Sensor, band: &Band, profile: usize, tile: usize, rows: Range<
             let offsets = band.neighbours(profile, &sensor.geometry);
             let neighbours: [&Row; ROWS] = std::array::from_fn(|k| band.neighbour(profile, offsets[k]));
             draw(own, &neighbours, start, &line, first);
-            Exchange { geometry: &sensor.geometry, band, profile }.add(tile, first);
+            let exchange = Exchange { geometry: &sensor.geometry, band, profile };
+            exchange.add(tile, first);
             if let Some(secondary) = &own.secondary {
                 compositing::composite(own, &neighbours, secondary, tile, scratch);
+                let used = scratch.used;
+                scratch.windows[..used].iter_mut().for_each(|window| exchange.add_pocket_light(tile, window));
             }
             streak::draw(streak::near_tile(&own.streaks, tile), start, &mut scratch.windows[0]);
             if let Some(second) = &sensor.second {

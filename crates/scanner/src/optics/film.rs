@@ -8,8 +8,8 @@
 //! dark.
 //! Both ways through the film are followed (`bent_film`): level film shows what lies below nearer to the lens, by up to half of
 //! its thickness for views up to 45 degrees; bent film turns light, which meets what lies below elsewhere, spread over more or less of it.
-//! Light that keeps its direction leaves through the film over where it landed, light that has spread by that over where it has come to. A pocket's walls
-//! hold the latter together about the pocket's middle (`Confinement`), and let some of it out (`wall_exit`).
+//! Light that keeps its direction leaves through the film over where it landed, light that has spread by that over where it has come to. What has crossed
+//! a pocket and spread far is told by the pocket itself ([`super::pocket_light`]).
 //! Neglected: what the film above hides of what lies below; a second image of the same light, where bent film folds the line over itself.
 
 use std::ops::Range;
@@ -20,11 +20,11 @@ use procedural::{Film, Matter, Surface};
 use super::bent_film::{FilmPlace, FilmSheet, LEAST_FILM_COSINE, PlaneBelow};
 use super::box_filter::blur_varying;
 use super::camera::{Camera, Sight};
+use super::pocket_light::{NEAR, NEAR_WIDTHS};
 use super::row::{NARROW_WIDTHS, TransmittedLine};
 use super::row_view::RowView;
 use super::speckle::TILE;
 use crate::specimen::{Hit, height_below};
-use numerics::lanes::exp;
 use transport::fresnel;
 use transport::kernel::film_stack::{FilmStack, FilmStackKernel, FilmStackSpread, passed_unturned, under_normal};
 use transport::kernel::{BASIS, PACK_SPREAD_MM};
@@ -41,90 +41,12 @@ pub(super) const WIDE: usize = 3;
 pub(super) const FILLING: usize = 5;
 /// First of the widths whose light has forgotten where it came in, and reaches from one line's window into another's: of 1.3 mm and more.
 pub(super) const FAR: usize = 6;
-/// Wide light that upright walls let out on top of what level film does, over the share that does not come back from them. Fitted to light
-/// beside the line of 24 packs of recipes/gap by the photon tracker [1].
-const WALL_EXIT: f32 = 0.6;
-/// Standard deviation of a Gaussian as flat as light that fills a room, over the room's length [1].
-const FILLED: f32 = 0.55;
-/// Shortest room that counts [mm].
-const LEAST_ROOM_MM: f32 = 0.2;
 /// Most light that bent film gathers on a place, over that of level film [1].
 const MAX_GATHERED: f32 = 3.0;
 /// Most that a thinner place of the film, or a glint, adds to what a column's own place promises [1].
 const MAX_GAIN: f32 = 100.0;
 /// Greatest radiance factor of a width that is believed [1].
 const MAX_RADIANCE_FACTOR: f32 = 2.0;
-
-/// Factor by which wide light leaves film of this normal over that of a pocket's level film: a wall lets out what does not come back [1].
-pub(super) fn wall_exit(film: &Film, holds: f32, normal: Vec3) -> f32 {
-    let is_room = film.room_mm.iter().all(|end| end.is_finite());
-    if is_room { 1.0 + WALL_EXIT * (1.0 - holds) * (1.0 - normal.z * normal.z) } else { 1.0 }
-}
-
-/// How the walls of a pocket hold together light that fills it: a share of what would spread beyond them along the motion comes back.
-/// What fills the pocket lies about its middle, wherever it came in.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Confinement {
-    /// Of a Gaussian's variance v, v / (1 + v per_mm2) is left [mm^-2].
-    pub per_mm2: f32,
-    /// Where the room's middle lies, along the motion [mm].
-    pub middle_mm: f32,
-    room_mm: [f32; 2],
-    holds: f32,
-    /// Light beyond the widest width over that of the widest [1].
-    beyond: f32,
-}
-
-impl Confinement {
-    /// Of light below `film`, which throws the share `holds` of it back and of which this much lies `beyond` the widest width.
-    pub fn of(film: &Film, holds: f32, beyond: f32) -> Self {
-        let is_room = film.room_mm.iter().all(|end| end.is_finite());
-        // Part of what walls of an empty pocket let out, the card about them sends in; the root suits light far beside the line of the packs
-        // of tests/reference/foil_through_film.rs.
-        let back = if film.under.gloss.is_metal() { holds.sqrt() } else { holds };
-        let holds = if is_room { back } else { 0.0 };
-        let room_mm = film.room_mm.map(|end| end.max(0.5 * LEAST_ROOM_MM));
-        let [before, behind] = room_mm;
-        let (widest, middle_mm) = (FILLED * (before + behind), if is_room { 0.5 * (behind - before) } else { 0.0 });
-        Self { per_mm2: holds / (widest * widest), middle_mm, room_mm, holds, beyond }
-    }
-
-    /// What a width's light is multiplied by, for what comes back from the walls [1].
-    pub fn gain(&self, j: usize) -> f32 {
-        if j < FILLING {
-            return 1.0;
-        }
-        let narrowed = confined(PACK_SPREAD_MM[j], self.per_mm2);
-        let shift = middle_shift(narrowed, self.middle_mm);
-        let [before, behind] = self.room_mm;
-        // Share of a Gaussian between its middle and an end (Polya 1945, within 0.01).
-        let within = [before + shift, behind - shift].map(|end| {
-            let deviations = end.max(0.0) / PACK_SPREAD_MM[j];
-            let places = deviations * deviations * narrowed;
-            0.5 * (1.0 - exp(-std::f32::consts::FRAC_2_PI * places)).max(0.0).sqrt()
-        });
-        let within = within[0] + within[1];
-        let beyond = if j == BASIS - 1 { self.holds * self.beyond } else { 0.0 };
-        (1.0 + beyond) / (1.0 - self.holds * (1.0 - within))
-    }
-
-    /// How far along the motion a width's light lies from where it came in [mm].
-    pub fn shift_mm(&self, j: usize) -> f32 {
-        if j < FILLING { 0.0 } else { middle_shift(confined(PACK_SPREAD_MM[j], self.per_mm2), self.middle_mm) }
-    }
-}
-
-/// How far light of a width whose variance walls divide by `narrowed` moves towards the middle of their room: as far as it fills that [mm].
-#[inline(always)]
-pub(super) fn middle_shift(narrowed: f32, middle_mm: f32) -> f32 {
-    middle_mm * (1.0 - 1.0 / narrowed)
-}
-
-/// What walls that hold light together divide the variance along the motion by, of light that would spread by `spread_mm` [1].
-#[inline(always)]
-pub(super) fn confined(spread_mm: f32, per_mm2: f32) -> f32 {
-    1.0 + spread_mm * spread_mm * per_mm2
-}
 
 /// What the laser meets below a film, by the column that looks at the film above it.
 #[derive(Debug, Clone, Copy)]
@@ -139,8 +61,12 @@ struct TransmittedPoint {
     light: [f32; BASIS],
     /// Factor by which each width leaves here; 0 where something hides this point from the lens [1].
     exit: [f32; BASIS],
-    /// How its pocket holds light together [mm^-2], and where its middle lies along the motion [mm].
-    room: [f32; 2],
+    /// Where light that a pocket's tablet or foil shows here has come from: a place along the line, and how far along the motion from here [mm].
+    comes_from: [f32; 2],
+    /// What of that light by area is seen [1].
+    shows: f32,
+    /// Light of the line that film has thrown down before and that the near widths hold [e-].
+    near: [f32; NEAR_WIDTHS],
     /// Share of light beyond a pocket's end that comes back [1].
     holds: f32,
     metal: bool,
@@ -301,9 +227,13 @@ impl TransmissionScratch {
         let sight = view.sight(seen.x, &Surface { z: seen.z, slope_x, slope_y });
         let white = under_normal(film).dot(sight.view).max(0.0) * sight.electrons;
         let metal = film.under.gloss.is_metal();
-        let confinement = Confinement::of(film, spread.holds, spread.beyond[1]);
         let row = sight.row - spread.below_beside * sight.rows_per_mm;
         let widened = sight.laser_variance * (widening.min(MAX_WIDENING).powi(2) - 1.0);
+        let of_pocket = film.is_over_room();
+        // Foil shows the film that stands where its mirror image does.
+        let mirrored = if metal { film.gap_mm.unwrap_or(0.0) } else { 0.0 };
+        let comes_from = [0, 1].map(|i| -sight.view[i] / sight.view.z.max(LEAST_FILM_COSINE) * mirrored);
+        let left = |j: usize| if of_pocket && j >= FILLING { spread.below[j] * spread.below_first[j] } else { spread.below[j] };
         self.below[column] = Some(TransmittedPoint {
             column: view.camera.project(seen.x, 0.0, seen.z)[0],
             z,
@@ -312,10 +242,15 @@ impl TransmissionScratch {
             light: std::array::from_fn(|j| match j {
                 _ if j < first => 0.0,
                 0..NARROW_WIDTHS => spread.below[j] * white * glint,
-                _ => spread.below[j].sqrt() * white * confinement.gain(j),
+                _ => left(j).sqrt() * white,
             }),
-            exit: std::array::from_fn(|j| if j < NARROW_WIDTHS { passes } else { spread.below[j].sqrt() * passes }),
-            room: [confinement.per_mm2, confinement.middle_mm],
+            exit: std::array::from_fn(|j| if j < NARROW_WIDTHS { passes } else { left(j).sqrt() * passes }),
+            comes_from: [lands[0] + comes_from[0], comes_from[1]],
+            shows: if of_pocket { passes * under_normal(film).dot(sight.view).max(0.0) * spread.below_law } else { 0.0 },
+            near: std::array::from_fn(|k| {
+                let j = NEAR.start + k;
+                if of_pocket { passes * white * spread.below[j] * (1.0 - spread.below_first[j]) } else { 0.0 }
+            }),
             // Foil throws flat light elsewhere than to the lens: what a wall has sent back must be turned down once more.
             holds: if metal { spread.holds * spread.holds } else { spread.holds },
             metal,
@@ -329,23 +264,14 @@ impl TransmissionScratch {
         let padded = columns.next_multiple_of(TILE);
         let old = line.columns.clone();
         // Columns without a line are alike whatever was there before: their numbers too decide how far a tile's are drawn.
-        for field in [
-            &mut line.centre,
-            &mut line.rows_per_mm,
-            &mut line.variance,
-            &mut line.confined_per_mm2,
-            &mut line.room_middle_mm,
-        ] {
+        for field in [&mut line.centre, &mut line.rows_per_mm, &mut line.variance] {
             field.resize(padded, 1.0);
             field[old.clone()].fill(1.0);
         }
-        for source in &mut line.source {
-            source.resize(padded, 0.0);
-            source[old.clone()].fill(0.0);
-        }
-        for exit in &mut line.exit {
-            exit.resize(padded, 0.0);
-            exit[old.clone()].fill(0.0);
+        let light = line.source.iter_mut().chain(&mut line.exit).chain(&mut line.near);
+        for field in light.chain(&mut line.lands).chain([&mut line.shows]) {
+            field.resize(padded, 0.0);
+            field[old.clone()].fill(0.0);
         }
         line.metal.resize(padded, false);
         self.height.clear();
@@ -376,10 +302,16 @@ impl TransmissionScratch {
                 (first, last) = (first.min(column), last.max(column + 1));
                 line.centre[column] = mix(a.sight.row, b.sight.row);
                 line.rows_per_mm[column] = mix(a.sight.rows_per_mm, b.sight.rows_per_mm);
-                [line.confined_per_mm2[column], line.room_middle_mm[column]] = a.room;
                 self.holds[column] = a.holds;
                 line.variance[column] = mix(a.sight.variance, b.sight.variance);
                 line.metal[column] = a.metal;
+                for (i, lands) in line.lands.iter_mut().enumerate() {
+                    lands[column] = mix(a.comes_from[i], b.comes_from[i]);
+                }
+                line.shows[column] = mix(a.shows, b.shows);
+                for (k, near) in line.near.iter_mut().enumerate() {
+                    near[column] = mix(a.near[k], b.near[k]);
+                }
                 let shows = a.exit[0] > 0.0 && b.exit[0] > 0.0;
                 for j in 0..BASIS {
                     line.exit[j][column] = if shows { mix(a.exit[j], b.exit[j]) } else { 0.0 };

@@ -16,7 +16,7 @@ use procedural::{Film, Surface};
 
 use super::band::Band;
 use super::camera::Sight;
-use super::film::{FAR, confined, entering_share, spread, wall_exit};
+use super::film::{FAR, entering_share, spread};
 use super::reflections::LitRow;
 use super::row::{Patches, Row};
 use super::scan_geometry::ScanGeometry;
@@ -28,13 +28,13 @@ use transport::kernel::film_stack::FilmStackKernel;
 use transport::kernel::{BASIS, PACK_SPREAD_MM};
 
 /// Columns by which patches are apart.
-const STRIDE: usize = 4;
+pub(super) const STRIDE: usize = 4;
 /// Patches of a tile.
-const PER_TILE: usize = TILE / STRIDE;
+pub(super) const PER_TILE: usize = TILE / STRIDE;
 /// Rows by which those are apart in which received light is worked out [px].
 const NODE_ROWS: usize = 2;
 /// Rows of a window in which it is: every so many, and the last.
-const NODES: usize = ROWS / NODE_ROWS + 1;
+pub(super) const NODES: usize = ROWS / NODE_ROWS + 1;
 /// Square of a slope from which a patch faces others [1].
 const UNEVEN_SLOPE2: f32 = 0.01;
 /// Square of the distance under which patches are no points to each other: light spreads about as far in films before it leaves, and
@@ -74,8 +74,8 @@ impl Patches {
     pub(crate) fn find(&mut self, lit: &LitRow<'_>, row: &Row, covers: &mut FilmStackKernel) {
         let columns = lit.hits.len();
         let padded = columns.next_multiple_of(TILE);
-        let Self { x, z, slope_x, slope_y, sends, glows, glow_mm, returns, shows, .. } = self;
-        for field in [x, z, slope_x, slope_y, sends, glows, glow_mm, returns, shows] {
+        let Self { x, z, slope_x, slope_y, sends, glows, glow_mm, returns, shows, facing, .. } = self;
+        for field in [x, z, slope_x, slope_y, sends, glows, glow_mm, returns, shows, facing] {
             field.clear();
             field.resize(padded / STRIDE, 0.0);
         }
@@ -109,19 +109,19 @@ impl Patches {
         (self.x[place], self.z[place]) = (x, z);
         (self.slope_x[place], self.slope_y[place]) = (slope_x, slope_y);
         let near = spread.enter.iter().zip(spread.exit).take(FAR);
-        let own: f32 = near.map(|(enter, exit)| enter * exit).sum();
+        // What has crossed a pocket leaves that elsewhere.
+        let alone = |j: usize| if film.is_over_room() { spread.alone[j] } else { 1.0 };
+        let own: f32 = near.enumerate().map(|(j, (enter, exit))| enter * exit * alone(j)).sum();
         let through = spread.passes * spread.below.iter().sum::<f32>();
         let out = medium.gloss.matte + own + through;
         let columns = hits.len() as f32;
         self.sends[place] = columns * share(&|hit| hit.lit) * sight.electrons * out / upright2.sqrt();
-        let per_mm2 = row.confined_per_mm2[middle_of(column, lit.hits.len())];
-        let wall = wall_exit(film, spread.holds, normal);
         let (mut glow, mut moment) = (0.0, 0.0);
         for j in FAR..BASIS {
             let source = row.source[j][column..column + hits.len()].iter().sum::<f32>();
-            let flux = source * spread.exit[j] * wall / sight.view.z;
+            let flux = source * spread.exit[j] / sight.view.z;
             glow += flux;
-            moment += flux * PACK_SPREAD_MM[j] * PACK_SPREAD_MM[j] / confined(PACK_SPREAD_MM[j], per_mm2);
+            moment += flux * PACK_SPREAD_MM[j] * PACK_SPREAD_MM[j];
         }
         // A wall has more area than the card below it, and all of it glows.
         self.glows[place] = glow;
@@ -133,10 +133,12 @@ impl Patches {
         // What has crossed the film fills the pocket, and is not seen here; what foil mirrors goes elsewhere.
         let turned: f32 = spread.enter.iter().take(FAR).map(|enter| enter * enter).sum();
         let passed = if film.under.gloss.is_metal() { 0.0 } else { through };
-        let reflects = wide.clamp(0.0, 2.0 * sight.column_mm) * (medium.gloss.matte + ease * (turned + passed));
+        let reflectance = medium.gloss.matte + ease * (turned + passed);
+        let reflects = wide.clamp(0.0, 2.0 * sight.column_mm) * reflectance;
         self.returns[place] = columns * reflects / upright2.sqrt();
         let facing = share(&|hit| hit.seen) * normal.dot(sight.view).max(0.0);
         self.shows[place] = std::f32::consts::FRAC_1_PI * reflects * facing;
+        self.facing[place] = reflectance * facing;
         self.uneven[column / TILE] |= upright2 > 1.0 + UNEVEN_SLOPE2;
     }
 
@@ -220,7 +222,8 @@ fn receive(
 impl Exchange<'_> {
     /// Whether a tile's columns may send each other light.
     pub fn is_near(&self, tile: usize) -> bool {
-        uneven_near(self.band.row(self.profile), tile) || self.rows().into_iter().any(|row| uneven_near(row, tile))
+        let own = self.band.row(self.profile);
+        own.secondary.as_ref().is_some_and(|secondary| !secondary.pockets.is_dark()) || uneven_near(own, tile) || self.rows().into_iter().any(|row| uneven_near(row, tile))
     }
 
     /// Offsets of the rows in which received light is worked out [profiles].
@@ -229,7 +232,7 @@ impl Exchange<'_> {
         std::array::from_fn(|node| offsets[(node * NODE_ROWS).min(ROWS - 1)])
     }
 
-    fn rows(&self) -> [&Row; NODES] {
+    pub(super) fn rows(&self) -> [&Row; NODES] {
         self.offsets().map(|offset| self.band.neighbour(self.profile, offset))
     }
 
@@ -268,9 +271,15 @@ impl Exchange<'_> {
                 lay(pair[0], pair[1], shown);
             }
         }
-        for k in window.drawn.clone() {
-            for (c, light) in window.volume[k].iter_mut().enumerate() {
-                // From the middle of one patch to that of the next.
+        window.add_patches(&shown);
+    }
+}
+
+impl Window {
+    /// Adds light of patches: of the tile's own and one more on either side, `[patch][row]`, linear from the middle of one to that of the next.
+    pub(super) fn add_patches(&mut self, shown: &[[f32; ROWS]; PER_TILE + 2]) {
+        for k in self.drawn.clone() {
+            for (c, light) in self.volume[k].iter_mut().enumerate() {
                 let along = c as f32 / STRIDE as f32 + 1.0 - 0.5 * (STRIDE - 1) as f32 / STRIDE as f32;
                 let (a, part) = (along as usize, along.fract());
                 *light += shown[a][k] * (1.0 - part) + shown[a + 1][k] * part;
@@ -280,7 +289,7 @@ impl Exchange<'_> {
 }
 
 /// The column in the middle of the patch that begins at `column`, of so many columns.
-fn middle_of(column: usize, columns: usize) -> usize {
+pub(super) fn middle_of(column: usize, columns: usize) -> usize {
     (column + STRIDE / 2).min(columns - 1)
 }
 
@@ -292,17 +301,17 @@ fn uneven_near(row: &Row, tile: usize) -> bool {
 
 /// Light that a column shows in one row of the specimen.
 #[derive(Debug, Clone, Copy, Default)]
-struct Node {
+pub(super) struct Node {
     /// Where in the window it is seen [px].
-    row: f32,
+    pub row: f32,
     /// Where along the motion it comes from [mm].
-    y: f32,
+    pub y: f32,
     /// Light by length along the motion [e-/mm].
-    by_mm: f32,
+    pub by_mm: f32,
 }
 
 /// Lays the light between two nodes on the rows of a window.
-fn lay(a: Node, b: Node, rows: &mut [f32; ROWS]) {
+pub(super) fn lay(a: Node, b: Node, rows: &mut [f32; ROWS]) {
     let (step, length) = (b.row - a.row, (b.y - a.y).abs());
     if step.abs() < 1e-3 || (a.by_mm == 0.0 && b.by_mm == 0.0) {
         return;

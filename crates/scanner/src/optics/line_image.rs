@@ -6,7 +6,7 @@
 
 use multiversion::multiversion;
 
-use super::film::{FAR, FILLING, confined, middle_shift};
+use super::film::FAR;
 use super::front_face::FrontExits;
 use super::gaussian_stepper::{CompositeLine, GaussianStepper, add_line};
 use super::laser::LineProfile;
@@ -92,11 +92,10 @@ pub fn draw(own: &Row, neighbours: &[&Row; ROWS], start: usize, line: &LineShape
         let source = split.as_ref().map_or(source, |[shown, _]| shown);
         let shift = load(&own.shift[j], start);
         let (mut wide, mut place) = (variance, phase);
-        let confined_per_mm2 = confined_in(&own.confined_per_mm2, start, j);
         let level_sigma = own.spread_mm[j] * own.level_rows_per_mm;
         for c in 0..TILE {
             let sigma = own.spread_mm[j] * rows_per_mm[c];
-            wide[c] += sigma * sigma / confined(own.spread_mm[j], confined_per_mm2[c]);
+            wide[c] += sigma * sigma;
             place[c] -= shift[c];
         }
         if let (Some(seen), Some(ways), Some([_, creeps])) = (&seen, &ways, &split) {
@@ -113,7 +112,7 @@ pub fn draw(own: &Row, neighbours: &[&Row; ROWS], start: usize, line: &LineShape
             };
             let mut moved = *shift;
             for c in 0..TILE {
-                wide[c] = variance[c] + level_sigma * level_sigma / confined(own.spread_mm[j], confined_per_mm2[c]);
+                wide[c] = variance[c] + level_sigma * level_sigma;
                 moved[c] *= own.level_rows_per_mm / own.rows_per_mm[start + c].max(f32::MIN_POSITIVE);
             }
             add_over_relief(&seen.away_mm, own.level_rows_per_mm, [&moved, &wide, source], exit, window);
@@ -176,29 +175,18 @@ pub(crate) fn draw_transmitted(
         if source.iter().all(|&s| s == 0.0) {
             continue;
         }
-        let (mut wide, mut place) = (*variance, phase);
-        let confined_per_mm2 = confined_in(&own.confined_per_mm2, start, j);
-        let middle_mm = load(&own.room_middle_mm, start);
+        let mut wide = *variance;
         for c in 0..TILE {
             let sigma = PACK_SPREAD_MM[j] * rows_per_mm[c];
-            let narrowed = confined(PACK_SPREAD_MM[j], confined_per_mm2[c]);
-            wide[c] += sigma * sigma / narrowed;
-            place[c] += middle_shift(narrowed, middle_mm[c]) * rows_per_mm[c];
+            wide[c] += sigma * sigma;
         }
-        GaussianStepper::new(&place, &wide).add(
+        GaussianStepper::new(&phase, &wide).add(
             source,
             |k| neighbours[k].leaves(j, start),
             &(0..ROWS),
             &mut window.volume,
         );
     }
-}
-
-/// How pockets hold width `j` together in a tile [mm^-2].
-#[inline(always)]
-fn confined_in(per_mm2: &[f32], start: usize, j: usize) -> &[f32; TILE] {
-    const FREE: [f32; TILE] = [0.0; TILE];
-    if j < FILLING || per_mm2.is_empty() { &FREE } else { load(per_mm2, start) }
 }
 
 /// Adds the light of `own` that falls into a window beyond the one that its line was drawn in, which begins at `drawn`: what spreads far
@@ -209,7 +197,7 @@ pub(crate) fn add_beyond(own: &Row, neighbours: &[&Row; ROWS], start: usize, dra
     let exits = |j: usize| ends.map(|row| load(&row.exit[j], start));
     let centres = ends.map(|row| load(&row.centre, start));
     let level = [own.level_rows_per_mm; TILE];
-    let lines = [load(&own.variance, start), &level, confined_in(&own.confined_per_mm2, start, FAR)];
+    let lines = [load(&own.variance, start), &level];
     let shift = |j: usize| {
         let shift = load(&own.shift[j], start);
         std::array::from_fn(|c| shift[c] * level[c] / own.rows_per_mm[start + c].max(f32::MIN_POSITIVE))
@@ -227,25 +215,17 @@ pub(crate) fn add_transmitted_beyond(
     window: &mut Window,
 ) {
     let exits = |j| [0, ROWS - 1].map(|k| neighbours[k].leaves(j, start));
-    let per_mm2 = confined_in(&own.confined_per_mm2, start, FAR);
-    let lines = [load(&own.variance, start), load(&own.rows_per_mm, start), per_mm2];
-    let middle_mm = load(&own.room_middle_mm, start);
-    let shift = |j: usize| {
-        std::array::from_fn(|c| {
-            let narrowed = confined(PACK_SPREAD_MM[j], per_mm2[c]);
-            -middle_shift(narrowed, middle_mm[c]) * lines[1][c]
-        })
-    };
+    let lines = [load(&own.variance, start), load(&own.rows_per_mm, start)];
+    let shift = |_| [0.0; TILE];
     beyond([load(&own.centre, start); 2], lines, |j| load(&own.source[j], start), shift, exits, drawn, window);
 }
 
-/// Adds the far widths of lines, by where they are seen from before their windows and from behind, and their variances, rows per mm and
-/// confinements, to the rows of a window that lie outside of the windows that begin at `drawn`. Each leaves by the last row on its side that
+/// Adds the far widths of lines, by where they are seen from before their windows and from behind, and their variances and rows per mm, to the rows of a window that lie outside of the windows that begin at `drawn`. Each leaves by the last row on its side that
 /// those look at.
 #[inline(always)]
 fn beyond<'a>(
     centres: [&[f32; TILE]; 2],
-    [variance, rows_per_mm, confined_per_mm2]: [&[f32; TILE]; 3],
+    [variance, rows_per_mm]: [&[f32; TILE]; 2],
     source: impl Fn(usize) -> &'a [f32; TILE],
     shift: impl Fn(usize) -> [f32; TILE],
     exits: impl Fn(usize) -> [&'a [f32; TILE]; 2],
@@ -264,7 +244,7 @@ fn beyond<'a>(
         let (mut light, mut step, mut ratio) = ([0.0f32; TILE], [0.0f32; TILE], [0.0f32; TILE]);
         for c in 0..TILE {
             let sigma = PACK_SPREAD_MM[j] * rows_per_mm[c];
-            let spread = sigma * sigma / confined(PACK_SPREAD_MM[j], confined_per_mm2[c]);
+            let spread = sigma * sigma;
             // What a narrow line sends so far is nothing, and not to be stepped from there.
             let half = 0.5 / (variance[c] + spread).max(LEAST_FAR_PX2);
             // The window's rows beyond those drawn lie on one side of them.

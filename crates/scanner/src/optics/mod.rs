@@ -30,6 +30,7 @@ mod line_image;
 mod mixed_columns;
 mod motion_blur;
 pub(crate) mod per_line;
+mod pocket_light;
 pub mod postprocess;
 pub mod reflections;
 mod response;

@@ -5,6 +5,7 @@
 
 use super::coherence::{CONTRAST_COLUMNS, RowContrasts};
 use super::mixed_columns::MixedColumn;
+use super::pocket_light::{NEAR_WIDTHS, PocketLight};
 use super::speckle::TILE;
 use super::streak::Streak;
 use super::window::{UNIT_EXIT, load};
@@ -35,8 +36,6 @@ pub struct Row {
     pub spread_rows_per_mm: Vec<f32>,
     /// Variance of laser, lens and pixel [px^2].
     pub variance: Vec<f32>,
-    /// How pockets hold light together along the motion, as `film::Confinement` has it; empty without [mm^-2].
-    pub confined_per_mm2: Vec<f32>,
     /// Whether each column's line on film is hidden from the lens; empty without film.
     pub hidden: Vec<bool>,
     /// Unit of the laser's line profile; empty for a Gaussian line [px].
@@ -93,7 +92,7 @@ impl Row {
     /// Whether a column's film stands over the air of a pocket.
     #[inline(always)]
     pub(crate) fn is_room(&self, column: usize) -> bool {
-        self.confined_per_mm2.get(column).is_some_and(|&confined| confined > 0.0)
+        self.hits.get(column).is_some_and(|hit| hit.matter.film.is_some_and(|film| film.is_over_room()))
     }
 
     /// Which columns of a tile have their line on film where the lens does not see it; `None` where none has.
@@ -164,6 +163,8 @@ pub struct Patches {
     pub(super) returns: Vec<f32>,
     /// What of a flux by area of the level plane a column shows to the lens, by length of the line along the motion, over pi; 0 where the lens does not see it [mm].
     pub(super) shows: Vec<f32>,
+    /// What it shows to the lens of light by its own area, as Lambertian surfaces show all of it towards their normal [1].
+    pub(super) facing: Vec<f32>,
     /// Whether any patch of a tile faces others.
     pub(super) uneven: Vec<bool>,
 }
@@ -177,6 +178,8 @@ pub struct SecondaryLight {
     pub reflections: Vec<Reflection>,
     /// What sends light to other parts of the body, and shows theirs.
     pub(super) patches: Patches,
+    /// What pockets let out of its light.
+    pub(super) pockets: PocketLight,
     /// Sensor row of the first row of each window, a column [px].
     pub windows: [Vec<i32>; 2],
     /// Whether a tile of columns needs more than its line's own window.
@@ -214,10 +217,12 @@ pub struct TransmittedLine {
     pub variance: Vec<f32>,
     /// Light towards the lens, by width, spread along the line, `[BASIS][columns]` [sqrt(1) e-].
     pub source: [Vec<f32>; BASIS],
-    /// How its pocket holds light together along the motion, as `film::Confinement` has it [mm^-2].
-    pub confined_per_mm2: Vec<f32>,
-    /// Where the pocket's middle lies along the motion, from here [mm].
-    pub room_middle_mm: Vec<f32>,
+    /// Where the light that a pocket's tablet or foil shows here has come from: a place along the line, and how far along the motion from here [mm].
+    pub(super) lands: [Vec<f32>; 2],
+    /// What of that light by area is seen; 0 where there is no pocket [1].
+    pub(super) shows: Vec<f32>,
+    /// Light of the line that film has thrown down before and that the near widths hold [e-].
+    pub(super) near: [Vec<f32>; NEAR_WIDTHS],
     /// Factor by which each width leaves here through the film, `[BASIS][columns]`; narrow ones have left already [sqrt(1)].
     pub exit: [Vec<f32>; BASIS],
     /// Whether metal throws it back.

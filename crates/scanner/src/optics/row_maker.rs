@@ -18,9 +18,10 @@ use super::bent_film::upright;
 use super::box_filter::{blur, blur_varying};
 use super::camera::{Camera, Sight};
 use super::coherence::{CONTRAST_COLUMNS, CONTRAST_ROWS, Coherence};
-use super::film::{self, Confinement};
+use super::film;
 use super::highlights::{HighlightScratch, Highlights};
 use super::mixed_columns::EdgeSearch;
+use super::pocket_light::{self, PocketColumn};
 use super::reflections::LitRow;
 use super::response::{KEY_STEP, Response, key_rows};
 use super::row::Row;
@@ -407,15 +408,14 @@ fn prepare(view: RowView<'_>, scratch: &mut RowScratch, row: &mut Row) {
     row.profile_node.resize(profiled, 0.0);
     if specimen.can_mirror_itself() {
         row.secondary.get_or_insert_default();
-        row.confined_per_mm2.clear();
-        row.confined_per_mm2.resize(padded, 0.0);
         row.hidden.clear();
         row.hidden.resize(padded, false);
+        scratch.secondary.pockets.clear();
+        scratch.secondary.pockets.resize(columns, PocketColumn::default());
         scratch.secondary.transmission.clear(columns);
         scratch.secondary.reflections.clear(columns);
     } else {
         row.secondary = None;
-        row.confined_per_mm2.clear();
         row.hidden.clear();
     }
     (scratch.response.profile, scratch.response.y_mm) = (Some(view.profile), view.y);
@@ -477,20 +477,21 @@ impl LitColumn<'_> {
                 (spread.enter[j], spread.exit[j]) = (wide.enter[j], wide.exit[j] * facing);
             }
         }
-        let confinement = Confinement::of(film, spread.holds, spread.beyond[0]);
         scratch.along.note(column, spread.holds);
-        row.confined_per_mm2[column] = confinement.per_mm2;
         row.hidden[column] = hit.lit && !hit.seen;
-        let wall = film::wall_exit(film, spread.holds, normal);
+        let enters = film::entering_share(medium.n_eff, normal, -sight.light);
+        if film.is_over_room() {
+            scratch.secondary.pockets[column] = PocketColumn::of(hit, normal, &sight, &spread, [arrives, enters]);
+            pocket_light::leave_to_cavity(&mut spread, film);
+        }
         for j in 0..BASIS {
-            // Light enters and leaves by one root each: what walls add counts once.
-            scratch.response.spread.enter[j][column] = spread.enter[j] * confinement.gain(j);
-            scratch.response.spread.exit[j][column] = spread.exit[j] * if j < film::FAR { 1.0 } else { wall };
-            scratch.response.spread.shift[j][column] = spread.film_beside[j] + confinement.shift_mm(j);
+            scratch.response.spread.enter[j][column] = spread.enter[j];
+            scratch.response.spread.exit[j][column] = spread.exit[j];
+            scratch.response.spread.shift[j][column] = spread.film_beside[j];
         }
         // What enters where the lens does not see it comes out elsewhere.
         let facing = normal.dot(sight.view).max(LEAST_FACING);
-        row.entered_light[column] = arrives * facing * film::entering_share(medium.n_eff, normal, -sight.light);
+        row.entered_light[column] = arrives * facing * enters;
         scratch.albedo[column] += spread.passes * spread.below.iter().sum::<f32>();
         scratch.secondary.transmission.note(column, (hit, &sight), film, &spread, &view);
         scratch.secondary.reflections.note_in_foil(column, hit, film, &spread, (normal, sight.view), &view);

@@ -6,6 +6,7 @@
 //! hold. Neglected: light outside of both.
 
 use super::film;
+use super::pocket_light::PocketColumn;
 use super::reflections::{LitRow, ReflectionScratch};
 use super::row::{Row, SecondaryLight, WindowNeed};
 use super::speckle::TILE;
@@ -22,6 +23,8 @@ pub struct SecondaryScratch {
     pub covers: FilmStackKernel,
     /// How long its paths are.
     pub paths: FilmPaths,
+    /// What each column's film over a pocket lets in and out.
+    pub(super) pockets: Vec<PocketColumn>,
     /// For mirror images.
     pub(crate) reflections: ReflectionScratch,
 }
@@ -32,6 +35,7 @@ impl SecondaryLight {
         scratch.transmission.draw(lit.view.camera, &mut self.transmitted);
         scratch.reflections.images(lit, &mut self.reflections);
         self.patches.find(lit, row, &mut scratch.covers);
+        self.pockets.find(lit, &scratch.pockets);
         let columns = row.centre.len();
         for window in &mut self.windows {
             window.resize(columns, 0);

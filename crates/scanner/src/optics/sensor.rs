@@ -136,6 +136,11 @@ impl Sensor {
         self.scripts.is_some()
     }
 
+    /// Whether another model than the kernel works out each line's light from below the surface.
+    pub fn solves_lines(&self) -> bool {
+        self.line_solver.is_some()
+    }
+
     /// The geometry and radiometry in use.
     pub fn camera(&self) -> &Camera {
         &self.camera

@@ -22,6 +22,7 @@
 
 mod answer;
 pub mod paths;
+mod shares;
 mod single_scattering;
 mod spectrum;
 pub mod table;
@@ -34,6 +35,7 @@ use multiversion::multiversion;
 use procedural::{Film, Medium};
 
 pub(super) use self::answer::solve;
+pub use self::shares::FilmShares;
 use self::single_scattering::{
     turned_depth, turned_down, turned_once, turned_once_aslant, turned_once_in_all, turned_once_level,
 };
@@ -54,8 +56,6 @@ const IN_FILM: f32 = 0.41;
 const ONCE_AROUND: f32 = 0.15;
 /// Factor by which the law of exit of light that pigment turns more than once is at most unlike that of all light [1].
 const MOST_UNLIKE: f32 = 2.0;
-/// Most light beyond the widest width, over that of the widest, that is believed [1].
-const MAX_BEYOND: f32 = 4.0;
 /// Mean way of light from all sides across air, over its height, near the line [1].
 const LAMBERT_WAY: f32 = 1.1;
 /// Least cosine of a view by whose way through air light counts [1].
@@ -137,9 +137,17 @@ pub struct FilmStackSpread {
     pub enter: [f32; BASIS],
     /// The same times the film's radiance factor [1].
     pub exit: [f32; BASIS],
+    /// Share of that which has never been below the film, by width [1].
+    pub alone: [f32; BASIS],
+    /// Radiance factor, towards the lens, of light from all sides below that the film turns on its way out [1].
+    pub through: f32,
     /// Weight of each width times radiance factor, of light that what lies below sends towards the lens: it is seen where it left the
     /// surface below [1].
     pub below: [f32; BASIS],
+    /// Share of that which the film has not thrown down again, by width [1].
+    pub below_first: [f32; BASIS],
+    /// Radiance factor of light from all sides that what lies below throws to the lens, over its reflectance [1].
+    pub below_law: f32,
     /// How far along the motion the lens sees light of each width leave the film beside where it leaves towards all sides [mm].
     pub film_beside: [f32; BASIS],
     /// How far along the motion that light leaves the surface below beside light to all sides [mm].
@@ -153,8 +161,6 @@ pub struct FilmStackSpread {
     pub passes: f32,
     /// Share of light from all sides that the film throws back into the room below [1].
     pub holds: f32,
-    /// Light beyond the widest width over that of the widest, of what leaves from the film and of what lies below [1].
-    pub beyond: [f32; 2],
 }
 
 /// Answers for film stacks, one after the other. It remembers what the last ones were made of, which saves time and changes no
@@ -180,6 +186,8 @@ struct FilmFlow {
     alone: Spectrum,
     /// Radiance factor of what lies below [1].
     below: Spectrum,
+    /// Of that, what the film has not thrown down again [1].
+    below_first: Spectrum,
     /// Of that, straight light that foil mirrors to the lens at once [1].
     straight: f32,
     /// Radiance factor of what foil shows of the film's lower side [1].
@@ -188,6 +196,8 @@ struct FilmFlow {
     mirrored_twice: f32,
     /// Share of what lies below that is seen through the film [1].
     passes: f32,
+    /// Radiance factor of light from all sides that passes the film turned [1].
+    through: f32,
     /// Share of light from all sides below that the film throws back [1].
     holds: f32,
     /// Leaves upwards in any way [1].
@@ -219,16 +229,16 @@ impl FilmStackKernel {
 
     /// What `stack` does to a line of light.
     pub fn spread(&mut self, stack: &FilmStack) -> FilmStackSpread {
-        self.remember(stack);
+        self.remember(&stack.medium, &stack.film.under);
         spread(self, stack)
     }
 
-    fn remember(&mut self, stack: &FilmStack) {
-        if self.films.n() != stack.medium.n_eff {
-            self.films = FilmTable::of(stack.medium.n_eff);
+    fn remember(&mut self, film: &Medium, under: &Medium) {
+        if self.films.n() != film.n_eff {
+            self.films = FilmTable::of(film.n_eff);
         }
-        if *self.under.medium() != stack.film.under {
-            self.under = Underlayer::of(&stack.film.under);
+        if self.under.medium() != under {
+            self.under = Underlayer::of(under);
         }
     }
 }
@@ -246,23 +256,30 @@ fn spread(kernel: &FilmStackKernel, stack: &FilmStack) -> FilmStackSpread {
     let enter = weights.map(f32::sqrt);
     let exit = std::array::from_fn(|j| towards[j] / enter[j].max(1e-12));
     let below = kernel.back.weights(&flow.below);
-    // The lowest frequency counts nearly all light, widths only what is high enough in the middle.
-    let beyond = |flow: &Spectrum, weights: &[f32; BASIS]| {
-        (flow[0] - weights.iter().sum::<f32>()).max(0.0) / weights[BASIS - 1].max(f32::MIN_POSITIVE)
+    let (alone, below_first) = (kernel.back.weights(&flow.alone), kernel.back.weights(&flow.below_first));
+    let shares = |of: [f32; BASIS], all: [f32; BASIS]| {
+        std::array::from_fn(|j| if all[j] > 0.0 { (of[j] / all[j]).clamp(0.0, 1.0) } else { 1.0 })
     };
-    let beyond = [beyond(&flow.film, &weights), beyond(&flow.below, &below)].map(|beyond| beyond.min(MAX_BEYOND));
+    let below_law = if stack.film.under.gloss.is_metal() {
+        1.0
+    } else {
+        kernel.under.towards(stack.view.dot(under_normal(&stack.film)))
+    };
     let below_beside = kernel.under.beside() * stack.view.y;
-    let FilmFlow { passes, holds, mirrored, .. } = flow;
+    let FilmFlow { passes, through, holds, mirrored, .. } = flow;
     let mirrored_mm = mirrored_mm(stack, flow.mirrored_twice);
     FilmStackSpread {
         enter,
         exit,
+        alone: shares(alone, towards),
+        through,
         below,
+        below_first: shares(below_first, below),
+        below_law,
         film_beside: stack.film_beside(),
         below_beside,
         mirrored,
         mirrored_mm,
-        beyond,
         passes,
         holds,
     }
@@ -352,10 +369,12 @@ fn flow(kernel: &FilmStackKernel, stack: &FilmStack, air_per_mm: f32) -> FilmFlo
             towards,
             alone: towards,
             below: [glint; FREQUENCY_COUNT],
+            below_first: [glint; FREQUENCY_COUNT],
             straight: glint,
             mirrored: 0.0,
             mirrored_twice: 0.0,
             passes: out,
+            through: law,
             holds: 0.0,
             all,
             total,
@@ -434,8 +453,10 @@ fn flow(kernel: &FilmStackKernel, stack: &FilmStack, air_per_mm: f32) -> FilmFlo
         towards: [0.0; FREQUENCY_COUNT],
         alone: [0.0; FREQUENCY_COUNT],
         below: [0.0; FREQUENCY_COUNT],
+        below_first: [0.0; FREQUENCY_COUNT],
         straight: if foil { enter * air_up * straight * air * glint } else { 0.0 },
         passes: seen,
+        through: laws[1],
         holds: diffuse_back[0],
         all: [0.0; FREQUENCY_COUNT],
         total: 0.0,
@@ -461,11 +482,15 @@ fn flow(kernel: &FilmStackKernel, stack: &FilmStack, air_per_mm: f32) -> FilmFlo
         let often = (back[i] - once_in_all * once_around[i]).max(0.0) * law_often;
         out.alone[i] = enter * (level_once + often + aslant - smeared);
         out.towards[i] = out.alone[i] + enter * laws[1] * passed;
-        let body_glow =
-            seen_body[i] * ((1.0 - mirrors_straight) * below + (1.0 - mirrors) * down) * glint + below * shine;
-        let metal_glow =
-            straight * air * glint + on[i] * h1[i] * (1.0 - shown) * mirrors + (down - on[i] * h1[i]) * glow;
-        out.below[i] = enter * air_up * if foil { metal_glow } else { body_glow };
+        let ahead = on[i] * h1[i];
+        let (first, later) = if foil {
+            (straight * air * glint + ahead * (1.0 - shown) * mirrors, (down - ahead) * glow)
+        } else {
+            let sent = seen_body[i] * glint;
+            (sent * (1.0 - mirrors_straight) * below + below * shine, sent * (1.0 - mirrors) * down)
+        };
+        out.below[i] = enter * air_up * (first + later);
+        out.below_first[i] = enter * air_up * first;
         let crossed = if g1[i] > 1e-6 { (above[i] / g1[i]).min(1.0) } else { 1.0 };
         let (diffuse, metallic) = (of.diffuse_straight() * up, (1.0 - fresnel) * straight * mirrors_straight * arrives);
         out.all[i] = enter * (back[i] + mirrored + passed + diffuse * crossed + metallic * lobe_above[i]);

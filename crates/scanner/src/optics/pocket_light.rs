@@ -1,0 +1,224 @@
+//! Pocket light: what pockets let out of the light that enters through their film, wherever that has gone in them ([`crate::specimen::cavity`]).
+//!
+//! Near the line the planar model of film and what lies below stands ([`super::film`]): its widths up to half a millimetre. Wider ones know no
+//! walls and are left out in pockets; the cavity tells what leaves at each place, of which the near widths' part is taken off. So is light that
+//! the film throws down again and that tablets or foil then show through it. Both are worked out in patches of [`STRIDE`] columns and every
+//! [`NODE_ROWS`]th row of a window, at the place that the row looks at, and are linear between; beyond the rows that a window looks at the surface
+//! goes on level, and light by its place. The card around a pocket shows what it receives of the walls' light.
+//! Neglected: what leaves film beyond the window's rows where that is not level, what one pocket sends into another.
+
+use std::ops::Range;
+
+use glam::{Vec2, Vec3};
+use numerics::lanes::exp;
+use procedural::Film;
+
+use super::camera::Sight;
+use super::film::FILLING;
+use super::interreflections::{Exchange, NODES, Node, PER_TILE, STRIDE, lay, middle_of};
+use super::reflections::LitRow;
+use super::row::Row;
+use super::speckle::TILE;
+use super::window::{ROWS, Window};
+use crate::specimen::Hit;
+use crate::specimen::cavity::CavityLight;
+use transport::kernel::PACK_SPREAD_MM;
+use transport::kernel::film_stack::FilmStackSpread;
+
+/// Fixed widths near the line whose light may have crossed a pocket.
+pub(super) const NEAR: Range<usize> = 2..FILLING;
+/// How many those are.
+pub(super) const NEAR_WIDTHS: usize = NEAR.end - NEAR.start;
+/// Places on either side beyond the rows that a window looks at, and their distance [mm].
+const BEYOND: usize = 8;
+const BEYOND_MM: f32 = 0.5;
+
+/// What a column's film over a pocket lets in and out.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct PocketColumn {
+    /// Light that enters the film [e-].
+    enters: f32,
+    /// What of light by area the column shows [1].
+    shows: f32,
+    /// Light of the line that has crossed the pocket and that the near widths hold [e-].
+    near: [f32; NEAR_WIDTHS],
+}
+
+impl PocketColumn {
+    /// Of film with this `normal` under `hit`, which spreads light like `spread`; `arrives` of the laser's light, of which `enters` goes in.
+    pub fn of(hit: &Hit, normal: Vec3, sight: &Sight, spread: &FilmStackSpread, [arrives, enters]: [f32; 2]) -> Self {
+        let facing = if hit.seen { normal.dot(sight.view).max(0.0) } else { 0.0 };
+        let passed = |j: usize| spread.enter[j] * spread.exit[j] * (1.0 - spread.alone[j]);
+        Self {
+            enters: arrives * enters,
+            shows: facing * spread.through,
+            near: std::array::from_fn(|k| arrives * facing * passed(NEAR.start + k)),
+        }
+    }
+}
+
+/// Takes from a pocket's film the wide light that the planar model gives it.
+pub(super) fn leave_to_cavity(spread: &mut FilmStackSpread, film: &Film) {
+    if !film.is_over_room() {
+        return;
+    }
+    for (j, alone) in spread.alone.iter().enumerate().skip(FILLING) {
+        let left = alone.sqrt();
+        spread.enter[j] *= left;
+        spread.exit[j] *= left;
+    }
+}
+
+/// What pockets let out of a row's light, and what its columns show of others'.
+#[derive(Debug, Clone, Default)]
+pub(super) struct PocketLight {
+    /// In each cavity that the line crosses.
+    lit: Vec<CavityLight>,
+    /// What of light by area film over pockets shows, a patch [1].
+    shows: Vec<f32>,
+    /// Light of the line that the near widths hold, a patch [e-].
+    near: [Vec<f32>; NEAR_WIDTHS],
+}
+
+impl PocketLight {
+    /// Whether the line lights any pocket.
+    pub fn is_dark(&self) -> bool {
+        self.lit.is_empty()
+    }
+
+    /// Takes the light of a row with these columns.
+    pub fn find(&mut self, lit: &LitRow<'_>, columns: &[PocketColumn]) {
+        let patches = columns.len().next_multiple_of(TILE) / STRIDE;
+        for field in std::iter::once(&mut self.shows).chain(&mut self.near) {
+            field.clear();
+            field.resize(patches, 0.0);
+        }
+        for (patch, columns) in columns.chunks(STRIDE).enumerate() {
+            let mean = |value: &dyn Fn(&PocketColumn) -> f32| columns.iter().map(value).sum::<f32>() / columns.len() as f32;
+            self.shows[patch] = mean(&|column| column.shows);
+            for (k, near) in self.near.iter_mut().enumerate() {
+                near[patch] = mean(&|column| column.near[k]);
+            }
+        }
+        self.enter(lit, columns);
+    }
+
+    /// Lets the row's light into the cavities that it crosses, and spread there.
+    fn enter(&mut self, lit: &LitRow<'_>, columns: &[PocketColumn]) {
+        self.lit.clear();
+        let cavities = lit.view.specimen.cavities();
+        let mut last: Option<usize> = None;
+        for (column, of) in columns.iter().enumerate().filter(|(_, of)| of.enters > 0.0) {
+            let x = lit.hits[column].x;
+            let place = Vec2::new(x, lit.view.y);
+            let near = last.filter(|&last| cavities[last].holds(place));
+            let Some(number) = near.or_else(|| cavities.iter().position(|cavity| cavity.holds(place))) else { continue };
+            let at = self.lit.iter().position(|light| light.is_of(&cavities[number]));
+            let at = at.unwrap_or_else(|| {
+                self.lit.push(CavityLight::none(&cavities[number]));
+                self.lit.len() - 1
+            });
+            last = Some(number);
+            let [before, behind] = [column.saturating_sub(1), (column + 1).min(columns.len() - 1)];
+            let wide = (lit.hits[behind].x - lit.hits[before].x).abs() / (behind - before).max(1) as f32;
+            self.lit[at].enter(place, of.enters * wide);
+        }
+        self.lit.iter_mut().for_each(CavityLight::spread);
+    }
+
+    /// The near widths' light at a distance from the line, in a patch [e-/mm].
+    fn near(&self, patch: usize, away_mm: f32) -> f32 {
+        near(self.near.each_ref().map(|near| near[patch]), away_mm)
+    }
+}
+
+/// Light of the near widths at a distance from the line [e-/mm].
+fn near(light: [f32; NEAR_WIDTHS], away_mm: f32) -> f32 {
+    let mut sum = 0.0;
+    for (light, spread) in light.into_iter().zip(&PACK_SPREAD_MM[NEAR]) {
+        let off = away_mm / spread;
+        sum += light * 0.398_942_3 / spread * exp((-0.5 * off * off).max(-80.0));
+    }
+    sum
+}
+
+/// A place that a window looks at: the number of a node, and how far beyond it [mm].
+type Place = (usize, f32);
+
+/// Places of a window from behind the line to before it, whose nodes are `away` from it [mm].
+fn places(away: &[f32; NODES]) -> [Place; NODES + 2 * BEYOND] {
+    let side = |end: usize| if away[end] < 0.0 { -BEYOND_MM } else { BEYOND_MM };
+    std::array::from_fn(|k| match k {
+        0..BEYOND => (0, (BEYOND - k) as f32 * side(0)),
+        _ if k < BEYOND + NODES => (k - BEYOND, 0.0),
+        _ => (NODES - 1, (k - BEYOND - NODES + 1) as f32 * side(NODES - 1)),
+    })
+}
+
+impl Exchange<'_> {
+    /// Adds what pockets let out of the line's light to a window of a tile.
+    pub fn add_pocket_light(&self, tile: usize, window: &mut Window) {
+        let own = self.band.row(self.profile);
+        let Some(from) = own.secondary.as_ref().map(|secondary| &secondary.pockets) else { return };
+        if from.is_dark() {
+            return;
+        }
+        let rows = self.rows();
+        let away = rows.map(|row| row.y_mm - own.y_mm);
+        let places = places(&away);
+        let mut shown = [[0.0f32; ROWS]; PER_TILE + 2];
+        let mut is_dark = true;
+        for (i, shown) in shown.iter_mut().enumerate() {
+            let patch = (tile * PER_TILE + i).saturating_sub(1).min(from.shows.len() - 1);
+            let column = middle_of(patch * STRIDE, own.hits.len());
+            let first = window.first_row[column.clamp(tile * TILE, tile * TILE + TILE - 1) - tile * TILE] as f32;
+            let light = |kind: &dyn Fn(&Row, f32, f32) -> Option<[f32; 2]>| {
+                places.map(|(node, more)| {
+                    let d = away[node] + more;
+                    let [centre, by_mm] = kind(rows[node], more, d)?;
+                    Some(Node { row: centre - d * own.level_rows_per_mm - first, y: d, by_mm })
+                })
+            };
+            let film = light(&|row, more, d| Some([row.centre[column], film_shows(from, row, patch, more, d)]));
+            let below = light(&|row, more, d| below_shows(from, own, row, column, [more, d]));
+            for nodes in [film, below] {
+                for pair in nodes.windows(2) {
+                    if let [Some(a), Some(b)] = *pair {
+                        is_dark &= a.by_mm <= 0.0 && b.by_mm <= 0.0;
+                        lay(a, b, shown);
+                    }
+                }
+            }
+        }
+        if !is_dark {
+            window.add_patches(&shown);
+        }
+    }
+}
+
+/// Light that film over a pocket, or the card beside it, shows in a patch of `row`, or as far beyond it, that is `d` from the line [e-/mm].
+fn film_shows(from: &PocketLight, row: &Row, patch: usize, beyond: f32, d: f32) -> f32 {
+    let Some(secondary) = &row.secondary else { return 0.0 };
+    let at = Vec2::new(secondary.patches.x[patch], row.y_mm + beyond);
+    let shows = secondary.pockets.shows[patch];
+    if shows > 0.0 {
+        let leaves = from.lit.iter().find_map(|light| light.leaves(at)).unwrap_or(0.0);
+        (shows * leaves - from.near(patch, d)).max(0.0)
+    } else {
+        secondary.patches.facing[patch] * from.lit.iter().filter_map(|light| light.card(at)).sum::<f32>()
+    }
+}
+
+/// Where the line below the film of `row` is seen, and what lies there shows of the light of `own`'s line [px, e-/mm].
+fn below_shows(from: &PocketLight, own: &Row, row: &Row, column: usize, [beyond, d]: [f32; 2]) -> Option<[f32; 2]> {
+    let line = &row.secondary.as_ref()?.transmitted;
+    let shows = line.shows[column];
+    if shows <= 0.0 {
+        return None;
+    }
+    let [x, y] = line.lands.each_ref().map(|lands| lands[column]);
+    let light = from.lit.iter().find_map(|light| light.below(Vec2::new(x, row.y_mm + y + beyond))).unwrap_or(0.0);
+    let own = &own.secondary.as_ref()?.transmitted;
+    let near = near(own.near.each_ref().map(|near| near[column]), d);
+    Some([line.centre[column], (shows * light - near).max(0.0)])
+}

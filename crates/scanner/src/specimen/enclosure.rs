@@ -1,0 +1,279 @@
+//! Radiosity in a closed room (Goral et al. 1984): flat facets that send light by Lambert's law, over a floor that may be a mirror.
+//!
+//! Of what a facet sends, `cos(theta) cos(theta') A' / (pi d^2 + A')` arrives at another (disc to point), straight or by way of the mirror, and all of
+//! it somewhere: the room is closed, so that shares are scaled to 1 before the mirror takes its part. Neglected: directions that a facet
+//! prefers, the roughness of the mirror, where on a facet light arrives.
+
+use glam::Vec3;
+use multiversion::multiversion;
+
+/// A part of a room's walls.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Facet {
+    /// Its middle [mm].
+    pub at: Vec3,
+    /// Its normal into the room, as long as its area [mm^2].
+    pub area: Vec3,
+    /// Share of light that it throws back [1].
+    pub returns: f32,
+}
+
+/// A floor that mirrors.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Mirror {
+    /// Its height [mm].
+    pub z: f32,
+    /// Share of light that it mirrors [1].
+    pub reflectance: f32,
+}
+
+/// Share of what `from` sends that arrives at `to`, were nothing else there, nearer than a facet's size too [1].
+#[inline(always)]
+pub(super) fn arrives(from: &Facet, to: (Vec3, Vec3)) -> f32 {
+    let d = to.0 - from.at;
+    let d2 = d.length_squared();
+    let (sent, received) = (from.area.dot(d), -to.1.dot(d));
+    if sent <= 0.0 || received <= 0.0 {
+        return 0.0;
+    }
+    sent * received / (from.area.length() * d2 * (std::f32::consts::PI * d2 + to.1.length()))
+}
+
+/// Facets that light arrives at, structure of arrays.
+#[derive(Debug, Default)]
+struct Targets {
+    at: [Vec<f32>; 3],
+    area: [Vec<f32>; 3],
+    size: Vec<f32>,
+}
+
+impl Targets {
+    fn of(facets: &[Facet]) -> Self {
+        let each = |value: &dyn Fn(&Facet) -> f32| facets.iter().map(value).collect();
+        Self {
+            at: std::array::from_fn(|i| each(&|facet| facet.at[i])),
+            area: std::array::from_fn(|i| each(&|facet| facet.area[i])),
+            size: each(&|facet| facet.area.length()),
+        }
+    }
+}
+
+/// [`arrives`] at each of `targets`, straight and by way of a mirror at height `mirror_z` [1].
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
+fn arrive_at(from: &Facet, targets: &Targets, mirror_z: f32, [straight, mirrored]: [&mut [f32]; 2]) {
+    let n = targets.size.len();
+    let [x, y, z] = targets.at.each_ref().map(|at| &at[..n]);
+    let [normal_x, normal_y, normal_z] = targets.area.each_ref().map(|area| &area[..n]);
+    let (size, straight, mirrored) = (&targets.size[..n], &mut straight[..n], &mut mirrored[..n]);
+    let own = from.area.length();
+    for to in 0..n {
+        let [dx, dy] = [x[to] - from.at.x, y[to] - from.at.y];
+        let heights = [(z[to], normal_z[to]), (2.0 * mirror_z - z[to], -normal_z[to])];
+        let [a, b] = heights.map(|(z, normal_z)| {
+            let dz = z - from.at.z;
+            let d2 = dx * dx + dy * dy + dz * dz;
+            let sent = (from.area.x * dx + from.area.y * dy + from.area.z * dz).max(0.0);
+            let received = (-normal_x[to] * dx - normal_y[to] * dy - normal_z * dz).max(0.0);
+            // Nothing arrives where it starts.
+            sent * received / (own * d2 * (std::f32::consts::PI * d2 + size[to])).max(f32::MIN_POSITIVE)
+        });
+        (straight[to], mirrored[to]) = (a, b);
+    }
+}
+
+/// Share of what each of `facets` sends that arrives at each, `[to][from]`; `blocked`, if anything can stand between facets, says whether something
+/// stands between two points [1].
+pub(super) fn exchange(facets: &[Facet], mirror: Mirror, blocked: Option<impl Fn(Vec3, Vec3) -> bool>) -> Vec<f32> {
+    let n = facets.len();
+    let targets = Targets::of(facets);
+    let mut shares = vec![0.0f32; n * n];
+    let (mut straight, mut mirrored) = (vec![0.0f32; n], vec![0.0f32; n]);
+    for (number, from) in facets.iter().enumerate() {
+        arrive_at(from, &targets, mirror.z, [&mut straight, &mut mirrored]);
+        if let Some(blocked) = &blocked {
+            for (place, to) in facets.iter().enumerate() {
+                if straight[place] > 0.0 && blocked(from.at, to.at) {
+                    straight[place] = 0.0;
+                }
+                if mirrored[place] > 0.0 {
+                    let [above, other] = [from.at.z, to.at.z].map(|z| (z - mirror.z).max(0.0));
+                    let part = if above + other > 0.0 { above / (above + other) } else { 0.5 };
+                    let on = (from.at + (to.at - from.at) * part).truncate().extend(mirror.z);
+                    if blocked(from.at, on) || blocked(on, to.at) {
+                        mirrored[place] = 0.0;
+                    }
+                }
+            }
+        }
+        let all = straight.iter().chain(&mirrored).sum::<f32>().max(f32::MIN_POSITIVE);
+        for (place, (straight, mirrored)) in straight.iter().zip(&mirrored).enumerate() {
+            shares[place * n + number] = (straight + mirror.reflectance * mirrored) / all;
+        }
+    }
+    shares
+}
+
+/// Flux that arrives in the end at each of the first `sources` facets, of what each of these sends, `[facet][source]`: the solution H of
+/// H = F (1 + r H), with all exchanges between all facets.
+pub(super) fn settle(facets: &[Facet], shares: &[f32], sources: usize) -> Vec<f32> {
+    let n = facets.len();
+    let rows = || shares.chunks_exact(n.max(1));
+    let mut matrix: Vec<f32> =
+        rows().flat_map(|row| row.iter().zip(facets).map(|(share, facet)| -share * facet.returns)).collect();
+    for i in 0..n {
+        matrix[i * n + i] += 1.0;
+    }
+    let mut right: Vec<f32> = rows().flat_map(|row| row[..sources].iter().copied()).collect();
+    eliminate(&mut matrix, &mut right, n, sources);
+    right.truncate(sources * sources);
+    right
+}
+
+/// Gaussian elimination of `matrix` `[n][n]` under `right` `[n][sources]`, which becomes the solution. Without pivots: columns' diagonals dominate, as
+/// no facet sends out more than arrived.
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
+fn eliminate(matrix: &mut [f32], right: &mut [f32], n: usize, sources: usize) {
+    for k in 0..n {
+        let (above, below) = matrix.split_at_mut((k + 1) * n);
+        let (right_above, right_below) = right.split_at_mut((k + 1) * sources);
+        let (pivot, right_pivot) = (&above[k * n + k..], &right_above[k * sources..]);
+        let inverse = 1.0 / pivot[0];
+        for (row, right) in below.chunks_exact_mut(n).zip(right_below.chunks_exact_mut(sources)) {
+            let factor = row[k] * inverse;
+            if factor != 0.0 {
+                for (value, pivot) in row[k..].iter_mut().zip(pivot) {
+                    *value -= factor * pivot;
+                }
+                for (value, pivot) in right.iter_mut().zip(right_pivot) {
+                    *value -= factor * pivot;
+                }
+            }
+        }
+    }
+    for k in (0..n).rev() {
+        let (above, solved) = right.split_at_mut(k * sources);
+        let solved = &mut solved[..sources];
+        let inverse = 1.0 / matrix[k * n + k];
+        for value in solved.iter_mut() {
+            *value *= inverse;
+        }
+        for (row, right) in above.chunks_exact_mut(sources).enumerate() {
+            let factor = matrix[row * n + k];
+            if factor != 0.0 {
+                for (value, solved) in right.iter_mut().zip(&*solved) {
+                    *value -= factor * solved;
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::RngExt;
+
+    use super::*;
+
+    /// Nothing stands between facets.
+    const OPEN: Option<fn(Vec3, Vec3) -> bool> = None;
+
+    /// Facets of a half sphere of radius `r` over z = 0, which look inwards.
+    fn dome(r: f32, returns: f32) -> Vec<Facet> {
+        let rings = 14;
+        let mut facets = Vec::new();
+        for ring in 0..rings {
+            // Even in z, as areas on a sphere are.
+            let z = (ring as f32 + 0.5) / rings as f32;
+            let around = ((1.0 - z * z).sqrt() * std::f32::consts::TAU * rings as f32 / 2.0).ceil() as usize;
+            for step in 0..around {
+                let (sin, cos) = (std::f32::consts::TAU * (step as f32 + 0.5 * (ring % 2) as f32) / around as f32).sin_cos();
+                let out = Vec3::new((1.0 - z * z).sqrt() * cos, (1.0 - z * z).sqrt() * sin, z);
+                let area = std::f32::consts::TAU * r * r / rings as f32 / around as f32;
+                facets.push(Facet { at: out * r, area: -out * area, returns });
+            }
+        }
+        facets
+    }
+
+    /// In a sphere each place receives the same of any other's light, whatever lies between; a half sphere over a perfect mirror is one. All that is
+    /// sent, a, arrives as a / (1 - returns) in the end.
+    #[test]
+    fn a_dome_over_a_mirror_is_an_integrating_sphere() {
+        let mut rng = procedural::Stream::root(62).rng();
+        for _ in 0..4 {
+            let (r, returns) = (rng.random_range(0.7..5.0f32), rng.random_range(0.0..0.9f32));
+            let facets = dome(r, returns);
+            let n = facets.len();
+            let shares = exchange(&facets, Mirror { z: 0.0, reflectance: 1.0 }, OPEN);
+            let source = rng.random_range(0..n);
+            let settled = settle(&facets, &shares, n);
+            let flux: Vec<f32> = (0..n).map(|to| settled[to * n + source]).collect();
+            let all: f32 = flux.iter().sum();
+            assert!((all * (1.0 - returns) - 1.0).abs() < 1e-3, "{all} at returns {returns}");
+            let even = 1.0 / (1.0 - returns) / (std::f32::consts::TAU * r * r);
+            let off = flux.iter().zip(&facets).map(|(flux, facet)| (flux / facet.area.length() / even - 1.0).abs());
+            let mean = off.sum::<f32>() / n as f32;
+            assert!(mean < 0.05, "light differs from place to place by {mean} in the mean");
+        }
+    }
+
+    /// A mirror takes its part once a way: over one of reflectance m half of a dome's light meets it.
+    #[test]
+    fn a_floor_takes_what_it_does_not_mirror() {
+        let facets = dome(1.0, 0.0);
+        let n = facets.len();
+        for reflectance in [0.0, 0.4, 0.9] {
+            let shares = exchange(&facets, Mirror { z: 0.0, reflectance }, OPEN);
+            let mean = shares.iter().sum::<f32>() / n as f32;
+            assert!((mean - 0.5 * (1.0 + reflectance)).abs() < 0.02, "{mean} over a mirror of {reflectance}");
+        }
+    }
+
+    /// What stands between hides: behind a wall across the dome it is dark.
+    #[test]
+    fn what_is_blocked_does_not_arrive() {
+        let facets = dome(1.0, 0.5);
+        let n = facets.len();
+        let shares = exchange(&facets, Mirror { z: 0.0, reflectance: 0.9 }, Some(|a: Vec3, b: Vec3| (a.x > 0.0) != (b.x > 0.0)));
+        for (to, from) in (0..n).flat_map(|to| (0..n).map(move |from| (to, from))) {
+            let apart = (facets[to].at.x > 0.0) != (facets[from].at.x > 0.0);
+            assert!(!apart || shares[to * n + from] == 0.0);
+        }
+    }
+
+    /// The solution of random rooms is that of adding one exchange after the other.
+    #[test]
+    fn elimination_sums_all_exchanges() {
+        let mut rng = procedural::Stream::root(63).rng();
+        for _ in 0..5 {
+            let (n, sources) = (rng.random_range(3..40usize), rng.random_range(1..7usize));
+            let facets: Vec<Facet> =
+                (0..n).map(|_| Facet { at: Vec3::ZERO, area: Vec3::Z, returns: rng.random_range(0.0..0.95) }).collect();
+            let mut shares: Vec<f32> = (0..n * n).map(|_| rng.random::<f32>()).collect();
+            for from in 0..n {
+                let all: f32 = (0..n).map(|to| shares[to * n + from]).sum();
+                (0..n).for_each(|to| shares[to * n + from] /= all);
+            }
+            let sources = sources.min(n);
+            let solved = settle(&facets, &shares, sources);
+            let first: Vec<f32> =
+                (0..n * sources).map(|at| shares[at / sources * n + at % sources]).collect();
+            let mut summed = first.clone();
+            for _ in 0..800 {
+                let mut next = first.clone();
+                for to in 0..n {
+                    for from in 0..n {
+                        for s in 0..sources {
+                            next[to * sources + s] +=
+                                shares[to * n + from] * facets[from].returns * summed[from * sources + s];
+                        }
+                    }
+                }
+                summed = next;
+            }
+            for (solved, summed) in solved.iter().zip(&summed) {
+                assert!((solved - summed).abs() < 1e-3 * summed, "{solved} for {summed}");
+            }
+        }
+    }
+}
