@@ -98,6 +98,7 @@ impl Sensor {
             && band.volume(profile).is_none()
             && row.defocus_radius.is_empty()
             && !Exchange { geometry: &self.geometry, band, profile }.is_near(tile)
+            && row.secondary.as_ref().is_none_or(|secondary| !secondary.pockets.reaches(&secondary.patches, tile))
             && row.secondary.as_ref().is_none_or(|secondary| secondary.needs[tile] == WindowNeed::Line)
             && mixed_columns::of_tile(&row.mixed, tile).is_empty()
             && streak::near_tile(&row.streaks, tile).is_empty()

@@ -233,7 +233,9 @@ impl TransmissionScratch {
         // Foil shows the film that stands where its mirror image does.
         let mirrored = if metal { film.gap_mm.unwrap_or(0.0) } else { 0.0 };
         let comes_from = [0, 1].map(|i| -sight.view[i] / sight.view.z.max(LEAST_FILM_COSINE) * mirrored);
-        let left = |j: usize| if of_pocket && j >= FILLING { spread.below[j] * spread.below_first[j] } else { spread.below[j] };
+        let left = |j: usize| {
+            if of_pocket && j >= FILLING { spread.below[j] * spread.below_first[j] } else { spread.below[j] }
+        };
         self.below[column] = Some(TransmittedPoint {
             column: view.camera.project(seen.x, 0.0, seen.z)[0],
             z,
@@ -246,7 +248,11 @@ impl TransmissionScratch {
             }),
             exit: std::array::from_fn(|j| if j < NARROW_WIDTHS { passes } else { left(j).sqrt() * passes }),
             comes_from: [lands[0] + comes_from[0], comes_from[1]],
-            shows: if of_pocket { passes * under_normal(film).dot(sight.view).max(0.0) * spread.below_law } else { 0.0 },
+            shows: if of_pocket {
+                passes * under_normal(film).dot(sight.view).max(0.0) * spread.below_law
+            } else {
+                0.0
+            },
             near: std::array::from_fn(|k| {
                 let j = NEAR.start + k;
                 if of_pocket { passes * white * spread.below[j] * (1.0 - spread.below_first[j]) } else { 0.0 }

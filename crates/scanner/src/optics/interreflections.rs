@@ -222,8 +222,7 @@ fn receive(
 impl Exchange<'_> {
     /// Whether a tile's columns may send each other light.
     pub fn is_near(&self, tile: usize) -> bool {
-        let own = self.band.row(self.profile);
-        own.secondary.as_ref().is_some_and(|secondary| !secondary.pockets.is_dark()) || uneven_near(own, tile) || self.rows().into_iter().any(|row| uneven_near(row, tile))
+        uneven_near(self.band.row(self.profile), tile) || self.rows().into_iter().any(|row| uneven_near(row, tile))
     }
 
     /// Offsets of the rows in which received light is worked out [profiles].

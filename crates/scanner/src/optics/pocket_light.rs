@@ -17,7 +17,7 @@ use super::camera::Sight;
 use super::film::FILLING;
 use super::interreflections::{Exchange, NODES, Node, PER_TILE, STRIDE, lay, middle_of};
 use super::reflections::LitRow;
-use super::row::Row;
+use super::row::{Patches, Row};
 use super::speckle::TILE;
 use super::window::{ROWS, Window};
 use crate::specimen::Hit;
@@ -29,6 +29,8 @@ use transport::kernel::film_stack::FilmStackSpread;
 pub(super) const NEAR: Range<usize> = 2..FILLING;
 /// How many those are.
 pub(super) const NEAR_WIDTHS: usize = NEAR.end - NEAR.start;
+/// Square of the standard deviations beyond which their light is nothing.
+const NEAR_REACH2: f32 = 30.0;
 /// Places on either side beyond the rows that a window looks at, and their distance [mm].
 const BEYOND: usize = 8;
 const BEYOND_MM: f32 = 0.5;
@@ -81,9 +83,11 @@ pub(super) struct PocketLight {
 }
 
 impl PocketLight {
-    /// Whether the line lights any pocket.
-    pub fn is_dark(&self) -> bool {
-        self.lit.is_empty()
+    /// Whether pockets that the line lights show anything of it in a tile of its row, whose patches these are.
+    pub fn reaches(&self, patches: &Patches, tile: usize) -> bool {
+        let of = (tile * PER_TILE).saturating_sub(1)..((tile + 1) * PER_TILE + 1).min(patches.x.len());
+        let (first, last) = (patches.x[of.start], patches.x[of.end - 1]);
+        self.lit.iter().any(|light| light.is_within(first.min(last), first.max(last)))
     }
 
     /// Takes the light of a row with these columns.
@@ -94,7 +98,8 @@ impl PocketLight {
             field.resize(patches, 0.0);
         }
         for (patch, columns) in columns.chunks(STRIDE).enumerate() {
-            let mean = |value: &dyn Fn(&PocketColumn) -> f32| columns.iter().map(value).sum::<f32>() / columns.len() as f32;
+            let mean =
+                |value: &dyn Fn(&PocketColumn) -> f32| columns.iter().map(value).sum::<f32>() / columns.len() as f32;
             self.shows[patch] = mean(&|column| column.shows);
             for (k, near) in self.near.iter_mut().enumerate() {
                 near[patch] = mean(&|column| column.near[k]);
@@ -112,7 +117,9 @@ impl PocketLight {
             let x = lit.hits[column].x;
             let place = Vec2::new(x, lit.view.y);
             let near = last.filter(|&last| cavities[last].holds(place));
-            let Some(number) = near.or_else(|| cavities.iter().position(|cavity| cavity.holds(place))) else { continue };
+            let Some(number) = near.or_else(|| cavities.iter().position(|cavity| cavity.holds(place))) else {
+                continue;
+            };
             let at = self.lit.iter().position(|light| light.is_of(&cavities[number]));
             let at = at.unwrap_or_else(|| {
                 self.lit.push(CavityLight::none(&cavities[number]));
@@ -125,11 +132,6 @@ impl PocketLight {
         }
         self.lit.iter_mut().for_each(CavityLight::spread);
     }
-
-    /// The near widths' light at a distance from the line, in a patch [e-/mm].
-    fn near(&self, patch: usize, away_mm: f32) -> f32 {
-        near(self.near.each_ref().map(|near| near[patch]), away_mm)
-    }
 }
 
 /// Light of the near widths at a distance from the line [e-/mm].
@@ -137,7 +139,9 @@ fn near(light: [f32; NEAR_WIDTHS], away_mm: f32) -> f32 {
     let mut sum = 0.0;
     for (light, spread) in light.into_iter().zip(&PACK_SPREAD_MM[NEAR]) {
         let off = away_mm / spread;
-        sum += light * 0.398_942_3 / spread * exp((-0.5 * off * off).max(-80.0));
+        if off * off < NEAR_REACH2 {
+            sum += light * 0.398_942_3 / spread * exp(-0.5 * off * off);
+        }
     }
     sum
 }
@@ -159,8 +163,8 @@ impl Exchange<'_> {
     /// Adds what pockets let out of the line's light to a window of a tile.
     pub fn add_pocket_light(&self, tile: usize, window: &mut Window) {
         let own = self.band.row(self.profile);
-        let Some(from) = own.secondary.as_ref().map(|secondary| &secondary.pockets) else { return };
-        if from.is_dark() {
+        let Some(from) = &own.secondary else { return };
+        if !from.pockets.reaches(&from.patches, tile) {
             return;
         }
         let rows = self.rows();
@@ -169,24 +173,25 @@ impl Exchange<'_> {
         let mut shown = [[0.0f32; ROWS]; PER_TILE + 2];
         let mut is_dark = true;
         for (i, shown) in shown.iter_mut().enumerate() {
-            let patch = (tile * PER_TILE + i).saturating_sub(1).min(from.shows.len() - 1);
+            let patch = (tile * PER_TILE + i).saturating_sub(1).min(from.pockets.shows.len() - 1);
+            let Some(lit) = from.pockets.near_patch(&from.patches, patch) else { continue };
             let column = middle_of(patch * STRIDE, own.hits.len());
-            let first = window.first_row[column.clamp(tile * TILE, tile * TILE + TILE - 1) - tile * TILE] as f32;
-            let light = |kind: &dyn Fn(&Row, f32, f32) -> Option<[f32; 2]>| {
-                places.map(|(node, more)| {
-                    let d = away[node] + more;
-                    let [centre, by_mm] = kind(rows[node], more, d)?;
-                    Some(Node { row: centre - d * own.level_rows_per_mm - first, y: d, by_mm })
-                })
-            };
-            let film = light(&|row, more, d| Some([row.centre[column], film_shows(from, row, patch, more, d)]));
-            let below = light(&|row, more, d| below_shows(from, own, row, column, [more, d]));
-            for nodes in [film, below] {
-                for pair in nodes.windows(2) {
-                    if let [Some(a), Some(b)] = *pair {
+            let first = window.first_row[column.clamp(tile * TILE, tile * TILE + TILE - 1) - tile * TILE];
+            let mut last: [Option<Node>; 2] = [None; 2];
+            for (node, more) in places {
+                let (row, d) = (rows[node], away[node] + more);
+                let film = Some([row.centre[column], lit.film_shows(row, more, d)]);
+                let seen = [film, lit.below_shows(own, row, column, [more, d])];
+                for (seen, last) in seen.into_iter().zip(&mut last) {
+                    let node = seen.map(|[centre, by_mm]| {
+                        let row = centre - d * own.level_rows_per_mm - first as f32;
+                        Node { row, y: d, by_mm }
+                    });
+                    if let (Some(a), Some(b)) = (*last, node) {
                         is_dark &= a.by_mm <= 0.0 && b.by_mm <= 0.0;
                         lay(a, b, shown);
                     }
+                    *last = node;
                 }
             }
         }
@@ -196,29 +201,56 @@ impl Exchange<'_> {
     }
 }
 
-/// Light that film over a pocket, or the card beside it, shows in a patch of `row`, or as far beyond it, that is `d` from the line [e-/mm].
-fn film_shows(from: &PocketLight, row: &Row, patch: usize, beyond: f32, d: f32) -> f32 {
-    let Some(secondary) = &row.secondary else { return 0.0 };
-    let at = Vec2::new(secondary.patches.x[patch], row.y_mm + beyond);
-    let shows = secondary.pockets.shows[patch];
-    if shows > 0.0 {
-        let leaves = from.lit.iter().find_map(|light| light.leaves(at)).unwrap_or(0.0);
-        (shows * leaves - from.near(patch, d)).max(0.0)
-    } else {
-        secondary.patches.facing[patch] * from.lit.iter().filter_map(|light| light.card(at)).sum::<f32>()
+/// Most cavities whose light a patch shows.
+const NEAR_CAVITIES: usize = 3;
+
+/// Light of cavities near a patch of the line that they are lit by.
+struct PatchLight<'a> {
+    lit: [Option<&'a CavityLight>; NEAR_CAVITIES],
+    from: &'a PocketLight,
+    patch: usize,
+}
+
+impl PocketLight {
+    /// Light of the cavities near a patch; `None` where there is none.
+    fn near_patch(&self, patches: &Patches, patch: usize) -> Option<PatchLight<'_>> {
+        let x = patches.x[patch];
+        let mut near = self.lit.iter().filter(|light| light.is_within(x, x));
+        let lit = std::array::from_fn(|_| near.next());
+        lit[0].is_some().then_some(PatchLight { lit, from: self, patch })
     }
 }
 
-/// Where the line below the film of `row` is seen, and what lies there shows of the light of `own`'s line [px, e-/mm].
-fn below_shows(from: &PocketLight, own: &Row, row: &Row, column: usize, [beyond, d]: [f32; 2]) -> Option<[f32; 2]> {
-    let line = &row.secondary.as_ref()?.transmitted;
-    let shows = line.shows[column];
-    if shows <= 0.0 {
-        return None;
+impl PatchLight<'_> {
+    fn lit(&self) -> impl Iterator<Item = &CavityLight> {
+        self.lit.iter().map_while(|light| *light)
     }
-    let [x, y] = line.lands.each_ref().map(|lands| lands[column]);
-    let light = from.lit.iter().find_map(|light| light.below(Vec2::new(x, row.y_mm + y + beyond))).unwrap_or(0.0);
-    let own = &own.secondary.as_ref()?.transmitted;
-    let near = near(own.near.each_ref().map(|near| near[column]), d);
-    Some([line.centre[column], (shows * light - near).max(0.0)])
+
+    /// Light that film over a pocket, or the card beside it, shows in the patch of `row`, or as far beyond it, that is `d` from the line [e-/mm].
+    fn film_shows(&self, row: &Row, beyond: f32, d: f32) -> f32 {
+        let (Some(secondary), patch) = (&row.secondary, self.patch) else { return 0.0 };
+        let at = Vec2::new(secondary.patches.x[patch], row.y_mm + beyond);
+        let shows = secondary.pockets.shows[patch];
+        if shows > 0.0 {
+            let leaves = self.lit().find_map(|light| light.leaves(at)).unwrap_or(0.0);
+            (shows * leaves - near(self.from.near.each_ref().map(|near| near[patch]), d)).max(0.0)
+        } else {
+            secondary.patches.facing[patch] * self.lit().filter_map(|light| light.card(at)).sum::<f32>()
+        }
+    }
+
+    /// Where the line below the film of `row` is seen, and what lies there shows of the light of `own`'s line [px, e-/mm].
+    fn below_shows(&self, own: &Row, row: &Row, column: usize, [beyond, d]: [f32; 2]) -> Option<[f32; 2]> {
+        let line = &row.secondary.as_ref()?.transmitted;
+        let shows = line.shows[column];
+        if shows <= 0.0 {
+            return None;
+        }
+        let [x, y] = line.lands.each_ref().map(|lands| lands[column]);
+        let at = Vec2::new(x, row.y_mm + y + beyond);
+        let light = self.lit().find_map(|light| light.below(at)).unwrap_or(0.0);
+        let own = &own.secondary.as_ref()?.transmitted;
+        let near = near(own.near.each_ref().map(|near| near[column]), d);
+        Some([line.centre[column], (shows * light - near).max(0.0)])
+    }
 }

@@ -20,21 +20,19 @@ use super::enclosure::{Facet, Mirror, arrives, exchange, settle};
 use super::height_below;
 
 /// Distance of samples of a pocket's film [mm].
-const SAMPLE_MM: f32 = 0.2;
-/// Distance at which pockets are looked for: none is narrower [mm].
-const SEARCH_SAMPLES: usize = 4;
-/// Most facets of film of one pocket, which decide how large they are.
+const SAMPLE_MM: f32 = 0.25;
+/// Samples by which places are apart where pockets are looked for: none is narrower.
+const SEARCH_SAMPLES: usize = 3;
+/// Facets of film of one pocket, above which they become larger.
 const MAX_FILM_FACETS: usize = 420;
 /// Least samples along a cell's side.
 const LEAST_SAMPLES: usize = 2;
 /// Least distance of film from what lies below it, which does not send it light where they touch [mm].
 const LEAST_GAP_MM: f32 = 0.05;
-/// Facets, one over the other, of an upright side.
-const SLABS: usize = 2;
 /// Cells of the card around a pocket that its walls light.
 const CARD_CELLS: usize = 5;
 /// Places between two points where something may stand between them.
-const LOOKS: usize = 8;
+const LOOKS: usize = 6;
 /// How far a body must rise above the way between two points to hide them from each other [mm].
 const HIDES_MM: f32 = 0.1;
 /// Places of a vector.
@@ -192,7 +190,12 @@ fn rooms(body: &Body) -> Vec<Vec<Sample>> {
                 }
                 let Some(sample) = sample(column, row) else { continue };
                 room.push(sample);
-                let beside = [[column.wrapping_sub(1), row], [column + 1, row], [column, row.wrapping_sub(1)], [column, row + 1]];
+                let beside = [
+                    [column.wrapping_sub(1), row],
+                    [column + 1, row],
+                    [column, row.wrapping_sub(1)],
+                    [column, row + 1],
+                ];
                 open.extend(beside.into_iter().filter(|&[column, row]| column < columns && row < rows));
             }
             if !room.is_empty() {
@@ -310,11 +313,8 @@ impl Tops {
                 }
                 if area > 0.0 {
                     let (top, out) = (middle / area, Vec3::new(right as f32, behind as f32, 0.0));
-                    sides.extend((0..SLABS).map(|slab| {
-                        let z = floor + (top.z - floor) * (slab as f32 + 0.5) / SLABS as f32;
-                        let area = out * (area / SLABS as f32);
-                        Facet { at: top.truncate().extend(z), area, returns: body.shares.below }
-                    }));
+                    let at = top.truncate().extend(0.5 * (floor + top.z));
+                    sides.push(Facet { at, area: out * area, returns: body.shares.below });
                 }
             }
         }
@@ -357,8 +357,7 @@ impl Cavity {
         let heights = Tops::of(samples, &grid);
         let film = cells.iter().map(|cell| Facet { at: cell.at, area: cell.area, returns: cell.shares.held });
         let top = |top: &BodyTop| Facet { at: top.at, area: top.area, returns: top.shares.below };
-        let facets: Vec<Facet> =
-            film.chain(tops().map(top)).chain(heights.sides(&grid, &cells, mirror.z)).collect();
+        let facets: Vec<Facet> = film.chain(tops().map(top)).chain(heights.sides(&grid, &cells, mirror.z)).collect();
         let blocked =
             |a: Vec3, b: Vec3| (1..LOOKS).any(|look| heights.hides(a + (b - a) * (look as f32 / LOOKS as f32)));
         let shares = exchange(&facets, mirror, (!bodies.is_empty()).then_some(blocked));
@@ -402,7 +401,8 @@ fn nearest(grid: &Grid, cells: &[Cell]) -> Vec<u16> {
     let distance = |cell: usize, other: &Cell| grid.middle(cell).distance_squared(grid.middle(other.number));
     (0..grid.cells[0] * grid.cells[1])
         .map(|cell| {
-            let nearest = (0..cells.len()).min_by(|&a, &b| distance(cell, &cells[a]).total_cmp(&distance(cell, &cells[b])));
+            let nearest =
+                (0..cells.len()).min_by(|&a, &b| distance(cell, &cells[a]).total_cmp(&distance(cell, &cells[b])));
             nearest.unwrap_or(0) as u16
         })
         .collect()
@@ -434,6 +434,12 @@ impl CavityLight {
         Arc::ptr_eq(&self.cavity, cavity)
     }
 
+    /// Whether any of it may leave between two places along the line.
+    pub fn is_within(&self, low: f32, high: f32) -> bool {
+        let card = &self.cavity.card;
+        high >= card.corner.x && low <= card.corner.x + card.pitch * card.cells[0] as f32
+    }
+
     /// Adds light of the line that enters the film at a place, times the length of line that it stands for [e- mm].
     pub fn enter(&mut self, place: Vec2, light: f32) {
         for (facet, share) in self.cavity.about(place).into_iter().flatten() {
@@ -448,9 +454,8 @@ impl CavityLight {
         let mut lobe = vec![0.0; films];
         multiply(lobes, &self.entered, &mut lobe);
         let film = cells.iter().zip(&self.entered).zip(&lobe);
-        let film = film.map(|((cell, entered), lobe)| {
-            cell.shares.turned_down * entered + cell.shares.straight_held * lobe
-        });
+        let film =
+            film.map(|((cell, entered), lobe)| cell.shares.turned_down * entered + cell.shares.straight_held * lobe);
         let top = |&cell: &usize| {
             let straight = |top: &BodyTop| top.part * top.shares.straight_down * top.shares.straight_below;
             cells[cell].body.as_ref().map_or(0.0, straight) * self.entered[cell]

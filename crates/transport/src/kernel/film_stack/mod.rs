@@ -137,14 +137,14 @@ pub struct FilmStackSpread {
     pub enter: [f32; BASIS],
     /// The same times the film's radiance factor [1].
     pub exit: [f32; BASIS],
-    /// Share of that which has never been below the film, by width [1].
+    /// Share of that which has never been below the film, by width; 1 but over pockets [1].
     pub alone: [f32; BASIS],
     /// Radiance factor, towards the lens, of light from all sides below that the film turns on its way out [1].
     pub through: f32,
     /// Weight of each width times radiance factor, of light that what lies below sends towards the lens: it is seen where it left the
     /// surface below [1].
     pub below: [f32; BASIS],
-    /// Share of that which the film has not thrown down again, by width [1].
+    /// Share of that which the film has not thrown down again, by width; 1 but over pockets [1].
     pub below_first: [f32; BASIS],
     /// Radiance factor of light from all sides that what lies below throws to the lens, over its reflectance [1].
     pub below_law: f32,
@@ -256,8 +256,9 @@ fn spread(kernel: &FilmStackKernel, stack: &FilmStack) -> FilmStackSpread {
     let enter = weights.map(f32::sqrt);
     let exit = std::array::from_fn(|j| towards[j] / enter[j].max(1e-12));
     let below = kernel.back.weights(&flow.below);
-    let (alone, below_first) = (kernel.back.weights(&flow.alone), kernel.back.weights(&flow.below_first));
-    let shares = |of: [f32; BASIS], all: [f32; BASIS]| {
+    // Only pockets ask what has crossed them.
+    let shares = |of: &Spectrum, all: [f32; BASIS]| {
+        let of = if stack.film.is_over_room() { kernel.back.weights(of) } else { all };
         std::array::from_fn(|j| if all[j] > 0.0 { (of[j] / all[j]).clamp(0.0, 1.0) } else { 1.0 })
     };
     let below_law = if stack.film.under.gloss.is_metal() {
@@ -271,10 +272,10 @@ fn spread(kernel: &FilmStackKernel, stack: &FilmStack) -> FilmStackSpread {
     FilmStackSpread {
         enter,
         exit,
-        alone: shares(alone, towards),
+        alone: shares(&flow.alone, towards),
         through,
         below,
-        below_first: shares(below_first, below),
+        below_first: shares(&flow.below_first, below),
         below_law,
         film_beside: stack.film_beside(),
         below_beside,

@@ -84,7 +84,9 @@ mod tests {
             let left = exp(-film.thickness_mm * (sigma / (1.0 - PIGMENT_G) + mu_a));
             let straight_back = (1.0 - fresnel) * fresnel * left * left / (1.0 - fresnel * fresnel * left * left);
             let straight = of.turned_down + of.straight_down + straight_back + of.straight_held / (1.0 - fresnel);
-            let diffuse = of.held + of.out + kernel.films.at(sigma * film.thickness_mm, mu_a * film.thickness_mm).diffuse_straight();
+            let diffuse = of.held
+                + of.out
+                + kernel.films.at(sigma * film.thickness_mm, mu_a * film.thickness_mm).diffuse_straight();
             for all in [straight, diffuse] {
                 assert!(all < 1.02 && (mu_a > 0.0 || all > 0.97), "{all} of {medium:?}, {} mm", film.thickness_mm);
             }
