@@ -22,6 +22,9 @@ const PHOTONS: u64 = 60_000;
 const LEANING_PROFILES: [usize; 4] = [33, 35, 36, 37];
 /// Least slope away from the lens of film that counts as leaning [1].
 const LEANING: f32 = 0.3;
+/// Profiles all over a pocket, and packs of which all of them are compared.
+const POCKET_PROFILES: [usize; 6] = [8, 11, 16, 22, 28, 33];
+const FEW_PACKS: usize = 4;
 /// Columns that are compared together.
 const TOGETHER: usize = 8;
 /// Profiles that cross embossed codes on the card.
@@ -69,11 +72,16 @@ fn empty_packs(seed: u64, sigma_per_mm: &str) -> impl Iterator<Item = (Scene, Bo
 
 /// Empty packs with these changes, with their bodies.
 fn changed_packs(seed: u64, changes: &[&str]) -> impl Iterator<Item = (Scene, Body)> + use<> {
+    packs_of("missing", seed, changes)
+}
+
+/// The same of packs of a class.
+fn packs_of(class: &'static str, seed: u64, changes: &[&str]) -> impl Iterator<Item = (Scene, Body)> + use<> {
     let changes: Vec<_> = changes.iter().chain(&["speckle.strength=0"]).map(|text| text.parse().unwrap()).collect();
     let recipe = Recipe::load_changed(concat!(env!("CARGO_MANIFEST_DIR"), "/recipes/gap/blister.yaml"), &changes)
         .expect("it is a recipe");
-    let empty = (0..).map(move |index| recipe.draw(seed, index)).filter(|scene| scene.class == "missing");
-    empty.take(PACKS).map(|scene| (pipeline::body(&scene), scene)).map(|(body, scene)| (scene, body))
+    let packs = (0..).map(move |index| recipe.draw(seed, index)).filter(move |scene| scene.class == class);
+    packs.take(PACKS).map(|scene| (pipeline::body(&scene), scene)).map(|(body, scene)| (scene, body))
 }
 
 /// Light and centre of gravity about lines at `places`, which are chosen by rows of production's; ours and the judge's by profile.
@@ -84,19 +92,34 @@ fn compared(pack: &(Scene, Body), places: impl Fn(&Row, usize) -> Option<f32>) -
 /// The same of these profiles, by rising number.
 fn compared_in(
     profiles: &[usize],
-    (scene, body): &(Scene, Body),
+    pack: &(Scene, Body),
     places: impl Fn(&Row, usize) -> Option<f32>,
 ) -> Vec<(usize, Vec<[[f64; 2]; 2]>)> {
+    compared_at(profiles, pack, [&places]).into_iter().map(|(profile, [groups])| (profile, groups)).collect()
+}
+
+/// Chooses a column's place by production's row.
+type Places<'a> = &'a dyn Fn(&Row, usize) -> Option<f32>;
+
+/// The same of several places.
+fn compared_at<const N: usize>(
+    profiles: &[usize],
+    (scene, body): &(Scene, Body),
+    places: [Places<'_>; N],
+) -> Vec<(usize, [Vec<[[f64; 2]; 2]>; N])> {
     let mut judged = scene.clone();
     judged.transport = Transport::Path { photons: PHOTONS };
     let (sensor, band) = expose(scene, body.clone(), profiles[0]..profiles[profiles.len() - 1] + 1);
     let pairs = |profile: usize| {
         let row = band.row(profile);
-        let places: Vec<Option<f32>> = (0..row.hits.len()).map(|column| places(row, column)).collect();
-        let ours = lines(&sensor, &band, profile, &places);
-        let (sensor, band) = expose(&judged, body.clone(), profile..profile + 1);
-        let truth = lines(&sensor, &band, profile, &places);
-        (profile, ours.into_iter().zip(truth).map(<[_; 2]>::from).collect())
+        let (judge, truth) = expose(&judged, body.clone(), profile..profile + 1);
+        let groups = places.map(|places| {
+            let places: Vec<Option<f32>> = (0..row.hits.len()).map(|column| places(row, column)).collect();
+            let ours = lines(&sensor, &band, profile, &places);
+            let truth = lines(&judge, &truth, profile, &places);
+            ours.into_iter().zip(truth).map(<[_; 2]>::from).collect()
+        });
+        (profile, groups)
     };
     profiles.iter().copied().map(pairs).collect()
 }
@@ -188,6 +211,40 @@ fn pockets_are_filled_with_light_as_the_judge_says() {
     }
     println!("{:+.3} in the mean, {:.3} rms", mean(&ratios), rms(&ratios));
     assert!(mean(&ratios).abs() < 0.12, "{ratios:?}");
+}
+
+/// Light 0.3 to 1.5 mm beside the film's line, on either side, all over empty pockets and pockets with a tablet and under film of any pigment that the
+/// recipe has, which is what Scatter sums: of each pack within 8 % of the judge's, by groups of columns within 17 % rms in empty pockets and 22 % in filled
+/// ones, 6 % in the mean (seen: 4, 14, 18 and 1 %).
+#[test]
+fn pockets_scatter_as_the_judge_says() {
+    for (class, bar) in [("missing", 0.17), ("sound", 0.22)] {
+        let mut ratios = Vec::new();
+        for pack in packs_of(class, 12, &[]).take(FEW_PACKS) {
+            let beside = |row: &Row, column: usize, side: f32| {
+                let hit = &row.hits[column];
+                let over_room = hit.matter.film.is_some_and(|film| film.is_over_room());
+                (over_room && hit.lit && hit.seen).then(|| row.centre[column] + side)
+            };
+            let sides: [Places<'_>; 2] =
+                [&|row, column| beside(row, column, -BESIDE_ROWS), &|row, column| beside(row, column, BESIDE_ROWS)];
+            let groups = compared_at(&POCKET_PROFILES, &pack, sides).into_iter().flat_map(|(_, groups)| groups);
+            let lit: Vec<_> = groups.flatten().filter(|[_, truth]| truth[0] > 0.0).collect();
+            let mean = lit.iter().map(|[_, truth]| truth[0]).sum::<f64>() / lit.len() as f64;
+            let mut sums = [0.0; 2];
+            for [ours, truth] in lit.iter().filter(|[_, truth]| truth[0] > 0.3 * mean) {
+                sums = [sums[0] + ours[0], sums[1] + truth[0]];
+                ratios.push(libm::log(ours[0].max(1.0) / truth[0]));
+            }
+            let share = sums[0] / sums[1];
+            println!("{class}: {share:.3} of all light");
+            assert!((share - 1.0).abs() < 0.08, "{class}: {share:.3} of all light");
+        }
+        let [light, all] = [rms(&ratios), mean(&ratios)];
+        println!("{class}: {} groups: light within {light:.3} rms, {all:+.3} in the mean", ratios.len());
+        assert!(ratios.len() > 200, "{class}: {}", ratios.len());
+        assert!(light < bar && all.abs() < 0.06, "{class}: light {light:.3} rms, {all:+.3} in the mean");
+    }
 }
 
 /// Light 0.3 to 1.5 mm beside lines on flanks of embossed codes that lean away from the lens, which leaves through the card around: within 25 % rms and 10 % in

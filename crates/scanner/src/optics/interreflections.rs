@@ -4,8 +4,9 @@
 //! of that the area dA receives cos(theta) cos(theta') dA / (pi d^2), and what of light from all sides it sends to the lens is, by
 //! reciprocity, the share of light from there that its film turns, and what a tablet below it throws back. What fills the pocket is not counted there: it leaves elsewhere. Patches
 //! are [`STRIDE`] columns wide, and received light is worked out in every [`NODE_ROWS`]th row of a window; what is seen between is linear.
-//! The card lights a pocket's walls that way, and walls the card about them: light that comes from far and falls wide, which no width of the film's own spread holds. What has filled a pocket glows from all
-//! of its walls; so does what patches of the line have sent each other, a second exchange that is worked out across the motion alone.
+//! The card lights a pocket's walls that way, and walls the card about them: light that comes from far and falls wide, which no width of the film's own spread holds. What
+//! has spread far in film glows about the line; so does what patches of the line have sent each other, a second exchange that is worked out across the motion alone. What has
+//! crossed a pocket is told by the pocket ([`super::pocket_light`]).
 //! Neglected: what stands between two patches that face each other, exchanges after the second, light from beyond the
 //! tiles next to a tile's own or beyond the line's own window, how far light spreads in films before it leaves, which way they prefer to
 //! scatter, what lies open in holes, bodies of wood, and the conveyor.

@@ -156,7 +156,7 @@ pub struct Patches {
     pub(super) slope_y: Vec<f32>,
     /// Flux of the line that the patch sends out, by length of the normal (-slope_x, -slope_y, 1); as light that a white Lambertian surface shows the lens [e-].
     pub(super) sends: Vec<f32>,
-    /// The same of light that has filled a pocket, which leaves about the line with a standard deviation of `glow_mm` along the motion.
+    /// The same of light that has spread far in the film, which leaves about the line with a standard deviation of `glow_mm` along the motion.
     pub(super) glows: Vec<f32>,
     pub(super) glow_mm: Vec<f32>,
     /// What of a flux by area of the level plane the patch sends on, by length of the line along the motion and of the normal [mm].
