@@ -98,6 +98,8 @@ fn compared_in(
     compared_at(profiles, pack, [&places]).into_iter().map(|(profile, [groups])| (profile, groups)).collect()
 }
 
+/// Light and centre of gravity by groups of columns, ours and the judge's.
+type Groups = Vec<[[f64; 2]; 2]>;
 /// Chooses a column's place by production's row.
 type Places<'a> = &'a dyn Fn(&Row, usize) -> Option<f32>;
 
@@ -106,7 +108,7 @@ fn compared_at<const N: usize>(
     profiles: &[usize],
     (scene, body): &(Scene, Body),
     places: [Places<'_>; N],
-) -> Vec<(usize, [Vec<[[f64; 2]; 2]>; N])> {
+) -> Vec<(usize, [Groups; N])> {
     let mut judged = scene.clone();
     judged.transport = Transport::Path { photons: PHOTONS };
     let (sensor, band) = expose(scene, body.clone(), profiles[0]..profiles[profiles.len() - 1] + 1);

@@ -9,7 +9,7 @@
 //! Both ways through the film are followed (`bent_film`): level film shows what lies below nearer to the lens, by up to half of
 //! its thickness for views up to 45 degrees; bent film turns light, which meets what lies below elsewhere, spread over more or less of it.
 //! Light that keeps its direction leaves through the film over where it landed, light that has spread by that over where it has come to. What has crossed
-//! a pocket and spread far is told by the pocket itself ([`super::pocket_light`]).
+//! a pocket and spread far is told by the pocket itself (`pocket_light`).
 //! Neglected: what the film above hides of what lies below; a second image of the same light, where bent film folds the line over itself.
 
 use std::ops::Range;

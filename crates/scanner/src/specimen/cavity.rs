@@ -20,9 +20,9 @@ use super::enclosure::{Facet, Mirror, arrives, exchange, settle};
 use super::height_below;
 
 /// Distance of samples of a pocket's film [mm].
-const SAMPLE_MM: f32 = 0.25;
+const SAMPLE_MM: f32 = 0.2;
 /// Samples by which places are apart where pockets are looked for: none is narrower.
-const SEARCH_SAMPLES: usize = 3;
+const SEARCH_SAMPLES: usize = 4;
 /// Facets of film of one pocket, above which they become larger.
 const MAX_FILM_FACETS: usize = 420;
 /// Least samples along a cell's side.
