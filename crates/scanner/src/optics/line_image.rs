@@ -220,8 +220,8 @@ pub(crate) fn add_transmitted_beyond(
     beyond([load(&own.centre, start); 2], lines, |j| load(&own.source[j], start), shift, exits, drawn, window);
 }
 
-/// Adds the far widths of lines, by where they are seen from before their windows and from behind, and their variances and rows per mm, to the rows of a window that lie outside of the windows that begin at `drawn`. Each leaves by the last row on its side that
-/// those look at.
+/// Adds the far widths of lines, by where they are seen from before their windows and from behind, and their variances and rows per mm, to the
+/// rows of a window that lie outside of the windows that begin at `drawn`. Each leaves by the last row on its side that those look at.
 #[inline(always)]
 fn beyond<'a>(
     centres: [&[f32; TILE]; 2],

@@ -11,7 +11,6 @@ use std::ops::Range;
 
 use glam::{Vec2, Vec3};
 use numerics::lanes::exp;
-use procedural::Film;
 
 use super::camera::Sight;
 use super::film::FILLING;
@@ -60,10 +59,7 @@ impl PocketColumn {
 }
 
 /// Takes from a pocket's film the wide light that the planar model gives it.
-pub(super) fn leave_to_cavity(spread: &mut FilmStackSpread, film: &Film) {
-    if !film.is_over_room() {
-        return;
-    }
+pub(super) fn leave_to_cavity(spread: &mut FilmStackSpread) {
     for (j, alone) in spread.alone.iter().enumerate().skip(FILLING) {
         let left = alone.sqrt();
         spread.enter[j] *= left;

@@ -482,7 +482,7 @@ impl LitColumn<'_> {
         let enters = film::entering_share(medium.n_eff, normal, -sight.light);
         if film.is_over_room() {
             scratch.secondary.pockets[column] = PocketColumn::of(hit, normal, &sight, &spread, [arrives, enters]);
-            pocket_light::leave_to_cavity(&mut spread, film);
+            pocket_light::leave_to_cavity(&mut spread);
         }
         for j in 0..BASIS {
             scratch.response.spread.enter[j][column] = spread.enter[j];

@@ -6,7 +6,7 @@
 //! what is left. A thin lens that has the first one in focus has not the second, and blurs it along the rows. It stands in
 //! the second window of rows where the first does not hold it. Neglected: that the second line meets what it lights from,
 //! and the lens sees it at, an angle that differs by offset over distance; its blur along the line, streaks, mirror images, interreflections
-//! and lines through films; what falls outside of both windows.
+//! and lines through films, what pockets let out of its light; what falls outside of both windows.
 
 use super::band::Band;
 use super::camera::Camera;

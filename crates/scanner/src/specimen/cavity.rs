@@ -14,7 +14,7 @@ use multiversion::multiversion;
 use numerics::lanes::exp;
 use procedural::{Body, Film, Medium, Surface};
 use rayon::prelude::*;
-use transport::kernel::film_stack::{FilmShares, FilmStackKernel};
+use transport::kernel::film_stack::{FACET_TURN, FilmShares, FilmStackKernel};
 
 use super::enclosure::{Facet, Mirror, arrives, exchange, settle};
 use super::height_below;
@@ -37,8 +37,6 @@ const LOOKS: usize = 6;
 const HIDES_MM: f32 = 0.1;
 /// Places of a vector.
 const LANES: usize = 16;
-/// Standard deviation of a lobe's slopes over the roughness of the facets that mirror it [1].
-const FACET_TURN: f32 = std::f32::consts::SQRT_2;
 
 /// A grid of square cells, seen from above.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -91,6 +89,8 @@ pub(crate) struct Cavity {
     grid: Grid,
     /// The facet of film in each cell; beside the pocket, the nearest.
     film: Vec<u16>,
+    /// Whether a cell or one beside it has film: other pockets may stand in the rest of the grid.
+    near: Vec<bool>,
     cells: Vec<Cell>,
     /// Facets of film above bodies, by rising number: their bodies' tops are the sources after those of film.
     bodies: Vec<usize>,
@@ -369,18 +369,19 @@ impl Cavity {
         let flux = settle(&facets, &shares, films + bodies.len());
         let (card, card_receives) = card(&grid, &cells);
         let (film, lobes) = (nearest(&grid, &cells), lobes(&cells, mirror, grid.pitch));
-        Self { grid, film, cells, bodies, lobes, flux, card, card_receives }
+        let near = near(&grid, &cells);
+        Self { grid, film, near, cells, bodies, lobes, flux, card, card_receives }
     }
 
-    /// Whether a place lies on its cells.
+    /// Whether a place lies in the pocket, or within a cell of it.
     pub fn holds(&self, place: Vec2) -> bool {
-        self.grid.holds(place)
+        self.grid.holds(place) && self.near[self.grid.cell(place)]
     }
 
-    /// Facets of film about a place, and their shares of it; `None` beside the cavity's cells.
+    /// Facets of film about a place, and their shares of it; `None` beside the pocket.
     fn about(&self, place: Vec2) -> Option<[(usize, f32); 4]> {
         let about = || self.grid.about(place).map(|(cell, weight)| (usize::from(self.film[cell]), weight));
-        self.grid.holds(place).then(about)
+        self.holds(place).then(about)
     }
 }
 
@@ -411,6 +412,19 @@ fn nearest(grid: &Grid, cells: &[Cell]) -> Vec<u16> {
             nearest.unwrap_or(0) as u16
         })
         .collect()
+}
+
+/// Whether each cell, or one beside it, has film.
+fn near(grid: &Grid, cells: &[Cell]) -> Vec<bool> {
+    let [columns, rows] = grid.cells;
+    let mut near = vec![false; columns * rows];
+    for cell in cells {
+        let [column, row] = [cell.number % columns, cell.number / columns];
+        for row in row.saturating_sub(1)..(row + 2).min(rows) {
+            near[row * columns..][column.saturating_sub(1)..(column + 2).min(columns)].fill(true);
+        }
+    }
+    near
 }
 
 /// Light of one line in a cavity.
@@ -580,6 +594,24 @@ mod tests {
             let on = from - way * (from.z / way.z);
             (meet(on, Vec3::new(way.x, way.y, -way.z)), true)
         }
+    }
+
+    /// An oblong pocket that lies aslant leaves the corners of its grid to others, and holds all of its own film.
+    #[test]
+    fn corners_beside_an_aslant_pocket_are_not_its_own() {
+        let cap = Cap { height: 2.0, radius: 4.0 };
+        let foil = Gloss { share: 1.0, reflectance: 0.9, roughness: [0.1; 2], matte: 0.0 };
+        let medium = Medium::isotropic(0.0, 20.0, 1.5, Gloss::NONE);
+        let samples = cap.samples(medium, Medium::opaque(foil));
+        let aslant: Vec<Sample> =
+            samples.into_iter().filter(|sample| (sample.place.x - sample.place.y).abs() < 1.5).collect();
+        let cavity = Cavity::of(&aslant);
+        assert!(aslant.iter().all(|sample| cavity.holds(sample.place)));
+        assert!(cavity.grid.holds(Vec2::new(2.5, -2.5)) && !cavity.holds(Vec2::new(2.5, -2.5)));
+        let mut light = CavityLight::none(&Arc::new(cavity));
+        light.enter(Vec2::new(2.5, -2.5), 1.0);
+        light.spread();
+        assert!(light.leaves.iter().all(|&leaves| leaves == 0.0));
     }
 
     /// A unit vector by Lambert's law about a normal.

@@ -510,7 +510,7 @@ fn flow(kernel: &FilmStackKernel, stack: &FilmStack, air_per_mm: f32) -> FilmFlo
 /// Variance, about each of two axes, of the directions into which pigment turns light ahead once: 1 - g, as for small angles [rad^2].
 const TURNED_SPREAD: f32 = 1.0 - PIGMENT_G;
 /// Standard deviation of a lobe's slopes over the roughness of the facets: these lean by 1 / sqrt(2) of it, and turn light by twice that [1].
-const FACET_TURN: f32 = std::f32::consts::SQRT_2;
+pub const FACET_TURN: f32 = std::f32::consts::SQRT_2;
 
 /// Mean cosine of the pigment of films [1].
 const PIGMENT_G: f32 = stack::PIGMENT_G as f32;
