@@ -22,7 +22,7 @@ pub(super) struct ConsoleArgs {
     #[arg(short, long, global = true)]
     verbose: bool,
     /// Seconds between two lines of progress, where standard error is no terminal and has no bar
-    #[arg(long, global = true, value_name = "SECONDS", default_value_t = 30)]
+    #[arg(long, global = true, value_name = "SECONDS", default_value_t = 30, value_parser = super::whole::<u64>)]
     progress: u64,
 }
 

