@@ -72,7 +72,7 @@ def test_locks_that_are_no_files_stop_nobody(tmp_path, base):
     (base / "task-link" / ".lock").symlink_to(outside)
     os.mkfifo(base / "task-pipe" / ".lock")
     script = "import sys, sheetlight.scale.scratch as s\nwith s.scratch_folder(sys.argv[1]) as folder: print(folder.is_dir())"
-    said = subprocess.run([sys.executable, "-c", script, tmp_path], capture_output=True, text=True, timeout=20, check=True)
+    said = subprocess.run([sys.executable, "-c", script, tmp_path], capture_output=True, text=True, timeout=60, check=True)
     assert said.stdout == "True\n"
     assert outside.read_text() == "mine" and (base / "task-link").is_dir()
 

@@ -7,6 +7,7 @@
 //! film or tablets before it leaves, holes in the film, folds of the foil, and that foil mirrors less cleanly than a mirror where light has been
 //! turned before.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use glam::{Vec2, Vec3};
@@ -98,10 +99,19 @@ pub(crate) struct Cavity {
     lobes: Vec<f32>,
     /// What arrives in the end at facets of film and tops of bodies of what each of them sends, `[facet][source]` [1].
     flux: Vec<f32>,
-    /// The card around it.
-    card: Grid,
-    /// Share of the light of each facet of film that each cell of the card receives, by its area seen from above, `[cell][facet]` [1].
-    card_receives: Vec<f32>,
+    card: Card,
+}
+
+/// The card around a pocket.
+#[derive(Debug)]
+struct Card {
+    grid: Grid,
+    /// Its cells beside the film, and at most one cell under that.
+    cells: Vec<usize>,
+    /// The facets of film that light it.
+    walls: Vec<usize>,
+    /// Share of the light of each of these that each of those cells receives, by its area seen from above, `[cell][facet]` [1].
+    receives: Vec<f32>,
 }
 
 /// Film at a place over air.
@@ -270,6 +280,8 @@ struct Tops {
     /// Where the samples stand.
     grid: Grid,
     z: Vec<f32>,
+    /// The highest of them.
+    highest: f32,
 }
 
 impl Tops {
@@ -280,7 +292,14 @@ impl Tops {
         for sample in samples.iter().filter(|sample| !sample.is_over_foil()) {
             z[grid.cell(sample.place)] = height_below(&sample.surface, &sample.film);
         }
-        Self { grid, z }
+        let highest = z.iter().copied().fold(f32::MIN, f32::max);
+        Self { grid, z, highest }
+    }
+
+    /// Whether a body stands between two points.
+    fn block(&self, a: Vec3, b: Vec3) -> bool {
+        a.z.min(b.z) + HIDES_MM < self.highest
+            && (1..LOOKS).any(|look| self.hides(a + (b - a) * (look as f32 / LOOKS as f32)))
     }
 
     /// Whether a body stands at a point.
@@ -363,14 +382,13 @@ impl Cavity {
         let film = cells.iter().map(|cell| Facet { at: cell.at, area: cell.area, returns: cell.shares.held });
         let top = |top: &BodyTop| Facet { at: top.at, area: top.area, returns: top.shares.below };
         let facets: Vec<Facet> = film.chain(tops().map(top)).chain(heights.sides(&grid, &cells, mirror.z)).collect();
-        let blocked =
-            |a: Vec3, b: Vec3| (1..LOOKS).any(|look| heights.hides(a + (b - a) * (look as f32 / LOOKS as f32)));
-        let shares = exchange(&facets, mirror, (!bodies.is_empty()).then_some(blocked));
+        let blocked = (!bodies.is_empty()).then_some(|a: Vec3, b: Vec3| heights.block(a, b));
+        let shares = exchange(&facets, mirror, blocked);
         let flux = settle(&facets, &shares, films + bodies.len());
-        let (card, card_receives) = card(&grid, &cells);
+        let card = Card::around(&grid, &cells);
         let (film, lobes) = (nearest(&grid, &cells), lobes(&cells, mirror, grid.pitch));
         let near = near(&grid, &cells);
-        Self { grid, film, near, cells, bodies, lobes, flux, card, card_receives }
+        Self { grid, film, near, cells, bodies, lobes, flux, card }
     }
 
     /// Whether a place lies in the pocket, or within a cell of it.
@@ -385,21 +403,48 @@ impl Cavity {
     }
 }
 
-/// The cells of the card around a pocket, and what they receive of the light that leaves its walls.
-fn card(grid: &Grid, cells: &[Cell]) -> (Grid, Vec<f32>) {
-    let card = Grid {
-        corner: grid.corner - CARD_CELLS as f32 * grid.pitch,
-        cells: grid.cells.map(|cells| cells + 2 * CARD_CELLS),
-        ..*grid
-    };
-    let foot = cells.iter().map(|cell| cell.at.z).fold(f32::MAX, f32::min);
-    let area = grid.pitch * grid.pitch;
-    let receives = (0..card.cells[0] * card.cells[1]).flat_map(|number| {
-        let to = (card.middle(number).extend(foot), Vec3::Z * area);
-        let share = move |cell: &Cell| arrives(&Facet { at: cell.at, area: -cell.area, returns: 0.0 }, to);
-        cells.iter().map(move |cell| share(cell) * cell.level / area)
-    });
-    (card, receives.collect())
+impl Card {
+    fn around(film: &Grid, cells: &[Cell]) -> Self {
+        let grid = Grid {
+            corner: film.corner - CARD_CELLS as f32 * film.pitch,
+            cells: film.cells.map(|cells| cells + 2 * CARD_CELLS),
+            ..*film
+        };
+        let [columns, rows] = grid.cells;
+        let mut is_film = vec![false; columns * rows];
+        for cell in cells {
+            let [column, row] = [cell.number % film.cells[0], cell.number / film.cells[0]];
+            is_film[(row + CARD_CELLS) * columns + column + CARD_CELLS] = true;
+        }
+        let is_shown = |number: &usize| {
+            let [column, row] = [number % columns, number / columns];
+            let mut about = (row.saturating_sub(1)..(row + 2).min(rows))
+                .flat_map(|row| (column.saturating_sub(1)..(column + 2).min(columns)).map(move |column| (row, column)));
+            about.any(|(row, column)| !is_film[row * columns + column])
+        };
+        let shown: Vec<usize> = (0..columns * rows).filter(is_shown).collect();
+        let foot = cells.iter().map(|cell| cell.at.z).fold(f32::MAX, f32::min);
+        let area = grid.pitch * grid.pitch;
+        let share = |number: usize, wall: &Cell| {
+            let to = (grid.middle(number).extend(foot), Vec3::Z * area);
+            arrives(&Facet { at: wall.at, area: -wall.area, returns: 0.0 }, to) * wall.level / area
+        };
+        let walls: Vec<usize> =
+            (0..cells.len()).filter(|&wall| shown.iter().any(|&number| share(number, &cells[wall]) > 0.0)).collect();
+        let receives =
+            shown.iter().flat_map(|&number| walls.iter().map(move |&wall| share(number, &cells[wall]))).collect();
+        Self { grid, cells: shown, walls, receives }
+    }
+
+    /// What each of its cells receives of what leaves each facet of film, by area.
+    fn receive(&self, leaves: &[f32]) -> Vec<f32> {
+        let walls: Vec<f32> = self.walls.iter().map(|&wall| leaves[wall]).collect();
+        let mut received = vec![0.0; self.cells.len()];
+        multiply(&self.receives, &walls, 0..walls.len(), &mut received);
+        let mut all = vec![0.0; self.grid.cells[0] * self.grid.cells[1]];
+        self.cells.iter().zip(received).for_each(|(&cell, light)| all[cell] = light);
+        all
+    }
 }
 
 /// The facet of film nearest to each cell.
@@ -455,7 +500,7 @@ impl CavityLight {
 
     /// Whether any of it may leave between two places along the line.
     pub fn is_within(&self, low: f32, high: f32) -> bool {
-        let card = &self.cavity.card;
+        let card = &self.cavity.card.grid;
         high >= card.corner.x && low <= card.corner.x + card.pitch * card.cells[0] as f32
     }
 
@@ -468,10 +513,14 @@ impl CavityLight {
 
     /// Lets what has entered spread.
     pub fn spread(&mut self) {
-        let Cavity { cells, bodies, lobes, flux, card_receives, .. } = &*self.cavity;
+        let Cavity { cells, bodies, lobes, flux, card, .. } = &*self.cavity;
         let films = cells.len();
         let mut lobe = vec![0.0; films];
-        multiply(lobes, &self.entered, &mut lobe);
+        // A line crosses two rows of facets.
+        let lit = |light: &f32| *light > 0.0;
+        let first = self.entered.iter().position(lit).unwrap_or(0);
+        let end = self.entered.iter().rposition(lit).map_or(0, |last| last + 1);
+        multiply(lobes, &self.entered, first..end.max(first), &mut lobe);
         let film = cells.iter().zip(&self.entered).zip(&lobe);
         let film =
             film.map(|((cell, entered), lobe)| cell.shares.turned_down * entered + cell.shares.straight_held * lobe);
@@ -481,7 +530,7 @@ impl CavityLight {
         };
         let sent: Vec<f32> = film.chain(bodies.iter().map(top)).collect();
         let mut arrived = vec![0.0; sent.len()];
-        multiply(flux, &sent, &mut arrived);
+        multiply(flux, &sent, 0..sent.len(), &mut arrived);
         let mut tops = arrived[films..].iter();
         (self.leaves, self.below) = cells
             .iter()
@@ -496,9 +545,7 @@ impl CavityLight {
                 (leaves / level, below / level)
             })
             .unzip();
-        self.card.clear();
-        self.card.resize(card_receives.len() / films, 0.0);
-        multiply(card_receives, &self.leaves, &mut self.card);
+        self.card = card.receive(&self.leaves);
     }
 
     /// What leaves the film turned at a place, by area seen from above; `None` beside the cavity [e-/mm].
@@ -513,7 +560,7 @@ impl CavityLight {
 
     /// What the card receives at a place, by area; `None` far from the cavity [e-/mm].
     pub fn card(&self, place: Vec2) -> Option<f32> {
-        let card = &self.cavity.card;
+        let card = &self.cavity.card.grid;
         card.holds(place).then(|| mean(&self.card, card.about(place)))
     }
 }
@@ -522,10 +569,12 @@ fn mean(values: &[f32], about: [(usize, f32); 4]) -> f32 {
     about.iter().map(|&(at, share)| share * values[at]).sum()
 }
 
-/// `matrix` `[out][values]` times `values`.
+/// `matrix` `[out][values]` times those of `values` that are not zero.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
-fn multiply(matrix: &[f32], values: &[f32], out: &mut [f32]) {
-    for (out, row) in out.iter_mut().zip(matrix.chunks_exact(values.len())) {
+fn multiply(matrix: &[f32], values: &[f32], of: Range<usize>, out: &mut [f32]) {
+    let (length, values) = (values.len().max(1), &values[of.clone()]);
+    for (out, row) in out.iter_mut().zip(matrix.chunks_exact(length)) {
+        let row = &row[of.clone()];
         // Sums over lanes, whatever the machine's vectors.
         let mut sums = [0.0f32; LANES];
         let (whole, rest) = (row.chunks_exact(LANES), row.chunks_exact(LANES).remainder());

@@ -99,7 +99,8 @@ pub(super) fn exchange(facets: &[Facet], mirror: Mirror, blocked: Option<impl Fn
                     let [above, other] = [from.at.z, to.at.z].map(|z| (z - mirror.z).max(0.0));
                     let part = if above + other > 0.0 { above / (above + other) } else { 0.5 };
                     let on = (from.at + (to.at - from.at) * part).truncate().extend(mirror.z);
-                    if blocked(from.at, on) || blocked(on, to.at) {
+                    // What stands on the floor is met first there.
+                    if blocked(on, from.at) || blocked(on, to.at) {
                         mirrored[place] = 0.0;
                     }
                 }
@@ -130,12 +131,15 @@ pub(super) fn settle(facets: &[Facet], shares: &[f32], sources: usize) -> Vec<f3
 }
 
 /// Rows that elimination takes at a time: others are read and written once for all of them.
-const BLOCK: usize = 8;
+const BLOCK: usize = 16;
+/// Columns of a block that stay in the first-level cache while it is taken off other rows.
+const TILE: usize = 256;
 
 /// Gaussian elimination of `matrix` `[n][n]` under `right` `[n][sources]`, which becomes the solution. Without pivots: columns' diagonals dominate, as
 /// no facet sends out more than arrived.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn eliminate(matrix: &mut [f32], right: &mut [f32], n: usize, sources: usize) {
+    let mut factors = Vec::with_capacity(n);
     for first in (0..n).step_by(BLOCK) {
         let end = (first + BLOCK).min(n);
         let (pivots, below) = matrix[first * n..].split_at_mut((end - first) * n);
@@ -146,20 +150,22 @@ fn eliminate(matrix: &mut [f32], right: &mut [f32], n: usize, sources: usize) {
             let pivot = &above[k * n..];
             for (row, right) in rest.chunks_exact_mut(n).zip(right_rest.chunks_exact_mut(sources)) {
                 let factor = row[first + k] / pivot[first + k];
-                subtract(&mut row[first + k..], [factor], [&pivot[first + k..]]);
-                subtract(right, [factor], [&right_above[k * sources..]]);
+                subtract(&mut row[first + k..], factor, &pivot[first + k..]);
+                subtract(right, factor, &right_above[k * sources..]);
             }
         }
-        for (row, right) in below.chunks_exact_mut(n).zip(right_below.chunks_exact_mut(sources)) {
-            let mut factors = [0.0f32; BLOCK];
+        factors.clear();
+        for row in below.chunks_exact_mut(n) {
+            let mut of_row = [0.0f32; BLOCK];
             for k in 0..end - first {
                 let pivot = &pivots[k * n..(k + 1) * n];
-                factors[k] = row[first + k] / pivot[first + k];
-                subtract(&mut row[first..end], [factors[k]], [&pivot[first..end]]);
+                of_row[k] = row[first + k] / pivot[first + k];
+                subtract(&mut row[first..end], of_row[k], &pivot[first..end]);
             }
-            subtract(&mut row[end..], factors, block(pivots, n, end..n));
-            subtract(right, factors, block(solved, sources, 0..sources));
+            factors.push(of_row);
         }
+        subtract_products(below, &factors, pivots, n, end..n);
+        subtract_products(right_below, &factors, solved, sources, 0..sources);
     }
     for first in (0..n).step_by(BLOCK).rev() {
         let end = (first + BLOCK).min(n);
@@ -171,36 +177,49 @@ fn eliminate(matrix: &mut [f32], right: &mut [f32], n: usize, sources: usize) {
             let inverse = 1.0 / matrix[(first + k) * n + first + k];
             own.iter_mut().for_each(|value| *value *= inverse);
             for (row, right) in before.chunks_exact_mut(sources).enumerate() {
-                subtract(right, [matrix[(first + row) * n + first + k]], [own]);
+                subtract(right, matrix[(first + row) * n + first + k], own);
             }
         }
-        for (row, right) in above.chunks_exact_mut(sources).enumerate() {
-            let factors = std::array::from_fn(|k| if first + k < end { matrix[row * n + first + k] } else { 0.0 });
-            subtract(right, factors, block(solved, sources, 0..sources));
-        }
+        factors.clear();
+        factors.extend(matrix[..first * n].chunks_exact(n).map(|row| {
+            let mut of_row = [0.0f32; BLOCK];
+            of_row[..end - first].copy_from_slice(&row[first..end]);
+            of_row
+        }));
+        subtract_products(above, &factors, solved, sources, 0..sources);
     }
 }
 
-/// These columns of the rows of a block, the first one again for those that it lacks.
+/// Subtracts a row times a factor.
 #[inline(always)]
-fn block(rows: &[f32], length: usize, columns: std::ops::Range<usize>) -> [&[f32]; BLOCK] {
-    let count = rows.len() / length;
-    std::array::from_fn(|k| {
-        let row = if k < count { k } else { 0 };
-        &rows[row * length + columns.start..row * length + columns.end]
-    })
+fn subtract(from: &mut [f32], factor: f32, row: &[f32]) {
+    from.iter_mut().zip(row).for_each(|(value, row)| *value -= factor * row);
 }
 
-/// Subtracts rows times factors.
+/// Subtracts from these columns of each row `[row][stride]` the rows of a block `[k][stride]` times its factors, in the order of k.
 #[inline(always)]
-fn subtract<const N: usize>(from: &mut [f32], factors: [f32; N], rows: [&[f32]; N]) {
-    let rows = rows.map(|row| &row[..from.len()]);
-    for (i, value) in from.iter_mut().enumerate() {
-        let mut left = *value;
-        for k in 0..N {
-            left -= factors[k] * rows[k][i];
+fn subtract_products(
+    from: &mut [f32],
+    factors: &[[f32; BLOCK]],
+    block: &[f32],
+    stride: usize,
+    columns: std::ops::Range<usize>,
+) {
+    let mut tile = [[0.0f32; TILE]; BLOCK];
+    for first in columns.clone().step_by(TILE) {
+        let of = first..(first + TILE).min(columns.end);
+        for (tile, row) in tile.iter_mut().zip(block.chunks_exact(stride)) {
+            tile[..of.len()].copy_from_slice(&row[of.clone()]);
         }
-        *value = left;
+        for (row, factors) in from.chunks_exact_mut(stride).zip(factors) {
+            for (i, value) in row[of.clone()].iter_mut().enumerate() {
+                let mut left = *value;
+                for k in 0..BLOCK {
+                    left -= factors[k] * tile[k][i];
+                }
+                *value = left;
+            }
+        }
     }
 }
 

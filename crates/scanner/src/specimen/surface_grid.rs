@@ -18,8 +18,9 @@ const BLOCKING_MARGIN_MM: f32 = 0.005;
 const FIRST_STEP_MM: f32 = 0.15;
 
 /// Half of the reach of differences that tell how the surface is bent: whole nodes, so that what a cell's bilinear heights lack is alike
-/// at all of their points and falls out [mm].
-const BEND_REACH_MM: f32 = 2.0 * PITCH_MM;
+/// at all of their points and falls out.
+const BEND_NODES: isize = 2;
+const BEND_REACH_MM: f32 = BEND_NODES as f32 * PITCH_MM;
 
 /// A value over the plane about a point, with its first and second derivatives.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,6 +31,13 @@ pub(crate) struct Differences {
     pub slope: Vec2,
     /// Its second derivatives [mm^-1].
     pub bend: Mat2,
+}
+
+/// A point in a cell, whose numbers along x and y may lie beside the grid, and its fractions of that cell [1].
+#[derive(Debug, Clone, Copy)]
+struct About {
+    cell: [isize; 2],
+    part: Vec2,
 }
 
 /// Heights over a rectangle; the conveyor, at height 0, goes on around it.
@@ -109,6 +117,13 @@ impl SurfaceGrid {
         inside.then(|| (j * self.size[0] + i, at - Vec2::new(i as f32, j as f32)))
     }
 
+    /// The cell around a point, on the grid or beside it, for [`Self::near`].
+    fn about(&self, place: Vec2) -> About {
+        let at = (place - self.low) / PITCH_MM;
+        let cell = at.floor();
+        About { cell: [cell.x as isize, cell.y as isize], part: at - cell }
+    }
+
     /// Numbers of the corners of a cell: its first node, the next along x, then the same two along y.
     fn corners(&self, of: &[f32], node: usize) -> [f32; 4] {
         let next = node + self.size[0];
@@ -122,9 +137,14 @@ impl SurfaceGrid {
 
     /// Bilinear between nodes, 0 beyond them.
     fn between(&self, of: &[f32], x: f32, y: f32) -> f32 {
-        let Some((node, f)) = self.cell(x, y) else { return 0.0 };
+        self.cell(x, y).map_or(0.0, |(node, part)| self.bilinear(of, node, part))
+    }
+
+    /// Within the cell of this first node.
+    #[inline(always)]
+    fn bilinear(&self, of: &[f32], node: usize, part: Vec2) -> f32 {
         let [a, b, c, d] = self.corners(of, node);
-        (a + (b - a) * f.x) * (1.0 - f.y) + (c + (d - c) * f.x) * f.y
+        (a + (b - a) * part.x) * (1.0 - part.y) + (c + (d - c) * part.x) * part.y
     }
 
     /// Slope of the surface, dz/dx and dz/dy [1].
@@ -138,24 +158,24 @@ impl SurfaceGrid {
 
     /// Height, slope and bend of the surface about a point, by central differences.
     pub fn bent(&self, place: Vec2) -> Differences {
-        let mut around = self.differences(&self.z, place);
-        let at = |i: f32, j: f32| self.near(&self.z, place, i, j);
-        let mixed =
-            0.25 * (at(1.0, 1.0) + at(-1.0, -1.0) - at(1.0, -1.0) - at(-1.0, 1.0)) / (BEND_REACH_MM * BEND_REACH_MM);
+        let about = self.about(place);
+        let mut around = self.differences(&self.z, &about);
+        let at = |i: isize, j: isize| self.near(&self.z, &about, i, j);
+        let mixed = 0.25 * (at(1, 1) + at(-1, -1) - at(1, -1) - at(-1, 1)) / (BEND_REACH_MM * BEND_REACH_MM);
         (around.bend.x_axis.y, around.bend.y_axis.x) = (mixed, mixed);
         around
     }
 
     /// Thickness of the film over the surface about a point, and how it changes, but for its mixed derivative; of [`Self::below_film`].
     pub fn film(&self, place: Vec2) -> Differences {
-        self.differences(&self.film, place)
+        self.differences(&self.film, &self.about(place))
     }
 
     /// Central differences along x and along y.
-    fn differences(&self, of: &[f32], place: Vec2) -> Differences {
-        let at = |i: f32, j: f32| self.near(of, place, i, j);
-        let (value, [west, east, south, north]) =
-            (at(0.0, 0.0), [at(-1.0, 0.0), at(1.0, 0.0), at(0.0, -1.0), at(0.0, 1.0)]);
+    #[inline(always)]
+    fn differences(&self, of: &[f32], about: &About) -> Differences {
+        let at = |i: isize, j: isize| self.near(of, about, i, j);
+        let (value, [west, east, south, north]) = (at(0, 0), [at(-1, 0), at(1, 0), at(0, -1), at(0, 1)]);
         let second = Vec2::new(east + west - 2.0 * value, north + south - 2.0 * value);
         Differences {
             value,
@@ -164,9 +184,13 @@ impl SurfaceGrid {
         }
     }
 
-    /// A value beside a point, by steps of the differences.
-    fn near(&self, of: &[f32], place: Vec2, i: f32, j: f32) -> f32 {
-        self.between(of, place.x + i * BEND_REACH_MM, place.y + j * BEND_REACH_MM)
+    /// A value beside a point, by steps of the differences; 0 beyond the nodes.
+    #[inline(always)]
+    fn near(&self, of: &[f32], about: &About, i: isize, j: isize) -> f32 {
+        let [column, row] = [about.cell[0] + i * BEND_NODES, about.cell[1] + j * BEND_NODES];
+        let [columns, rows] = self.size.map(|nodes| nodes as isize - 1);
+        let inside = column >= 0 && row >= 0 && column < columns && row < rows;
+        if inside { self.bilinear(of, row as usize * self.size[0] + column as usize, about.part) } else { 0.0 }
     }
 
     /// Whether the surface stands between `from`, a point on it, and `to` far above it [mm].
