@@ -372,7 +372,9 @@ def test_another_program_can_be_named(tmp_path, monkeypatch):
 
 
 GENERATED = """
-import sys, sheetlight
+import signal, sys, sheetlight
+# A shell that runs tests in the background has them ignore Ctrl-C.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 try:
     # More than is made before it is stopped, and room for it on a disk that is nearly full.
     asked = {"samples_per_shard": 1, "overrides": {"output.exr": []}, "progress": lambda done, _: print(done, flush=True)}
