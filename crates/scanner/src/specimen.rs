@@ -20,6 +20,7 @@ pub(crate) mod cavity;
 mod enclosure;
 mod outline;
 mod rays;
+mod room;
 pub(crate) mod surface_grid;
 pub mod turntable;
 

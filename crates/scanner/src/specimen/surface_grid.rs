@@ -237,6 +237,8 @@ impl SurfaceGrid {
 
 #[cfg(test)]
 mod tests {
+    use rand::RngExt;
+
     use super::*;
 
     const LENS: Vec3 = Vec3::new(0.0, -173.3, 371.6);
@@ -249,6 +251,29 @@ mod tests {
                 *z = height(y);
             }
         })
+    }
+
+    /// Central differences of a quadratic surface are its derivatives, wherever in a cell; around a point beside the grid nothing is known.
+    #[test]
+    fn a_quadratic_surface_is_bent_as_its_derivatives_say() {
+        let mut rng = procedural::Stream::root(65).rng();
+        for _ in 0..20 {
+            let [a, b, c, d, e] = std::array::from_fn(|_| rng.random_range(-0.2..0.2f32));
+            let height = move |x: f32, y: f32| 5.0 + a * x + b * y + c * x * x + d * x * y + e * y * y;
+            let grid = SurfaceGrid::new(Vec3::ZERO, Vec3::new(4.0, 4.0, 5.0), LENS, move |y, x, row| {
+                row.iter_mut().zip(x).for_each(|(z, &x)| *z = height(x, y));
+            });
+            for _ in 0..50 {
+                let place = Vec2::new(rng.random_range(0.3..3.7), rng.random_range(0.3..3.7));
+                let Differences { value, slope, bend } = grid.bent(place);
+                let right = Vec2::new(a + 2.0 * c * place.x + d * place.y, b + d * place.x + 2.0 * e * place.y);
+                assert!((value - height(place.x, place.y)).abs() < 2e-3, "{value} at {place}");
+                assert!(slope.distance(right) < 1e-4, "{slope} in place of {right} at {place}");
+                let off = bend - Mat2::from_cols_array(&[2.0 * c, d, d, 2.0 * e]);
+                assert!(off.to_cols_array().into_iter().all(|off| off.abs() < 1e-3), "{bend} at {place}");
+            }
+            assert_eq!(grid.bent(Vec2::splat(-9.0)), Differences { value: 0.0, slope: Vec2::ZERO, bend: Mat2::ZERO });
+        }
     }
 
     /// The shadow of a wall ends where the straight line over its edge says, to a step, and the walls' fronts are in
