@@ -110,7 +110,7 @@ print(small.sample(0).index, next(small.samples(3)).index)
 @pytest.mark.parametrize("work", ["recipe.sample(0)", "list(recipe.samples(40))"])
 def test_ctrl_c_stops_at_once_and_leaves_a_process_that_works(work):
     word, spent, *later = alone(STOPPED % work).split()
-    # The work itself takes twenty seconds of processor time and more; stopping takes tens of milliseconds.
+    # The work itself takes some twenty seconds of processor time at least; stopping takes tens of milliseconds.
     assert word == "stopped" and float(spent) < 2.0, spent
     assert later == ["0", "0"]
 
