@@ -116,7 +116,7 @@ pub fn set_up(scene: &Scene, body: Body, tiles: &PatternCache) -> (Sensor, Speci
     });
     let specimen = Specimen::new(body, sensor.camera().rig, scene.bench.laser.fan_height_mm).on_turntable(turn);
     // Models that follow light through packs find out for themselves what fills pockets.
-    let specimen = if sensor.solves_lines() { specimen } else { specimen.with_cavities() };
+    let specimen = if sensor.solves_lines() { specimen } else { specimen.with_pockets() };
     (sensor, specimen)
 }
 

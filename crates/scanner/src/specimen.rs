@@ -24,14 +24,12 @@ mod room;
 pub(crate) mod surface_grid;
 pub mod turntable;
 
-use std::sync::Arc;
-
 use glam::{Vec2, Vec3};
 use procedural::body::Slice;
 use procedural::noise::BLOCK;
 use procedural::{Body, Class, Film, Matter, Medium, Surface};
 
-use self::cavity::Cavity;
+use self::cavity::Pocket;
 use self::outline::ConvexOutline;
 use self::rays::{Intersection, LEAVE_MM, TriangleBvh};
 use self::surface_grid::{Differences, SurfaceGrid};
@@ -86,7 +84,7 @@ pub struct Specimen {
     /// The surface below its film, where the film is clear.
     lower: Option<SurfaceGrid>,
     /// Its pockets, where light in them is asked for.
-    cavities: Vec<Arc<Cavity>>,
+    pockets: Vec<Pocket>,
     /// The turntable; `None` for a straight scan.
     turntable: Option<Turntable>,
 }
@@ -139,14 +137,14 @@ impl Specimen {
             fan_height: fan_height as f32,
             upper,
             lower,
-            cavities: Vec::new(),
+            pockets: Vec::new(),
             turntable: None,
         }
     }
 
-    /// The same with the light that fills its pockets worked out, which the kernel asks for.
-    pub fn with_cavities(self) -> Self {
-        Self { cavities: cavity::find(&self.body), ..self }
+    /// The same with its pockets found, for the light that fills them, which the kernel asks for.
+    pub fn with_pockets(self) -> Self {
+        Self { pockets: cavity::find(&self.body), ..self }
     }
 
     /// The same on a turntable, for a body without surface grids; scan positions are then the travel at its radius.
@@ -160,8 +158,8 @@ impl Specimen {
     }
 
     /// Its pockets.
-    pub(crate) fn cavities(&self) -> &[Arc<Cavity>] {
-        &self.cavities
+    pub(crate) fn pockets(&self) -> &[Pocket] {
+        &self.pockets
     }
 
     /// Height of the body's highest point [mm].

@@ -8,6 +8,7 @@
 //! Neglected: what leaves film beyond the window's rows where that is not level, what one pocket sends into another.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use glam::{Vec2, Vec3};
 use numerics::lanes::exp;
@@ -20,7 +21,7 @@ use super::row::{Patches, Row};
 use super::speckle::TILE;
 use super::window::{ROWS, Window};
 use crate::specimen::Hit;
-use crate::specimen::cavity::CavityLight;
+use crate::specimen::cavity::{Cavity, CavityLight};
 use transport::kernel::PACK_SPREAD_MM;
 use transport::kernel::film_stack::FilmStackSpread;
 
@@ -107,21 +108,17 @@ impl PocketLight {
     /// Lets the row's light into the cavities that it crosses, and spread there.
     fn enter(&mut self, lit: &LitRow<'_>, columns: &[PocketColumn]) {
         self.lit.clear();
-        let cavities = lit.view.specimen.cavities();
-        let mut last: Option<usize> = None;
+        let pockets = lit.view.specimen.pockets();
+        let mut last: Option<&Arc<Cavity>> = None;
         for (column, of) in columns.iter().enumerate().filter(|(_, of)| of.enters > 0.0) {
-            let x = lit.hits[column].x;
-            let place = Vec2::new(x, lit.view.y);
-            let near = last.filter(|&last| cavities[last].holds(place));
-            let Some(number) = near.or_else(|| cavities.iter().position(|cavity| cavity.holds(place))) else {
-                continue;
-            };
-            let at = self.lit.iter().position(|light| light.is_of(&cavities[number]));
-            let at = at.unwrap_or_else(|| {
-                self.lit.push(CavityLight::none(&cavities[number]));
+            let place = Vec2::new(lit.hits[column].x, lit.view.y);
+            let near = last.filter(|cavity| cavity.holds(place));
+            let Some(cavity) = near.or_else(|| pockets.iter().find_map(|pocket| pocket.at(place))) else { continue };
+            last = Some(cavity);
+            let at = self.lit.iter().position(|light| light.is_of(cavity)).unwrap_or_else(|| {
+                self.lit.push(CavityLight::none(cavity));
                 self.lit.len() - 1
             });
-            last = Some(number);
             let [before, behind] = [column.saturating_sub(1), (column + 1).min(columns.len() - 1)];
             let wide = (lit.hits[behind].x - lit.hits[before].x).abs() / (behind - before).max(1) as f32;
             self.lit[at].enter(place, of.enters * wide);

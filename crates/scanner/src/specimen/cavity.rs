@@ -8,13 +8,12 @@
 //! turned before.
 
 use std::ops::Range;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use glam::{Vec2, Vec3};
 use multiversion::multiversion;
 use numerics::lanes::exp;
 use procedural::Body;
-use rayon::prelude::*;
 use transport::kernel::film_stack::FACET_TURN;
 
 use super::enclosure::{Facet, Mirror, arrives, exchange, settle};
@@ -25,7 +24,28 @@ const CARD_CELLS: usize = 5;
 /// Places of a vector.
 const LANES: usize = 16;
 
-/// One pocket.
+/// A pocket whose light is worked out once somebody asks: many a card reaches beyond what is scanned of it.
+#[derive(Debug)]
+pub(crate) struct Pocket {
+    samples: Vec<Sample>,
+    grid: Grid,
+    cavity: OnceLock<Arc<Cavity>>,
+}
+
+impl Pocket {
+    fn of(samples: Vec<Sample>) -> Self {
+        let grid = Grid::over(&samples);
+        Self { samples, grid, cavity: OnceLock::new() }
+    }
+
+    /// Its cavity, if a place lies in it.
+    pub fn at(&self, place: Vec2) -> Option<&Arc<Cavity>> {
+        let cavity = || self.cavity.get_or_init(|| Arc::new(Cavity::of(&self.samples)));
+        self.grid.holds(place).then(cavity).filter(|cavity| cavity.holds(place))
+    }
+}
+
+/// What a pocket does to light.
 #[derive(Debug)]
 pub(crate) struct Cavity {
     grid: Grid,
@@ -56,9 +76,9 @@ struct Card {
 }
 
 /// All pockets of a body.
-pub(super) fn find(body: &Body) -> Vec<Arc<Cavity>> {
+pub(super) fn find(body: &Body) -> Vec<Pocket> {
     let Body::Pack(_) = body else { return Vec::new() };
-    rooms(body).par_iter().map(|samples| Arc::new(Cavity::of(samples))).collect()
+    rooms(body).into_iter().map(Pocket::of).collect()
 }
 
 /// Share of straight light that entered each cell's film and that rough foil spreads over it from below, `[cell][source cell]` [1].
@@ -82,8 +102,8 @@ fn lobes(cells: &[Cell], mirror: Mirror, pitch: f32) -> Vec<f32> {
 
 impl Cavity {
     fn of(samples: &[Sample]) -> Self {
-        let (grid, cells) = cells(samples);
-        Self::solve(samples, grid, cells)
+        let grid = Grid::over(samples);
+        Self::solve(samples, grid, cells(samples, &grid))
     }
 
     /// The cavity of these samples in cells.
@@ -392,7 +412,8 @@ mod tests {
             let foil = Gloss { share: 1.0, reflectance, roughness: [0.1; 2], matte: 0.0 };
             let medium = Medium::isotropic(0.0, 1.0, 1.5, Gloss::NONE);
             let samples = cap.samples(medium, Medium::opaque(foil));
-            let (grid, mut cells) = cells(&samples);
+            let grid = Grid::over(&samples);
+            let mut cells = cells(&samples, &grid);
             // What film this thin would not do.
             let [held, out] = [rng.random_range(0.2..0.7), 0.25];
             let shares = FilmShares { turned_down: 1.0, held, out, ..FilmShares::default() };

@@ -34,6 +34,17 @@ pub(super) struct Grid {
 }
 
 impl Grid {
+    /// Over the samples of a pocket.
+    pub fn over(samples: &[Sample]) -> Self {
+        let places = || samples.iter().map(|sample| sample.place);
+        let corner = places().fold(Vec2::INFINITY, Vec2::min) - 0.5 * SAMPLE_MM;
+        let end = places().fold(Vec2::NEG_INFINITY, Vec2::max) + 0.5 * SAMPLE_MM;
+        let side = (samples.len() as f32 / MAX_FILM_FACETS as f32).sqrt().ceil() as usize;
+        let pitch = side.max(LEAST_SAMPLES) as f32 * SAMPLE_MM;
+        let size = ((end - corner) / pitch - 1e-3).max(Vec2::ZERO);
+        Self { corner, pitch, cells: [size.x as usize + 1, size.y as usize + 1] }
+    }
+
     /// The four cells about a place, and their shares of it; places beside the grid take the cells at its edge.
     pub fn about(&self, place: Vec2) -> [(usize, f32); 4] {
         let last = Vec2::new(self.cells[0] as f32, self.cells[1] as f32) - 1.0;
@@ -173,14 +184,8 @@ pub(super) fn rooms(body: &Body) -> Vec<Vec<Sample>> {
     rooms
 }
 
-/// The cells of a pocket's film.
-pub(super) fn cells(samples: &[Sample]) -> (Grid, Vec<Cell>) {
-    let corner = samples.iter().map(|sample| sample.place).fold(Vec2::INFINITY, Vec2::min) - 0.5 * SAMPLE_MM;
-    let end = samples.iter().map(|sample| sample.place).fold(Vec2::NEG_INFINITY, Vec2::max) + 0.5 * SAMPLE_MM;
-    let side = (samples.len() as f32 / MAX_FILM_FACETS as f32).sqrt().ceil() as usize;
-    let pitch = side.max(LEAST_SAMPLES) as f32 * SAMPLE_MM;
-    let size = ((end - corner) / pitch - 1e-3).max(Vec2::ZERO);
-    let grid = Grid { corner, pitch, cells: [size.x as usize + 1, size.y as usize + 1] };
+/// The cells of a pocket's film, on its grid.
+pub(super) fn cells(samples: &[Sample], grid: &Grid) -> Vec<Cell> {
     let mut members = vec![Vec::new(); grid.cells[0] * grid.cells[1]];
     for sample in samples {
         members[grid.cell(sample.place)].push(sample);
@@ -191,8 +196,7 @@ pub(super) fn cells(samples: &[Sample]) -> (Grid, Vec<Cell>) {
     }
     let mut kernel = FilmStackKernel::new();
     let cells = members.iter().enumerate().filter(|(_, members)| !members.is_empty());
-    let cells = cells.map(|(number, members)| Cell::of(number, members, &mut kernel)).collect();
-    (grid, cells)
+    cells.map(|(number, members)| Cell::of(number, members, &mut kernel)).collect()
 }
 
 impl Cell {
