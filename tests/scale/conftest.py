@@ -21,6 +21,9 @@ import s3fs
 from sheetlight import _gen
 from sheetlight.scale.__main__ import main
 
+# A shell that runs tests in the background has them, and what they start, ignore Ctrl-C.
+signal.signal(signal.SIGINT, signal.default_int_handler)
+
 ROOT = Path(__file__).parents[2]
 FULL = os.environ.get("SCALE_FULL") == "1"
 SERVER = Path(os.environ.get("SHEETLIGHT_MOTO", ROOT / ".venv-moto")) / "bin" / "moto_server"

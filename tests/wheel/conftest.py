@@ -4,12 +4,16 @@ SHEETLIGHT_WHEEL_FULL=1 compares 50 samples of every built-in recipe in place of
 """
 
 import os
+import signal
 import subprocess
 import sys
 import sysconfig
 from pathlib import Path
 
 import pytest
+
+# A shell that runs tests in the background has them, and what they start, ignore Ctrl-C.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 FULL = os.environ.get("SHEETLIGHT_WHEEL_FULL") == "1"
 GEN = Path(sysconfig.get_path("scripts")) / "gen"

@@ -85,8 +85,6 @@ def test_other_threads_go_on_while_a_sample_is_rendered():
 
 STOPPED = """
 import os, signal, threading, time, sheetlight
-# A shell that runs tests in the background has them ignore Ctrl-C.
-signal.signal(signal.SIGINT, signal.default_int_handler)
 recipe = sheetlight.Recipe.load("wood", {"scan.profiles": 16000})
 small = sheetlight.Recipe.load("wood-small", scan={"columns": 64, "profiles": 32})
 small.sample(0)
@@ -373,9 +371,7 @@ def test_another_program_can_be_named(tmp_path, monkeypatch):
 
 
 GENERATED = """
-import signal, sys, sheetlight
-# A shell that runs tests in the background has them ignore Ctrl-C.
-signal.signal(signal.SIGINT, signal.default_int_handler)
+import sys, sheetlight
 try:
     # More than is made before it is stopped, and room for it on a disk that is nearly full.
     asked = {"samples_per_shard": 1, "overrides": {"output.exr": []}, "progress": lambda done, _: print(done, flush=True)}
