@@ -1,6 +1,6 @@
 """Whole commands of two builds of `gen`, in turn on this machine: time, processor time and memory, and the medians of their ratios.
 
-    python3 benches/whole_command.py BEFORE AFTER [--pairs 10] [--threads 2] [--only wood,wood-train]
+    python3 benches/whole_command.py BEFORE AFTER [--pairs 10] [--threads 2] [--only wood,wood-train] [--recipes-before OLD/recipes]
 
 BEFORE and AFTER are paths of programs, for instance of a worktree of an older commit and of this one. Each case writes everything that its
 recipe writes by default into a scratch folder, which is removed. Ratios are after over before; below 1 is better.
@@ -22,9 +22,11 @@ def run(program, recipe, samples, threads):
     """Seconds, seconds of processor time, and most memory [MB] of one command."""
     place = tempfile.mkdtemp(prefix="whole-command-")
     try:
-        words = [program, "--recipe", recipe, "-n", str(samples), "-j", str(threads), "--out", f"{place}/set", "--quiet"]
+        # Words that builds of all ages take, and no terminal, so that they are quiet.
+        words = [program, "--recipe", recipe, "--n", str(samples), "--threads", str(threads), "--out", f"{place}/set"]
+        silent = [(os.POSIX_SPAWN_OPEN, stream, os.devnull, os.O_WRONLY, 0) for stream in (1, 2)]
         begun = time.perf_counter()
-        child = os.posix_spawn(program, words, os.environ)
+        child = os.posix_spawn(program, words, os.environ, file_actions=silent)
         _, status, used = os.wait4(child, 0)
         seconds = time.perf_counter() - begun
     finally:
@@ -41,10 +43,13 @@ def main():
     known.add_argument("--pairs", type=int, default=10)
     known.add_argument("--threads", type=int, default=2)
     known.add_argument("--only", default=",".join(CASES), help="recipes, with commas between")
+    known.add_argument("--recipes-before", type=Path, help="folder of the recipes of BEFORE; without it those that AFTER has")
     given = known.parse_args()
     programs = [str(path.resolve()) for path in (given.before, given.after)]
     for recipe in given.only.split(","):
-        pairs = [[run(program, recipe, CASES[recipe], given.threads) for program in programs] for _ in range(given.pairs)]
+        own = str(given.recipes_before / f"{recipe}.yaml") if given.recipes_before else recipe
+        asked = list(zip(programs, (own, recipe)))
+        pairs = [[run(program, words, CASES[recipe], given.threads) for program, words in asked] for _ in range(given.pairs)]
         words = []
         for what, name in enumerate(["s", "s of processor time", "MB"]):
             before, after = (statistics.median(pair[build][what] for pair in pairs) for build in (0, 1))

@@ -304,7 +304,8 @@ pub fn field(scene: &Scene, sensor: &Sensor, specimen: &Specimen) -> [[f64; 2]; 
     [x, y]
 }
 
-/// The profiles of a sample by these numbers, measured and labelled as [`render`] does it, one after the other.
+/// The profiles of a sample by these numbers, one after the other, measured and labelled as [`render`] does it but for light that has crept
+/// far under the surface, which leaves by rows that are further apart ([`Sensor::sparse_band`]).
 pub fn render_profiles(scene: &Scene, sensor: &Sensor, specimen: &Specimen, profiles: &[usize]) -> (Maps, Labels) {
     let mut scan = Scan::new(scene, profiles.len());
     let calibration = sensor.calibration();
@@ -312,7 +313,7 @@ pub fn render_profiles(scene: &Scene, sensor: &Sensor, specimen: &Specimen, prof
     let measurement = Measurement { scene, calibration: &calibration, grid: grid.as_ref(), keeps: &|_| false };
     let mut band = Band::default();
     for (part, &profile) in scan.parts(scene.size.columns).into_iter().zip(profiles) {
-        band = sensor.band(specimen, profile..profile + 1, band);
+        band = sensor.sparse_band(specimen, profile, band);
         part.fill(&measurement, sensor, &band);
     }
     (scan.maps, scan.labels)

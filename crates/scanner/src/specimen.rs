@@ -147,6 +147,11 @@ impl Specimen {
         Self { pockets: cavity::find(&self.body), ..self }
     }
 
+    /// The same without the light that fills its pockets.
+    pub fn without_pockets(self) -> Self {
+        Self { pockets: Vec::new(), ..self }
+    }
+
     /// The same on a turntable, for a body without surface grids; scan positions are then the travel at its radius.
     pub fn on_turntable(self, turntable: Option<Turntable>) -> Self {
         Self { turntable, ..self }

@@ -201,7 +201,7 @@ impl RowMaker {
     }
 
     /// Makes the row of what `view` looks at.
-    fn make(&self, view: RowView<'_>, scratch: &mut RowScratch, row: &mut Row) {
+    pub(super) fn make(&self, view: RowView<'_>, scratch: &mut RowScratch, row: &mut Row) {
         self.look(view.specimen, view.y, &mut row.hits);
         row.y_mm = view.y;
         let top = row.hits.iter().map(|hit| hit.surface.z).fold(0.0, f32::max);

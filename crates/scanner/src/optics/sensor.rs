@@ -25,6 +25,8 @@ use transport::kernel::path_laws;
 
 /// Light in one pixel under which secondary light is left out [DN of 8 bits].
 const FAINT_DN: f32 = 0.05;
+/// Rows by which those are apart that a look at one profile works out.
+const SPARSE_ROWS: usize = 8;
 
 /// Everything that a [`Sensor`] is set up from.
 #[derive(Debug)]
@@ -186,13 +188,46 @@ impl Sensor {
     /// that is no longer needed: its memory is used again, and so are the rows that both hold.
     pub fn band(&self, specimen: &Specimen, profiles: std::ops::Range<usize>, mut band: Band) -> Band {
         let kept = band.restart(profiles, self.halo());
-        let scratch = band.scratch.get_or_insert_with(|| Box::new(RowScratch::new(self.size.columns)));
         let first = (band.profiles.start + kept) as isize - band.halo as isize;
-        let view = |profile: isize| {
-            let y = self.geometry.position(profile) as f32;
-            RowView { specimen, camera: &self.camera, y, profile, faint: self.faint }
+        let mut scratch = self.row_scratch(&mut band);
+        self.maker.make_all(first, &mut band.rows[kept..], |profile| self.view(specimen, profile), &mut scratch);
+        self.finish(specimen, band, scratch)
+    }
+
+    /// The same for a look at one profile: every [`SPARSE_ROWS`]th row around it stands for those beside it, which takes a fraction of the
+    /// time and shows light that has crept under the surface less finely.
+    pub fn sparse_band(&self, specimen: &Specimen, profile: usize, mut band: Band) -> Band {
+        band.restart(profile..profile + 1, self.halo());
+        let own = band.halo;
+        // The row that a moving object has come to counts like the own one.
+        let is_made = |place: usize| {
+            place.abs_diff(own).is_multiple_of(SPARSE_ROWS) || (place == own + 1 && self.geometry.exposed_share > 0.0)
         };
-        self.maker.make_all(first, &mut band.rows[kept..], view, scratch);
+        let mut scratch = self.row_scratch(&mut band);
+        for place in (0..band.rows.len()).filter(|&place| is_made(place)) {
+            let view = self.view(specimen, (profile + place) as isize - own as isize);
+            self.maker.make(view, &mut scratch, &mut band.rows[place]);
+        }
+        for place in (0..band.rows.len()).filter(|&place| !is_made(place)) {
+            let sides = |away: usize| [place.checked_sub(away), Some(place + away)].into_iter().flatten();
+            let near = (1..SPARSE_ROWS).flat_map(sides).find(|&near| near < band.rows.len() && is_made(near));
+            band.rows[place] = band.rows[near.unwrap_or(own)].clone();
+        }
+        self.finish(specimen, band, scratch)
+    }
+
+    fn row_scratch(&self, band: &mut Band) -> Box<RowScratch> {
+        band.scratch.take().unwrap_or_else(|| Box::new(RowScratch::new(self.size.columns)))
+    }
+
+    fn view<'a>(&'a self, specimen: &'a Specimen, profile: isize) -> RowView<'a> {
+        let y = self.geometry.position(profile) as f32;
+        RowView { specimen, camera: &self.camera, y, profile, faint: self.faint }
+    }
+
+    /// What follows once a band's rows are made.
+    fn finish(&self, specimen: &Specimen, mut band: Band, scratch: Box<RowScratch>) -> Band {
+        band.scratch = Some(scratch);
         if let Some(last) = band.rows.last_mut() {
             last.front.clear();
         }
