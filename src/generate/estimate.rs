@@ -10,6 +10,9 @@ use dataset::{self, DOCUMENTS_BYTES, Dataset, ROW_BYTES, TABLES_BYTES, estimated
 use recipe::Recipe;
 use scanner::optics::speckle::PatternCache;
 
+/// Time of one sample from which few of them are measured.
+const LONG_SAMPLE: Duration = Duration::from_secs(1);
+
 /// Samples of each class in the whole dataset, in the recipe's order, by split: train, validation, test.
 fn class_counts(recipe: &Recipe, request: &DatasetRequest) -> Vec<(String, [u64; 3])> {
     let names: Vec<&str> = recipe.classes().iter().map(|class| class.name.as_str()).collect();
@@ -45,7 +48,7 @@ pub struct GenerateEstimate {
 }
 
 impl GenerateEstimate {
-    /// Samples that [`Self::measure`] renders: as many as a run renders side by side, so that threads are as busy;
+    /// Most samples that [`Self::measure`] renders: as many as a run renders side by side, so that threads are as busy;
     /// only one where the model of transport is slow.
     pub fn trial(recipe: &Recipe, request: &DatasetRequest) -> u64 {
         let together = if recipe.transport() == Transport::Kernel { in_flight(recipe) } else { 1 };
@@ -57,10 +60,16 @@ impl GenerateEstimate {
     pub fn measure(recipe: &Recipe, request: &DatasetRequest, progress: &(dyn Fn(u64) + Sync)) -> Self {
         let tiles = PatternCache::new(recipe.streams(request.seed).key());
         let together = Self::trial(recipe, request);
+        let begun = Instant::now();
         if together > 1 {
             // Tables are filled before the time is taken; beside a sample so large that it is rendered alone they do not count.
             render_sample(recipe, request.seed, 0, &tiles, &|_| ());
         }
+        // Of samples that take long, as many as there are threads tell enough.
+        let together = match begun.elapsed() > LONG_SAMPLE {
+            true => together.min(rayon::current_num_threads() as u64),
+            false => together,
+        };
         let start = Instant::now();
         let bytes: u64 = (0..together)
             .into_par_iter()
