@@ -153,7 +153,7 @@ impl Simulator {
     /// Renders sample `index`: maps `[rows, cols]` in mm (or px) and DN, labels, truth, objects and numbers.
     ///
     /// # Errors
-    /// Where `stop` asks to, after the profiles that are being rendered: a band of 64 at most.
+    /// Where `stop` asks to, after the profiles that are being rendered: a band of 32 at most.
     pub fn sample(&self, index: u64, stop: &Stop) -> Result<Record, Stopped> {
         // Nothing between the profiles and here looks at results: a panic of our own, which no hook tells of, is the way out.
         let progress = |_: u64| {

@@ -3,6 +3,7 @@
 use output_schema::PIXEL_CLASSES;
 use output_schema::channel::channels;
 use procedural::Class;
+use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 
 use super::atomic_file::hex;
@@ -103,7 +104,7 @@ pub fn encode(mut record: Record, output: &Output) -> Encoded {
     let mut asked = output.png.clone();
     asked.sort_unstable();
     asked.dedup();
-    let png = asked.into_iter().map(|channel| (channel, image(&record, channel, output.bits))).collect();
+    let png = asked.into_par_iter().map(|channel| (channel, image(&record, channel, output.bits))).collect();
 
     let names: Vec<String> = output.exr.iter().map(|&channel| channel_name(channel).into()).collect();
     let subject = record.truth.as_ref().map_or("", |truth| truth.below.subject());

@@ -30,18 +30,14 @@ use scanner::optics::encoder::turn;
 use scanner::optics::speckle::PatternCache;
 use scanner::optics::{Band, Scratch, Sensor, SensorSetup, TILE, TileOfProfile};
 use scanner::specimen::{Hit, Specimen};
-use transport::kernel::BASIS;
 
 pub use self::derived::{Derived, Unlit, derived};
 use self::line_solver::line_solver;
 use self::range_scale::{RangeScale, grid, range_scale};
 
-/// Memory for rows of the specimen, all threads together [bytes].
-const BAND_BYTES: usize = 256 << 20;
-/// Fewest profiles of a band.
-const MIN_BAND_PROFILES: usize = 32;
-/// Most profiles of a band: about as many rows as its windows reach before and behind it, which the next band uses again.
-const MAX_BAND_PROFILES: usize = 64;
+/// Profiles of a band: half as many as the rows that its windows reach to before and behind it. The next band of a run uses those again;
+/// with 2560 columns they take 70 MB a thread.
+const BAND_PROFILES: usize = 32;
 /// Runs of neighbouring bands that a thread has of a scan, to share the work evenly; a run makes the rows about its bands once.
 const RUNS_PER_THREAD: usize = 2;
 /// Fewest profiles of a run, in rows that its windows reach before and behind it: small samples are left whole to one thread.
@@ -167,7 +163,7 @@ impl Scan {
         // A slow model takes so long for a line that work and progress go profile by profile.
         let (length, run) = match scene.transport {
             Transport::Kernel => {
-                let length = band_profiles(columns, sensor.halo(), specimen.can_mirror_itself()).min(profiles);
+                let length = BAND_PROFILES.min(profiles);
                 let even = profiles.div_ceil(RUNS_PER_THREAD * rayon::current_num_threads());
                 let run = even.max(MIN_RUN_HALOS * sensor.halo().iter().sum::<usize>());
                 (length, run.div_ceil(length))
@@ -407,12 +403,4 @@ fn keeps(stack: SensorStack, profile: usize) -> bool {
         SensorStack::All => true,
         SensorStack::Every(k) => profile.is_multiple_of(k),
     }
-}
-
-/// Profiles worked on by one thread at a time, so that all threads' rows fit [`BAND_BYTES`].
-fn band_profiles(columns: usize, halo: [usize; 2], beside: bool) -> usize {
-    let numbers = 7 + 3 * BASIS + if beside { 6 + BASIS } else { 0 };
-    let row = columns * (size_of::<scanner::specimen::Hit>() + numbers * size_of::<f32>());
-    let rows = (BAND_BYTES / rayon::current_num_threads() / row.max(1)).saturating_sub(halo.iter().sum());
-    rows.clamp(MIN_BAND_PROFILES, MAX_BAND_PROFILES)
 }
