@@ -15,7 +15,7 @@ use crate::rounds::{Fitter, InferenceOutcome};
 /// Scores of the 5 and 95 % quantiles of the standard normal law.
 const TAIL: f64 = 1.644_853_626_951_472_2;
 /// Width of a posterior over that of its prior, as scores, below which a key is determined.
-const DETERMINED: f64 = 0.6;
+const DETERMINED: f64 = 0.5;
 /// Width from which a posterior says no more than its prior.
 const NO_NARROWER: f64 = 0.95;
 /// Change of a statistic over a prior's inner 90 %, in deviations of its scatter from scan to scan, below which a key moves nothing.
@@ -43,7 +43,7 @@ pub(crate) struct Prediction {
 /// What the scans say of a key.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum KeyState {
-    /// They narrow it to less than 0.6 of its prior.
+    /// They narrow it to less than half of its prior.
     Determined,
     /// It moves statistics, but others can make up for it; the recipe keeps its prior where the posterior is no narrower.
     Weak,
