@@ -194,7 +194,7 @@ impl Sensor {
         self.finish(specimen, band, scratch)
     }
 
-    /// The same for a look at one profile: every [`SPARSE_ROWS`]th row around it stands for those beside it, which takes a fraction of the
+    /// The same for a look at one profile: every eighth row around it stands for those beside it, which takes a fraction of the
     /// time and shows light that has crept under the surface less finely.
     pub fn sparse_band(&self, specimen: &Specimen, profile: usize, mut band: Band) -> Band {
         band.restart(profile..profile + 1, self.halo());
