@@ -181,23 +181,14 @@ impl PackGeometry {
         let extinction = f64::from(solid.medium.mu_a) + f64::from(solid.medium.sigma_i);
         let albedo = f64::from(solid.medium.sigma_i) / extinction;
         let strength = photon.weight * albedo / (4.0 * PI) * coat;
-        // Chance is asked first: most collisions promise too little, whatever lies above them.
-        let chance = uniform(rng);
-        let most = strength / (n * n) / SURE_INTENSITY;
-        if chance > most {
-            return;
-        }
-        // The depth of the solid is at least this.
-        let below = extinction * light.clearance.free(photon.position);
-        if below > MAX_DEPTH || chance > most * falls(0.7 * below) {
-            return;
-        }
+        // The depth of the film above, and at least that of the solid.
         let film = self.shape.cell(photon.position).map_or(0.0, |cell| f64::from(self.shape.depths[cell]));
-        let worth = (most * falls(film + 0.7 * below)).min(1.0);
-        if chance > worth {
+        let below = extinction * light.clearance.free(photon.position);
+        if below > MAX_DEPTH {
             return;
         }
-        let strength = strength / worth;
+        let promise = strength / (n * n) * falls(film + 0.7 * below);
+        let Some(strength) = followed(strength, promise, rng) else { return };
         let Some(mut window) = RefractedView::new(self.view, solid.normal(photon.position.as_vec3()).as_dvec3(), n)
         else {
             return;
