@@ -71,7 +71,7 @@ fn main() {
     divan::main();
 }
 
-/// Matter, geometry and line spread of the rows (halo included, as bands pay for it: 64 + 66 rows for 64 profiles).
+/// Matter, geometry and line spread of the rows (halo included, as two neighbouring bands pay for it: 64 + 66 rows for 64 profiles).
 #[divan::bench]
 fn rows(bencher: Bencher) {
     let bench = BoardUnderBench::new();

@@ -51,8 +51,7 @@ pub(super) fn run(arguments: &GenerateArgs, console: &Console) -> CommandResult 
         tell(&warnings, console);
         if arguments.estimate {
             let trial = GenerateEstimate::trial(&recipe, &request);
-            let most = if trial > 1 { "at most " } else { "" };
-            console.note(&format!("rendering {most}{} to measure ...", counted(trial, "sample")));
+            console.note(&format!("rendering {} to measure ...", counted(trial, "sample")));
             let estimate = {
                 let progress = Progress::new(console, "profiles", Some(trial * recipe.size().profiles as u64));
                 GenerateEstimate::measure(&recipe, &request, &|profiles| progress.add(profiles))

@@ -10,8 +10,12 @@ use dataset::{self, DOCUMENTS_BYTES, Dataset, ROW_BYTES, TABLES_BYTES, estimated
 use recipe::Recipe;
 use scanner::optics::speckle::PatternCache;
 
-/// Time of one sample from which few of them are measured.
-const LONG_SAMPLE: Duration = Duration::from_secs(1);
+/// Pixels of a scan from which few samples are measured: such take seconds each [px].
+const LARGE_SCAN: usize = 1_000_000;
+
+fn is_large(recipe: &Recipe) -> bool {
+    recipe.size().columns * recipe.size().profiles >= LARGE_SCAN
+}
 
 /// Samples of each class in the whole dataset, in the recipe's order, by split: train, validation, test.
 fn class_counts(recipe: &Recipe, request: &DatasetRequest) -> Vec<(String, [u64; 3])> {
@@ -48,10 +52,14 @@ pub struct GenerateEstimate {
 }
 
 impl GenerateEstimate {
-    /// Most samples that [`Self::measure`] renders: as many as a run renders side by side, so that threads are as busy;
-    /// only one where the model of transport is slow.
+    /// Samples that [`Self::measure`] renders: as many as a run renders side by side, so that threads are as busy; of large scans one a thread,
+    /// and only one where the model of transport is slow.
     pub fn trial(recipe: &Recipe, request: &DatasetRequest) -> u64 {
-        let together = if recipe.transport() == Transport::Kernel { in_flight(recipe) } else { 1 };
+        let together = match recipe.transport() {
+            Transport::Kernel if is_large(recipe) => in_flight(recipe).min(rayon::current_num_threads() as u64),
+            Transport::Kernel => in_flight(recipe),
+            Transport::Path { .. } | Transport::Diffusion { .. } | Transport::Thesis { .. } => 1,
+        };
         together.min(request.samples)
     }
 
@@ -60,16 +68,10 @@ impl GenerateEstimate {
     pub fn measure(recipe: &Recipe, request: &DatasetRequest, progress: &(dyn Fn(u64) + Sync)) -> Self {
         let tiles = PatternCache::new(recipe.streams(request.seed).key());
         let together = Self::trial(recipe, request);
-        let begun = Instant::now();
-        if together > 1 {
-            // Tables are filled before the time is taken; beside a sample so large that it is rendered alone they do not count.
+        if together > 1 && !is_large(recipe) {
+            // Tables are filled before the time is taken; beside large samples they do not count.
             render_sample(recipe, request.seed, 0, &tiles, &|_| ());
         }
-        // Of samples that take long, as many as there are threads tell enough.
-        let together = match begun.elapsed() > LONG_SAMPLE {
-            true => together.min(rayon::current_num_threads() as u64),
-            false => together,
-        };
         let start = Instant::now();
         let bytes: u64 = (0..together)
             .into_par_iter()

@@ -202,12 +202,15 @@ fn the_share_in_the_field_is_that_of_the_rig() {
     assert!((found - 0.5 * field / 20.0).abs() < 0.2 / 20.0, "{found} of a field of {field} mm");
 }
 
-/// The check looks at profiles as the dataset will have them: labels are the same, and what is measured is but for light that has crept far
-/// and light that fills pockets, of which Reflectance has next to nothing.
+/// The check looks at profiles as the dataset will have them: labels are the same, bodies that light does not enter are bit for bit, and what is
+/// measured of others is but for light that has crept far and light that fills pockets, of which Reflectance has next to nothing.
 #[test]
 fn profiles_are_rendered_as_in_the_whole_scan() {
     let even = recipe(&[["\n  window_rows: 7", "\n  range: rectified\n  window_rows: 7"]]);
-    for text in [recipe(&[]), even, pack_recipe(&[]), sawtooth_recipe(&[]), mesh_recipe(&[])] {
+    let second = recipe(&[["\nlaser:\n", "\nlaser:\n  second_line_mm: 1.3\n  second_line_share: 0.4\n"]]);
+    let spread = [recipe(&[]), even, second, pack_recipe(&[])].map(|text| (text, false));
+    let solid = [sawtooth_recipe(&[]), mesh_recipe(&[])].map(|text| (text, true));
+    for (text, is_solid) in spread.into_iter().chain(solid) {
         let recipe = Recipe::parse("tiny.yaml", &text).expect("the recipe loads");
         let (scene, tiles) = (recipe.draw(3, 1), PatternCache::new(recipe.streams(3).key()));
         let whole = pipeline::render(&scene, &tiles, &|_| ());
@@ -222,6 +225,15 @@ fn profiles_are_rendered_as_in_the_whole_scan() {
             let [part, line] = [place, profile].map(|row| row * cols..(row + 1) * cols);
             assert_eq!(labels.class[part.clone()], whole.labels.class[line.clone()]);
             assert_eq!(labels.instance[part.clone()], whole.labels.instance[line.clone()]);
+            let bits = |map: &[f32]| map.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
+            let both = [
+                (&maps.range, &whole.maps.range),
+                (&maps.reflectance, &whole.maps.reflectance),
+                (&maps.scatter, &whole.maps.scatter),
+            ];
+            for (looked, all) in both.into_iter().filter(|_| is_solid) {
+                assert_eq!(bits(&looked[part.clone()]), bits(&all[line.clone()]), "profile {profile}");
+            }
             for (of, (maps, pixels)) in [(&maps, part), (&whole.maps, line)].into_iter().enumerate() {
                 counts[0][of] += maps.range[pixels.clone()].iter().filter(|height| height.is_finite()).count() as u32;
                 counts[1][of] +=

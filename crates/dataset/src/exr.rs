@@ -2,12 +2,12 @@
 //!
 //! Bytes are the same in every run: blocks in order, whichever thread compresses them, one custom attribute (the crate keeps them in a hash
 //! map) and ASCII in it (the format stores Latin-1, which readers take for UTF-8). Blocks are compressed from the last one on, and the maps
-//! shortened by them, so that memory holds an image once: as numbers or compressed.
+//! shortened by them, so that numbers go as compressed blocks come.
 
 use std::borrow::Cow;
 use std::io::Cursor;
 
-use exr::block::chunk::{Chunk, CompressedBlock};
+use exr::block::chunk::Chunk;
 use exr::block::writer::ChunksWriter;
 use exr::block::{BlockIndex, UncompressedBlock, enumerate_ordered_header_block_indices};
 use exr::meta::attribute::{AttributeValue, SampleType as FileSampleType};
@@ -33,8 +33,6 @@ const HEIGHT_STEPS: f32 = 8192.0;
 /// Blocks of a file that are compressed together, by as many threads as are free: 512 rows with PIZ.
 const BLOCKS_TOGETHER: usize = 16;
 
-/// Size that is set aside for what a file has besides compressed blocks [bytes].
-const HEADER_BYTES: usize = 1 << 15;
 /// Why writing into memory does not fail.
 const FITS: &str = "memory takes every byte, and the channels are as large as the image";
 
@@ -259,22 +257,13 @@ pub fn write_exr_as(
         let rows = group.first().map_or(0, |(_, index)| index.pixel_position.y());
         maps.iter_mut().for_each(|map| shorten(map, rows * cols));
     }
-    let bytes: usize = chunks.iter().map(chunk_bytes).sum();
-    let mut file = Cursor::new(Vec::with_capacity(bytes + HEADER_BYTES));
+    let mut file = Cursor::new(Vec::new());
     exr::block::write(&mut file, headers, true, |_, writer| {
         let mut chunks = blocks.into_iter().zip(chunks.into_iter().rev());
         chunks.try_for_each(|((number, _), chunk)| writer.write_chunk(number, chunk))
     })
     .expect(FITS);
     file.into_inner()
-}
-
-/// Size of a compressed block of scan lines [bytes].
-fn chunk_bytes(chunk: &Chunk) -> usize {
-    match &chunk.compressed_block {
-        CompressedBlock::ScanLine(block) => block.compressed_pixels_le.len(),
-        _ => 0,
-    }
 }
 
 /// A block of scan lines: row by row the samples of each channel.

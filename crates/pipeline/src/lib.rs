@@ -300,8 +300,8 @@ pub fn field(scene: &Scene, sensor: &Sensor, specimen: &Specimen) -> [[f64; 2]; 
     [x, y]
 }
 
-/// The profiles of a sample by these numbers, one after the other, measured and labelled as [`render`] does it but for light that has crept
-/// far under the surface, which leaves by rows that are further apart ([`Sensor::sparse_band`]).
+/// The profiles of a sample by these numbers, one after the other, measured and labelled as [`render`] does it but for light that comes
+/// from other rows than the lines', which are further apart ([`Sensor::sparse_band`]).
 pub fn render_profiles(scene: &Scene, sensor: &Sensor, specimen: &Specimen, profiles: &[usize]) -> (Maps, Labels) {
     let mut scan = Scan::new(scene, profiles.len());
     let calibration = sensor.calibration();

@@ -21,6 +21,8 @@ pub struct Band {
     /// Rows before the first profile.
     pub(super) halo: usize,
     pub(super) rows: Vec<Row>,
+    /// Whether some rows are copies of others, so that no other band may keep them.
+    pub(super) is_sparse: bool,
     /// What making rows needs, and keeps for the next band.
     pub(super) scratch: Option<Box<RowScratch>>,
     /// Electrons from below by a model that knows one line at a time, `[ROWS][columns]` for both windows of each profile, columns padded to
@@ -40,7 +42,9 @@ impl Band {
     /// own. Rows that it holds already move to its beginning: their number; the others keep their memory alone.
     pub(super) fn restart(&mut self, profiles: std::ops::Range<usize>, [before, behind]: [usize; 2]) -> usize {
         self.number = NUMBERS_GIVEN.fetch_add(1, Ordering::Relaxed);
-        let forward = profiles.start.checked_sub(self.profiles.start).filter(|_| before == self.halo);
+        let forward =
+            profiles.start.checked_sub(self.profiles.start).filter(|_| before == self.halo && !self.is_sparse);
+        self.is_sparse = false;
         let kept = forward.map_or(0, |passed| self.rows.len().saturating_sub(passed));
         let passed = self.rows.len() - kept;
         self.rows.rotate_left(passed);

@@ -8,6 +8,8 @@
 //! and the lens sees it at, an angle that differs by offset over distance; its blur along the line, streaks, mirror images, interreflections
 //! and lines through films, what pockets let out of its light; what falls outside of both windows.
 
+use std::ops::RangeInclusive;
+
 use super::band::Band;
 use super::camera::Camera;
 use super::compositing;
@@ -60,14 +62,18 @@ impl SecondLine {
         if self.ahead < 0 { [ahead, SPARE_ROWS] } else { [SPARE_ROWS, ahead] }
     }
 
+    /// Rows that it may stand on, from a profile's own.
+    pub fn rows(&self) -> RangeInclusive<isize> {
+        let spare = SPARE_ROWS as isize;
+        self.ahead - spare..=self.ahead + spare
+    }
+
     /// Adds it to the windows of a tile.
     pub fn add(&self, lit: &LitProfile<'_>, tile: usize, scratch: &mut Scratch) {
         let LitProfile { camera, geometry, band, profile } = *lit;
         let here = geometry.position(profile as isize) + self.offset;
-        let spare = SPARE_ROWS as isize;
         let off = |ahead: isize| here - geometry.position(profile as isize + ahead);
-        let rows = self.ahead - spare..=self.ahead + spare;
-        let ahead = rows.min_by(|&a, &b| off(a).abs().total_cmp(&off(b).abs())).unwrap_or(self.ahead);
+        let ahead = self.rows().min_by(|&a, &b| off(a).abs().total_cmp(&off(b).abs())).unwrap_or(self.ahead);
         let row = band.neighbour(profile, ahead);
         let start = tile * TILE;
         let from = self.columns(camera, row, start, scratch.columns);

@@ -195,13 +195,18 @@ impl Sensor {
     }
 
     /// The same for a look at one profile: every eighth row around it stands for those beside it, which takes a fraction of the
-    /// time and shows light that has crept under the surface less finely.
+    /// time and shows light that comes from other rows less finely: what has crept under the surface, front faces, light that parts of a body throw at
+    /// each other.
     pub fn sparse_band(&self, specimen: &Specimen, profile: usize, mut band: Band) -> Band {
         band.restart(profile..profile + 1, self.halo());
         let own = band.halo;
-        // The row that a moving object has come to counts like the own one.
+        // Rows below a line, and those that a moving object has come to, do not stand for others.
+        let lines = self.second.map(|second| second.rows()).into_iter().chain([0..=0]);
+        let moved = isize::from(self.geometry.exposed_share > 0.0);
+        let exact: Vec<isize> = lines.flat_map(|rows| *rows.start()..=*rows.end() + moved).collect();
         let is_made = |place: usize| {
-            place.abs_diff(own).is_multiple_of(SPARSE_ROWS) || (place == own + 1 && self.geometry.exposed_share > 0.0)
+            let away = place as isize - own as isize;
+            away.unsigned_abs().is_multiple_of(SPARSE_ROWS) || exact.contains(&away)
         };
         let mut scratch = self.row_scratch(&mut band);
         for place in (0..band.rows.len()).filter(|&place| is_made(place)) {
@@ -213,6 +218,7 @@ impl Sensor {
             let near = (1..SPARSE_ROWS).flat_map(sides).find(|&near| near < band.rows.len() && is_made(near));
             band.rows[place] = band.rows[near.unwrap_or(own)].clone();
         }
+        band.is_sparse = true;
         self.finish(specimen, band, scratch)
     }
 

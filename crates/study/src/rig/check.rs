@@ -1,7 +1,7 @@
 //! Check of a recipe's rig before the first sample: whether samples will be of use at all.
 //!
 //! For each of the most frequent classes the first sample is looked at: how much of its object lies in the field, and in a few of
-//! its profiles, rendered as they will be, how much is measured and saturated. Where that falls short of what a sample is of use
+//! its profiles, rendered nearly as they will be, how much is measured and saturated. Where that falls short of what a sample is of use
 //! for ([`Shortfall`]), the next samples of the class are looked at too, and a warning is given where all of them fall short: one
 //! scan that is overexposed by chance is none. The result follows from recipe and seed alone.
 //!
