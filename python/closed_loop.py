@@ -56,12 +56,13 @@ def main() -> None:
     parser.add_argument("--recipe", default="recipes/fit/plate.yaml")
     parser.add_argument("--gen", default="target/release/gen")
     parser.add_argument("--loops", type=int, default=20)
+    parser.add_argument("--first", type=int, default=0, help="number of the first loop, which its hidden values follow from")
     parser.add_argument("--simulations", type=int, default=3000)
     arguments = parser.parse_args()
     found = []
-    for number in range(arguments.loops):
-        found.append(loop(arguments, number))
-        print(f"loop {number + 1} of {arguments.loops}", file=sys.stderr)
+    for done in range(arguments.loops):
+        found.append(loop(arguments, arguments.first + done))
+        print(f"loop {done + 1} of {arguments.loops}", file=sys.stderr)
     states = ["determined", "weak", "undetermined"]
     print(f"{'key':32}" + "".join(f"{state:>16}" for state in states) + f"{'median width':>16}")
     total = {state: [0, 0] for state in states}

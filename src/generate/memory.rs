@@ -25,7 +25,9 @@ const CHANNEL_BYTES: u64 = 1 + 1;
 const PNG_BYTES: u64 = 2;
 /// Bytes of a pixel of a sample that waits to be written: its files.
 const WRITTEN_BYTES: u64 = 10;
-/// What a run takes whatever its recipe: rows of the specimen, tables of light, patterns of speckle, open tables [bytes].
+/// Bytes of a column of the rows that a thread holds about its band: some hundred (98 on `wood.yaml`) of 284.
+const BAND_BYTES: u64 = 28_000;
+/// What a run takes whatever its recipe and threads: tables of light, patterns of speckle, open tables [bytes].
 const BASE_BYTES: u64 = 600 << 20;
 
 /// Memory that a run takes at most, and what the machine has.
@@ -48,7 +50,8 @@ impl MemoryEstimate {
         let together = in_flight_of(recipe, threads);
         let rendering = together.min(threads as u64);
         let waiting = (together - rendering) * (written * WRITTEN_BYTES + frames);
-        Self { needed: BASE_BYTES + rendering * each + waiting, available: available() }
+        let bands = threads as u64 * size.columns as u64 * BAND_BYTES;
+        Self { needed: BASE_BYTES + rendering * each + waiting + bands, available: available() }
     }
 
     /// For one sample that is drawn.
@@ -163,5 +166,9 @@ mod tests {
         };
         let (largest, small) = (needed(8192, 16383), needed(256, 256));
         assert!((5.4..9.0).contains(&largest) && small < 1.0, "{largest} and {small} GB");
+        // Each thread holds rows of its own, also where there are more threads than samples in work.
+        let recipe = Recipe::parse("a.yaml", &text(2560, 256)).unwrap_or_else(|error| panic!("{error}"));
+        let [few, many] = [2, 64].map(|threads| MemoryEstimate::of_dataset(&recipe, threads).needed);
+        assert!(many - few >= 62 * 70_000_000, "{few} and {many} bytes");
     }
 }
