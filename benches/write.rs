@@ -1,4 +1,4 @@
-//! What encoding costs: `cargo bench --bench write`. Times by divan; sizes are printed first, in bytes and bytes/pixel.
+//! What encoding costs: `RAYON_NUM_THREADS=1 cargo bench --bench write` for one core. Times by divan; sizes are printed first, in bytes and bytes/pixel.
 //!
 //! One sample of 2560 x 500 with the noise of a scan: the numbers behind `crates/dataset/src/png.rs`, `exr.rs` and `shard_size.rs`.
 

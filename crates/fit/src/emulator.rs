@@ -39,6 +39,8 @@ const RIDGE: f64 = 1e-2;
 /// Least and greatest variance that coefficients of curved terms may have, over that of the scatter, and steps between in equal ratios.
 const CURVATURE: [f64; 2] = [1e-5, 10.0];
 const CURVATURE_STEPS: usize = 60;
+/// Variance, over one and the square of the mean, below which a statistic is constant.
+const CONSTANT: f64 = 1e-18;
 /// Most that a scan decides of its own mean.
 const MOST_LEVERAGE: f64 = 0.8;
 /// Share of the weight in which a statistic must be there.
@@ -57,6 +59,8 @@ pub(crate) struct Emulator {
     pub coefficients: DMatrix<f64>,
     /// `[statistics, statistics]`; zero rows where a statistic is not known.
     pub covariance: DMatrix<f64>,
+    /// Least and greatest value of each statistic among the scans that count.
+    ends: Vec<[f64; 2]>,
     /// Whether scans there tell a statistic, and it varies.
     pub known: Vec<bool>,
     /// Scans that count, less the linear terms that they were spent on.
@@ -171,6 +175,7 @@ impl Emulator {
             scale,
             coefficients: DMatrix::zeros(linear + curved_terms(keys), count),
             covariance: DMatrix::zeros(count, count),
+            ends: vec![[f64::INFINITY, f64::NEG_INFINITY]; count],
             known: vec![false; count],
             freedom: (effective - linear as f64).max(2.0),
         };
@@ -197,9 +202,10 @@ impl Emulator {
         let taken = solver.solve(&of_straight.tr_mul(&curved));
         let curved = curved - &straight * &taken;
 
-        // Statistics that do not vary tell nothing.
+        // Statistics that do not vary but by rounding tell nothing.
         let scattered = scatter(&residuals, &weight, emulator.freedom);
-        let varies: Vec<usize> = (0..which.len()).filter(|&a| scattered[(a, a)] > 0.0).collect();
+        let varies = |&a: &usize| scattered[(a, a)] > CONSTANT * (1.0 + slopes[(0, a)] * slopes[(0, a)]);
+        let varies: Vec<usize> = (0..which.len()).filter(varies).collect();
         let (scattered, residuals) =
             (scattered.select_rows(&varies).select_columns(&varies), residuals.select_columns(&varies));
         let directions = Directions::new(&scattered);
@@ -221,6 +227,10 @@ impl Emulator {
         for (a, &among) in varies.iter().enumerate() {
             let j = which[among];
             emulator.known[j] = true;
+            for value in kept.iter().filter_map(|(scan, _)| scan.statistics[j]) {
+                let [least, greatest] = emulator.ends[j];
+                emulator.ends[j] = [least.min(value), greatest.max(value)];
+            }
             for t in 0..linear {
                 emulator.coefficients[(t, j)] = slopes[(t, among)] - straightened[(t, a)];
             }
@@ -274,6 +284,30 @@ impl Emulator {
             slopes[(term + i, i)] = 3.0 * (x[i] * x[i] - 1.0) / CUBE / self.scale[i];
         }
         slopes
+    }
+
+    /// Variance of each statistic: of its scatter, or the square of a scan's own standard error where that is greater.
+    pub fn variances(&self, errors: &[Option<f64>]) -> Vec<f64> {
+        let own =
+            |(j, error): (usize, &Option<f64>)| self.covariance[(j, j)].max(error.map_or(0.0, |error| error * error));
+        errors.iter().enumerate().map(own).collect()
+    }
+
+    /// How far each of a scan's statistics lies from its mean at a place; 0 where it is not told.
+    pub fn off(&self, scores: &[f64], statistics: &[Option<f64>]) -> Vec<f64> {
+        let mean = self.mean(scores);
+        let off =
+            |(j, value): (usize, &Option<f64>)| value.filter(|_| self.known[j]).map_or(0.0, |value| value - mean[j]);
+        statistics.iter().enumerate().map(off).collect()
+    }
+
+    /// How far each of a scan's statistics lies beyond those of all simulated scans; 0 where it does not.
+    pub fn beyond(&self, statistics: &[Option<f64>]) -> Vec<f64> {
+        let beyond = |(j, value): (usize, &Option<f64>)| {
+            let [least, greatest] = self.ends[j];
+            value.filter(|_| self.known[j]).map_or(0.0, |value| (least - value).max(value - greatest).max(0.0))
+        };
+        statistics.iter().enumerate().map(beyond).collect()
     }
 
     /// Mean of the statistics at a place.
@@ -420,7 +454,7 @@ pub(crate) mod tests {
 
     use super::*;
 
-    /// Scans of a known law: three statistics, linear in two scores, scatter with a correlation of 0.8.
+    /// Scans of a known law: two statistics that are linear in two scores, scatter with a correlation of 0.8; one that is not told, a constant one.
     fn scans(n: usize) -> Vec<Simulation> {
         let mut rng = Stream::root(3).rng();
         (0..n)
@@ -428,7 +462,9 @@ pub(crate) mod tests {
                 let scores = vec![normal(&mut rng), normal(&mut rng)];
                 let (a, b) = (normal(&mut rng), normal(&mut rng));
                 let [x, y] = [scores[0], scores[1]];
-                let statistics = vec![Some(1.0 + 2.0 * x + 0.3 * a), Some(-y + 0.3 * (0.8 * a + 0.6 * b)), None];
+                let constant = Some(-11.512_925_464_970_23);
+                let statistics =
+                    vec![Some(1.0 + 2.0 * x + 0.3 * a), Some(-y + 0.3 * (0.8 * a + 0.6 * b)), None, constant];
                 Simulation { scores, statistics }
             })
             .collect()
@@ -439,7 +475,7 @@ pub(crate) mod tests {
     fn a_known_law_is_found() {
         let scans = scans(2000);
         let emulator = Emulator::new(&scans, &vec![1.0; scans.len()]);
-        assert_eq!(emulator.known, [true, true, false]);
+        assert_eq!(emulator.known, [true, true, false, false]);
         for place in [[0.0, 0.0], [1.0, -1.5], [-2.0, 0.5]] {
             let [x, y] = place;
             // The variance of a line's mean: (1 + x^2 + y^2) / n; curved terms that evidence does not call for add a little.
@@ -463,7 +499,7 @@ pub(crate) mod tests {
 
     impl Polynomials {
         pub const KEYS: usize = 5;
-        const STATISTICS: usize = 9;
+        pub const STATISTICS: usize = 9;
 
         pub fn new(seed: u64, curvature: f64) -> Self {
             let mut rng = Stream::root(seed).child("law").rng();
@@ -476,6 +512,7 @@ pub(crate) mod tests {
                 scale: DVector::from_element(Self::KEYS, 1.0),
                 coefficients: DMatrix::zeros(0, 0),
                 covariance: DMatrix::zeros(0, 0),
+                ends: Vec::new(),
                 known: Vec::new(),
                 freedom: 1.0,
             };

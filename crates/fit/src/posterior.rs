@@ -2,9 +2,11 @@
 //!
 //! ln p(u | s) = -u^2 / 2 + sum over scans ln t_n(s; m(u), V), where m is the mean of the [`Emulator`], and t_n is Student's law that a covariance estimated from n + 1 scans calls for (Sellentin and Heavens 2016).
 //!
-//! **Misfit.** A real scan has things that no key of the recipe makes. V is therefore the emulator's scatter C with more variance
-//! in those of its principal directions in which the scan lies beyond what any scores reach: v' = max(v, z^2 / 4) for a residual z of more than
-//! 3.5 deviations at the mode, found by turns with the mode. This is the variance adjustment of robust synthetic likelihood (Frazier and
+//! **Misfit.** A real scan has things that no key of the recipe makes. No statistic is taken to be known better than to the standard error that the scan's own halves
+//! give, since what differs from part to part of one scan, the fitted recipe may lack. V is C with these variances, and with more, v' = max(v, z^2 / 4), wherever the
+//! scan lies z > 3.5 deviations beyond what any scores reach: first of single statistics, so that one that is far off does not spoil the
+//! directions that it has a small part in, then of the principal directions that are left. Both are found by turns with the mode; before the first mode, a statistic is
+//! out of reach where it lies beyond all simulated scans. This is the variance adjustment of robust synthetic likelihood (Frazier and
 //! Drovandi 2021) with its greatest value in place of a draw. Without it, one statistic out of reach would outvote all others.
 //!
 //! **Several scans.** Scores of the bench are one for all scans, scores of matter each scan's own, unless all scans are of one object.
@@ -91,8 +93,6 @@ struct Whitened {
     means: DMatrix<f64>,
     /// What the scan has.
     target: DVector<f64>,
-    /// Variance of each direction over its scatter.
-    widened: Vec<f64>,
 }
 
 /// The posterior near the region of an emulator.
@@ -105,15 +105,24 @@ pub(crate) struct Posterior<'a> {
 }
 
 impl<'a> Posterior<'a> {
-    /// Given what scans have, from the best of some places to start at.
+    /// Given what scans have, from the best of some places to start at. Real scans, unlike simulated ones, have standard errors from their
+    /// halves, and what no key makes.
     pub fn new(
         emulator: &'a Emulator,
         layout: &'a ScoreLayout,
         observed: &[Vec<Option<f64>>],
+        real_spreads: Option<&[Vec<Option<f64>>]>,
         starts: &[Vec<f64>],
-        robust: bool,
     ) -> Self {
-        let scans = observed.iter().map(|statistics| Whitened::new(emulator, statistics)).collect();
+        let own = |scan: usize| match real_spreads {
+            Some(spreads) => emulator.variances(&spreads[scan]),
+            None => emulator.covariance.diagonal().as_slice().to_vec(),
+        };
+        let begin = |(scan, statistics): (usize, &Vec<Option<f64>>)| {
+            let beyond = real_spreads.map(|_| emulator.beyond(statistics));
+            Whitened::new(emulator, statistics, &own(scan), beyond.as_deref())
+        };
+        let scans = observed.iter().enumerate().map(begin).collect();
         let mut posterior = Self { emulator, layout, scans, mode: vec![0.0; layout.length] };
         let best = |posterior: &Self, starts: &[Vec<f64>]| {
             let modes = starts.iter().map(|start| posterior.climb(start));
@@ -123,10 +132,13 @@ impl<'a> Posterior<'a> {
                 .map_or_else(|| vec![0.0; posterior.layout.length], |(_, mode)| mode)
         };
         posterior.mode = best(&posterior, starts);
-        for _ in 0..if robust { TURNS } else { 0 } {
-            for scan in 0..posterior.scans.len() {
-                let f = emulator.features(&layout.of_scan(scan, &posterior.mode));
-                posterior.scans[scan].widen(&f);
+        for _ in 0..if real_spreads.is_some() { TURNS } else { 0 } {
+            for (scan, statistics) in observed.iter().enumerate() {
+                let scores = layout.of_scan(scan, &posterior.mode);
+                let off = emulator.off(&scores, statistics);
+                let mut whitened = Whitened::new(emulator, statistics, &own(scan), Some(&off));
+                whitened.widen(&emulator.features(&scores));
+                posterior.scans[scan] = whitened;
             }
             let mut again: Vec<Vec<f64>> = starts.iter().take(2).cloned().collect();
             again.push(posterior.mode.clone());
@@ -235,34 +247,39 @@ impl Model for Posterior<'_> {
 }
 
 impl Whitened {
-    fn new(emulator: &Emulator, statistics: &[Option<f64>]) -> Self {
+    /// Of a scan whose statistics have these variances of their own, and lie so far off what scores reach.
+    fn new(emulator: &Emulator, statistics: &[Option<f64>], variances: &[f64], off: Option<&[f64]>) -> Self {
         let which: Vec<usize> = (0..statistics.len())
             .filter(|&j| statistics[j].is_some() && emulator.known[j] && emulator.covariance[(j, j)] > 0.0)
             .collect();
         let n = which.len();
-        let covariance = emulator.covariance.select_rows(&which).select_columns(&which);
+        let mut covariance = emulator.covariance.select_rows(&which).select_columns(&which);
+        for (a, &j) in which.iter().enumerate() {
+            let off = off.map_or(0.0, |off| off[j] / variances[j].sqrt());
+            covariance[(a, a)] = variances[j] * variance_of_misfit(off);
+        }
         let directions = Directions::new(&covariance).to;
         let observed = DVector::from_fn(n, |a, _| statistics[which[a]].unwrap_or(0.0));
         let coefficients =
             DMatrix::from_fn(n, emulator.coefficients.nrows(), |a, t| emulator.coefficients[(t, which[a])]);
         let (means, target) = (&directions * coefficients, &directions * observed);
-        Self { means, target, widened: vec![1.0; n] }
+        Self { means, target }
     }
 
     /// Gives each direction in which the residual at terms `f` is out of reach the variance that it needs.
     fn widen(&mut self, f: &DVector<f64>) {
         let rest = &self.target - &self.means * f;
         for e in 0..rest.len() {
-            // Residual in units of the scatter, whatever was given before.
-            let before = self.widened[e];
-            let z = rest[e] * before.sqrt();
-            let now = if z.abs() > OUT_OF_REACH { (0.25 * z * z).max(1.0) } else { 1.0 };
-            let factor = (before / now).sqrt();
-            self.target[e] *= factor;
-            self.means.row_mut(e).scale_mut(factor);
-            self.widened[e] = now;
+            let factor = variance_of_misfit(rest[e]).sqrt();
+            self.target[e] /= factor;
+            self.means.row_mut(e).unscale_mut(factor);
         }
     }
+}
+
+/// Variance, over that of the scatter, of what lies `off` deviations away.
+fn variance_of_misfit(off: f64) -> f64 {
+    if off.abs() > OUT_OF_REACH { 0.25 * off * off } else { 1.0 }
 }
 
 #[cfg(test)]
@@ -271,38 +288,62 @@ mod tests {
     use crate::emulator::ScoreRegion;
     use crate::emulator::tests::Polynomials;
 
+    /// How many of 250 scores of 50 hidden scans lie within their intervals of 90 %, and the mean variance of the posterior; `changed` is
+    /// told the hidden scans' statistics and standard errors.
+    fn held(seed: u64, curvature: f64, changed: &dyn Fn(&mut [Option<f64>], &mut [Option<f64>])) -> (f64, f64) {
+        let law = Polynomials::new(seed, curvature);
+        let scans = law.scans(700, seed);
+        let region = ScoreRegion::prior(Polynomials::KEYS);
+        let emulator = Emulator::new(&scans, &region.weights(&scans, Emulator::wanted(Polynomials::KEYS)));
+        let layout = ScoreLayout::new(&[true; Polynomials::KEYS], 1);
+        let (mut held, mut variance) = (0.0, 0.0);
+        for (n, scan) in law.scans(50, seed + 100).iter().enumerate() {
+            let starts = [vec![0.0; Polynomials::KEYS], scans[0].scores.clone()];
+            let (mut observed, mut errors) = (scan.statistics.clone(), vec![None; Polynomials::STATISTICS]);
+            changed(&mut observed, &mut errors);
+            let posterior = Posterior::new(&emulator, &layout, &[observed], Some(&[errors]), &starts);
+            let draws = posterior.draws(Stream::root(seed).index(n as u64));
+            for (key, score) in scan.scores.iter().enumerate() {
+                let below = draws.iter().filter(|draw| draw[key] < *score).count() as f64 / draws.len() as f64;
+                held += f64::from(u8::from((0.05..=0.95).contains(&below)));
+                let mean = draws.iter().map(|draw| draw[key]).sum::<f64>() / draws.len() as f64;
+                variance += draws.iter().map(|draw| (draw[key] - mean) * (draw[key] - mean)).sum::<f64>()
+                    / (draws.len() as f64 * 250.0);
+            }
+        }
+        (held, variance)
+    }
+
+    /// Least of 250 that hold by chance where 90 % do (alpha 1e-4): they go together by fives at most.
+    const LEAST: f64 = 250.0 * 0.9 - 3.9 * 4.74;
+
     /// Intervals of 90 % hold scores that were drawn from the prior in 90 % of all cases (alpha 1e-4 on either side), for laws that are
     /// straight and for curved ones, in which valleys bend.
     #[test]
     fn intervals_hold_the_truth() {
         for (seed, curvature) in [(11, 0.0), (12, 0.3)] {
-            let law = Polynomials::new(seed, curvature);
-            let scans = law.scans(700, seed);
-            let region = ScoreRegion::prior(Polynomials::KEYS);
-            let emulator = Emulator::new(&scans, &region.weights(&scans, Emulator::wanted(Polynomials::KEYS)));
-            let layout = ScoreLayout::new(&[true; Polynomials::KEYS], 1);
-            let (mut held, mut width) = (0, 0.0);
-            let hidden = law.scans(50, seed + 100);
-            for (n, scan) in hidden.iter().enumerate() {
-                let starts = [vec![0.0; Polynomials::KEYS], scans[0].scores.clone()];
-                let observed = [scan.statistics.clone()];
-                let posterior = Posterior::new(&emulator, &layout, &observed, &starts, true);
-                let draws = posterior.draws(Stream::root(seed).index(n as u64));
-                for (key, score) in scan.scores.iter().enumerate() {
-                    let below = draws.iter().filter(|draw| draw[key] < *score).count() as f64 / draws.len() as f64;
-                    held += usize::from((0.05..=0.95).contains(&below));
-                    let mean = draws.iter().map(|draw| draw[key]).sum::<f64>() / draws.len() as f64;
-                    width += draws.iter().map(|draw| (draw[key] - mean) * (draw[key] - mean)).sum::<f64>()
-                        / (draws.len() * hidden.len() * Polynomials::KEYS) as f64;
-                }
+            let (held, variance) = held(seed, curvature, &|_, _| ());
+            assert!((LEAST..450.0 - LEAST).contains(&held), "{held} of 250, curvature {curvature}");
+            assert!(variance < 0.5, "the scans tell the scores: {variance}");
+        }
+    }
+
+    /// A statistic that no scores reach tells nothing, and takes nothing along of the others, by whose scatter it goes; nor does one
+    /// whose own standard error is large.
+    #[test]
+    fn what_is_out_of_reach_spoils_nothing() {
+        for (seed, curvature) in [(13, 0.0), (14, 0.3)] {
+            let without = held(seed, curvature, &|statistics, _| statistics[4] = None);
+            for far in [200.0, -20.0] {
+                let (held, variance) = held(seed, curvature, &|statistics, _| {
+                    statistics[4] = statistics[4].map(|value| value + far);
+                });
+                assert!(held >= LEAST, "{held} of 250, {far} off");
+                assert!((variance / without.1 - 1.0).abs() < 0.25, "{variance} without it {}", without.1);
             }
-            // Of 250, which go together by fives at most.
-            let n = 250.0;
-            assert!(
-                (held as f64 / n - 0.9).abs() < 3.9 * (0.09_f64 / n).sqrt(),
-                "{held} of 250, curvature {curvature}"
-            );
-            assert!(width < 0.5, "the scans tell the scores: {width}");
+            let (held, variance) = held(seed, curvature, &|_, errors| errors[4] = Some(100.0));
+            assert!(held >= LEAST, "{held} of 250, of no certainty");
+            assert!((variance / without.1 - 1.0).abs() < 0.1, "{variance} without it {}", without.1);
         }
     }
 }

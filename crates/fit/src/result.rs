@@ -243,9 +243,10 @@ impl Fitter<'_> {
                 let n = new.len() as f64;
                 let mean = new.iter().sum::<f64>() / n.max(1.0);
                 let deviation = (new.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / (n - 1.0).max(1.0)).sqrt();
+                // What is the same in all scans but for rounding has no scatter to measure by.
+                let varies = deviation > 1e-9 * (1.0 + mean.abs());
                 let spread = real.spreads[j];
-                let from_scatter =
-                    statistic.scaled.filter(|_| n > 3.0 && deviation > 0.0).map(|real| (real - mean) / deviation);
+                let from_scatter = statistic.scaled.filter(|_| n > 3.0 && varies).map(|real| (real - mean) / deviation);
                 let from_halves = match (statistic.scaled, three(&new), spread) {
                     (Some(real), Some([_, median, _]), Some(spread)) if spread > 0.0 => Some((real - median) / spread),
                     _ => None,

@@ -111,6 +111,7 @@ pub fn fit(
         ),
         store: ScanStore::open(&options.store, &described(recipe, keys, &observed, options))?,
         observed,
+        spreads: real.iter().map(|scan| scan.spreads.clone()).collect(),
         simulations: Vec::new(),
         stream,
     };
@@ -164,6 +165,7 @@ pub(crate) struct Fitter<'a> {
     pub layout: ScoreLayout,
     store: ScanStore,
     pub observed: Vec<Vec<Option<f64>>>,
+    spreads: Vec<Vec<Option<f64>>>,
     pub simulations: Vec<Simulation>,
     stream: Stream,
 }
@@ -267,7 +269,7 @@ impl Fitter<'_> {
         let weights = region.weights(&self.simulations, Emulator::wanted(self.keys.len()));
         let emulator = Emulator::new(&self.simulations, &weights);
         let starts = self.starts(&emulator, &self.observed);
-        let posterior = Posterior::new(&emulator, &self.layout, &self.observed, &starts, true);
+        let posterior = Posterior::new(&emulator, &self.layout, &self.observed, Some(&self.spreads), &starts);
         let draws = posterior.draws(self.stream.child("draws").index(turn));
         *region = self.region(&draws);
         (draws, emulator)
@@ -352,7 +354,7 @@ impl Fitter<'_> {
                     let simulation = &self.simulations[n];
                     let observed = [simulation.statistics.clone()];
                     let starts = [simulation.scores.clone(), region.mean.as_slice().to_vec()];
-                    let posterior = Posterior::new(&emulator, &layout, &observed, &starts, false);
+                    let posterior = Posterior::new(&emulator, &layout, &observed, None, &starts);
                     let errors = posterior.mode.iter().zip(&simulation.scores).zip(posterior.deviations());
                     (like[n], errors.map(|((mode, score), deviation)| (mode - score) / deviation).collect())
                 };
