@@ -288,9 +288,11 @@ mod tests {
     use crate::emulator::ScoreRegion;
     use crate::emulator::tests::Polynomials;
 
-    /// How many of 250 scores of 50 hidden scans lie within their intervals of 90 %, and the mean variance of the posterior; `changed` is
-    /// told the hidden scans' statistics and standard errors.
-    fn held(seed: u64, curvature: f64, changed: &dyn Fn(&mut [Option<f64>], &mut [Option<f64>])) -> (f64, f64) {
+    /// Changes a hidden scan's statistics and their standard errors.
+    type Change<'a> = &'a dyn Fn(&mut [Option<f64>], &mut [Option<f64>]);
+
+    /// How many of 250 scores of 50 hidden scans lie within their intervals of 90 %, and the mean variance of the posterior.
+    fn held(seed: u64, curvature: f64, changed: Change) -> (f64, f64) {
         let law = Polynomials::new(seed, curvature);
         let scans = law.scans(700, seed);
         let region = ScoreRegion::prior(Polynomials::KEYS);
