@@ -286,13 +286,6 @@ impl Emulator {
         slopes
     }
 
-    /// Variance of each statistic: of its scatter, or the square of a scan's own standard error where that is greater.
-    pub fn variances(&self, errors: &[Option<f64>]) -> Vec<f64> {
-        let own =
-            |(j, error): (usize, &Option<f64>)| self.covariance[(j, j)].max(error.map_or(0.0, |error| error * error));
-        errors.iter().enumerate().map(own).collect()
-    }
-
     /// How far each of a scan's statistics lies from its mean at a place; 0 where it is not told.
     pub fn off(&self, scores: &[f64], statistics: &[Option<f64>]) -> Vec<f64> {
         let mean = self.mean(scores);

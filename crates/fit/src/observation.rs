@@ -178,7 +178,7 @@ impl RealScan {
 
 /// Standard errors of statistics from six ways to cut a scan into two halves: a half's variance is twice that of the whole, and
 /// the difference of two has twice a half's.
-fn half_spreads(maps: &ScanMaps, ignored: Option<&[bool]>, whole: &[SummaryStatistic]) -> Vec<Option<f64>> {
+pub(crate) fn half_spreads(maps: &ScanMaps, ignored: Option<&[bool]>, whole: &[SummaryStatistic]) -> Vec<Option<f64>> {
     let (cols, rows) = (maps.cols, maps.rows);
     // Stripes and boards of so many parts along and across.
     let cuts = [(1, 2), (2, 1), (1, 4), (4, 1), (2, 2), (4, 4)];

@@ -2,8 +2,8 @@
 //!
 //! ln p(u | s) = -u^2 / 2 + sum over scans ln t_n(s; m(u), V), where m is the mean of the [`Emulator`], and t_n is Student's law that a covariance estimated from n + 1 scans calls for (Sellentin and Heavens 2016).
 //!
-//! **Misfit.** A real scan has things that no key of the recipe makes. No statistic is taken to be known better than to the standard error that the scan's own halves
-//! give, since what differs from part to part of one scan, the fitted recipe may lack. V is C with these variances, and with more, v' = max(v, z^2 / 4), wherever the
+//! **Misfit.** A real scan has things that no key of the recipe makes. Its parts may differ more than those of simulated scans: V is C with the excess of the squared
+//! standard errors that halves give (`rounds`) added to its variances, and with more, v' = max(v, z^2 / 4), wherever the
 //! scan lies z > 3.5 deviations beyond what any scores reach: first of single statistics, so that one that is far off does not spoil the
 //! directions that it has a small part in, then of the principal directions that are left. Both are found by turns with the mode; before the first mode, a statistic is
 //! out of reach where it lies beyond all simulated scans. This is the variance adjustment of robust synthetic likelihood (Frazier and
@@ -105,21 +105,22 @@ pub(crate) struct Posterior<'a> {
 }
 
 impl<'a> Posterior<'a> {
-    /// Given what scans have, from the best of some places to start at. Real scans, unlike simulated ones, have standard errors from their
-    /// halves, and what no key makes.
+    /// Given what scans have, from the best of some places to start at. Real scans, unlike simulated ones, have what no key makes, and statistics
+    /// of more variance than simulated ones, by so much.
     pub fn new(
         emulator: &'a Emulator,
         layout: &'a ScoreLayout,
         observed: &[Vec<Option<f64>>],
-        real_spreads: Option<&[Vec<Option<f64>>]>,
+        excess: Option<&[Vec<f64>]>,
         starts: &[Vec<f64>],
     ) -> Self {
-        let own = |scan: usize| match real_spreads {
-            Some(spreads) => emulator.variances(&spreads[scan]),
-            None => emulator.covariance.diagonal().as_slice().to_vec(),
+        let own = |scan: usize| -> Vec<f64> {
+            let scatter = emulator.covariance.diagonal();
+            let more = |j: usize| excess.map_or(0.0, |excess| excess[scan][j]);
+            scatter.iter().enumerate().map(|(j, variance)| variance + more(j)).collect()
         };
         let begin = |(scan, statistics): (usize, &Vec<Option<f64>>)| {
-            let beyond = real_spreads.map(|_| emulator.beyond(statistics));
+            let beyond = excess.map(|_| emulator.beyond(statistics));
             Whitened::new(emulator, statistics, &own(scan), beyond.as_deref())
         };
         let scans = observed.iter().enumerate().map(begin).collect();
@@ -132,7 +133,7 @@ impl<'a> Posterior<'a> {
                 .map_or_else(|| vec![0.0; posterior.layout.length], |(_, mode)| mode)
         };
         posterior.mode = best(&posterior, starts);
-        for _ in 0..if real_spreads.is_some() { TURNS } else { 0 } {
+        for _ in 0..if excess.is_some() { TURNS } else { 0 } {
             for (scan, statistics) in observed.iter().enumerate() {
                 let scores = layout.of_scan(scan, &posterior.mode);
                 let off = emulator.off(&scores, statistics);
@@ -288,8 +289,8 @@ mod tests {
     use crate::emulator::ScoreRegion;
     use crate::emulator::tests::Polynomials;
 
-    /// Changes a hidden scan's statistics and their standard errors.
-    type Change<'a> = &'a dyn Fn(&mut [Option<f64>], &mut [Option<f64>]);
+    /// Changes a hidden scan's statistics and the variance that they have beyond the scatter.
+    type Change<'a> = &'a dyn Fn(&mut [Option<f64>], &mut [f64]);
 
     /// How many of 250 scores of 50 hidden scans lie within their intervals of 90 %, and the mean variance of the posterior.
     fn held(seed: u64, curvature: f64, changed: Change) -> (f64, f64) {
@@ -301,9 +302,9 @@ mod tests {
         let (mut held, mut variance) = (0.0, 0.0);
         for (n, scan) in law.scans(50, seed + 100).iter().enumerate() {
             let starts = [vec![0.0; Polynomials::KEYS], scans[0].scores.clone()];
-            let (mut observed, mut errors) = (scan.statistics.clone(), vec![None; Polynomials::STATISTICS]);
-            changed(&mut observed, &mut errors);
-            let posterior = Posterior::new(&emulator, &layout, &[observed], Some(&[errors]), &starts);
+            let (mut observed, mut excess) = (scan.statistics.clone(), vec![0.0; Polynomials::STATISTICS]);
+            changed(&mut observed, &mut excess);
+            let posterior = Posterior::new(&emulator, &layout, &[observed], Some(&[excess]), &starts);
             let draws = posterior.draws(Stream::root(seed).index(n as u64));
             for (key, score) in scan.scores.iter().enumerate() {
                 let below = draws.iter().filter(|draw| draw[key] < *score).count() as f64 / draws.len() as f64;
@@ -331,7 +332,7 @@ mod tests {
     }
 
     /// A statistic that no scores reach tells nothing, and takes nothing along of the others, by whose scatter it goes; nor does one
-    /// whose own standard error is large.
+    /// that varies much within the scan.
     #[test]
     fn what_is_out_of_reach_spoils_nothing() {
         for (seed, curvature) in [(13, 0.0), (14, 0.3)] {
@@ -343,7 +344,7 @@ mod tests {
                 assert!(held >= LEAST, "{held} of 250, {far} off");
                 assert!((variance / without.1 - 1.0).abs() < 0.25, "{variance} without it {}", without.1);
             }
-            let (held, variance) = held(seed, curvature, &|_, errors| errors[4] = Some(100.0));
+            let (held, variance) = held(seed, curvature, &|_, excess| excess[4] = 1e4);
             assert!(held >= LEAST, "{held} of 250, of no certainty");
             assert!((variance / without.1 - 1.0).abs() < 0.1, "{variance} without it {}", without.1);
         }

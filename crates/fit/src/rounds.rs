@@ -10,9 +10,10 @@ use rayon::prelude::*;
 use recipe::Recipe;
 use serde_json::json;
 use sha2::{Digest, Sha256};
+use tools::compare::summary::summary;
 
 use crate::emulator::{Emulator, ScoreRegion, Simulation};
-use crate::observation::RealScan;
+use crate::observation::{RealScan, half_spreads};
 use crate::posterior::{Posterior, ScoreLayout};
 use crate::prior::{FitKey, MOST_SCORE};
 use crate::result::{Fit, Prediction};
@@ -37,6 +38,10 @@ const FOLDS: usize = 4;
 const MOST_CHECKED: usize = 400;
 /// Posterior widths are never multiplied by more.
 const MOST_WIDENING: f64 = 3.0;
+/// Simulated scans whose halves are compared with those of the real ones.
+const HALVED: usize = 8;
+/// Parts of a real scan differ more than those of simulated ones where the square of its standard error is so many times theirs.
+const MORE_THAN_CHANCE: f64 = 3.0;
 /// Places from which modes are searched.
 const STARTS: usize = 6;
 
@@ -269,10 +274,33 @@ impl Fitter<'_> {
         let weights = region.weights(&self.simulations, Emulator::wanted(self.keys.len()));
         let emulator = Emulator::new(&self.simulations, &weights);
         let starts = self.starts(&emulator, &self.observed);
-        let posterior = Posterior::new(&emulator, &self.layout, &self.observed, Some(&self.spreads), &starts);
+        // The first is the middle of the prior.
+        let excess = self.excess(starts.get(1..).filter(|similar| !similar.is_empty()).unwrap_or(&starts), turn);
+        let posterior = Posterior::new(&emulator, &self.layout, &self.observed, Some(&excess), &starts);
         let draws = posterior.draws(self.stream.child("draws").index(turn));
         *region = self.region(&draws);
         (draws, emulator)
+    }
+
+    /// Variance of each real scan's statistics that no recipe has, by halves: the square of its standard error less what halves of the most
+    /// similar simulated scans say, where that is more than chance.
+    fn excess(&self, similar: &[Vec<f64>], turn: u64) -> Vec<Vec<f64>> {
+        let halved = |i: usize| {
+            let scores = self.layout.of_scan(0, &similar[i % similar.len()]);
+            let (maps, ignored) = self.simulator.scan(&scores, (700 + turn) * ROUND_STEP + i as u64);
+            let whole = summary(&maps, ignored.as_deref());
+            half_spreads(&maps, ignored.as_deref(), &whole)
+        };
+        let simulated: Vec<Vec<Option<f64>>> = (0..HALVED).into_par_iter().map(halved).collect();
+        let square = |j: usize| {
+            let told: Vec<f64> = simulated.iter().filter_map(|spreads| spreads[j]).collect();
+            told.iter().map(|error| error * error).sum::<f64>() / told.len().max(1) as f64
+        };
+        let beyond = |(j, error): (usize, &Option<f64>)| {
+            let (own, usual) = (error.map_or(0.0, |error| error * error), square(j));
+            if own > MORE_THAN_CHANCE * usual { own - usual } else { 0.0 }
+        };
+        self.spreads.iter().map(|spreads| spreads.iter().enumerate().map(beyond).collect()).collect()
     }
 
     /// Where the scores of single scans lie in draws.
