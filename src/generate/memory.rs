@@ -28,7 +28,7 @@ const WRITTEN_BYTES: u64 = 10;
 /// Bytes of a column of the rows that a thread holds about its band: some hundred (98 on `wood.yaml`) of 284.
 const BAND_BYTES: u64 = 28_000;
 /// What a run takes whatever its recipe and threads: tables of light, patterns of speckle, open tables [bytes].
-const BASE_BYTES: u64 = 600 << 20;
+const BASE_BYTES: u64 = 460 << 20;
 
 /// Memory that a run takes at most, and what the machine has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -152,7 +152,7 @@ mod tests {
         assert!(refused.to_string().contains("up to 9.3 GB, 2.1 GB are available; take fewer"), "{refused}");
     }
 
-    /// The largest recipe took 5.4 GB when it was measured, a small one a tenth of one.
+    /// The largest recipe took 5.4 GB when it was measured, and is told up to 1.7 times as much; a small one a tenth of one.
     #[test]
     fn the_largest_recipe_is_told() {
         let text = |columns: usize, profiles: usize| {
@@ -165,7 +165,7 @@ mod tests {
             MemoryEstimate::of_dataset(&recipe, 2).needed as f64 / 1e9
         };
         let (largest, small) = (needed(8192, 16383), needed(256, 256));
-        assert!((5.4..9.0).contains(&largest) && small < 1.0, "{largest} and {small} GB");
+        assert!((5.4..1.7 * 5.4).contains(&largest) && small < 1.0, "{largest} and {small} GB");
         // Each thread holds rows of its own, also where there are more threads than samples in work.
         let recipe = Recipe::parse("a.yaml", &text(2560, 256)).unwrap_or_else(|error| panic!("{error}"));
         let [few, many] = [2, 64].map(|threads| MemoryEstimate::of_dataset(&recipe, threads).needed);
