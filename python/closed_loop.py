@@ -1,10 +1,11 @@
 """Closed loop of `gen fit`: scans whose keys are known, fitted as if they were real; how often intervals hold the truth.
 
-    python python/closed_loop.py out/closed-loop --loops 20
+    python python/closed_loop.py out/closed-loop --first 44 --loops 20
 
 Each loop takes one sample of the recipe (its keys drawn from the prior by a seed of its own), fits the recipe to it with another seed, and
 asks for every key whether the 90 % interval holds the value that was drawn. With the right intervals the number of hits in n
 loops is binomial with p = 0.9: of 20, 16 to 20 in 95.7 % of all cases. Finished loops are kept in the folder and not made again.
+Hidden values follow from a loop's number: `--first` begins at another one, so that values can be ones that nothing was chosen on.
 """
 
 import argparse

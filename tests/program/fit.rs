@@ -177,3 +177,21 @@ fn faults_name_their_remedy() {
     refused(&format!("{real} --mask text.png"), 1, &["text.png", "no PNG"]);
     assert!(!place.path("mine.yaml").exists() && !place.path("mine.html").exists());
 }
+
+/// Where simulated scans are dark, or see nothing of the object, the fit says so after the first of them.
+#[test]
+fn scans_that_tell_nothing_are_refused() {
+    let place = place();
+    let order = "fit --recipe plate.yaml --real real --simulations 400 --rounds 2";
+    for (name, dark) in
+        [("dim", "--set exposure.time_us=0.1"), ("weak", "--set exposure.time_us=50 --set laser.power_mw=0.01")]
+    {
+        let run = place
+            .run(&format!("{order} --out {name}.yaml {dark} --set exposure.dark_level_dn=4 --keys laser.waist_mm"));
+        assert_eq!(run.code, 1, "{dark}: {}", run.err);
+        for word in ["real", "no statistic", "gen preview"] {
+            assert!(run.err.contains(word), "{dark}: no `{word}` in {}", run.err);
+        }
+        assert!(!place.path(&format!("{name}.yaml")).exists() && !place.path(&format!("{name}.html")).exists());
+    }
+}

@@ -1,6 +1,7 @@
 //! Posterior of the scores given the statistics of real scans: density, mode, draws.
 //!
-//! ln p(u | s) = -u^2 / 2 + sum over scans ln t_n(s; m(u), V), where m is the mean of the [`Emulator`], and t_n is Student's law that a covariance estimated from n + 1 scans calls for (Sellentin and Heavens 2016).
+//! ln p(u | s) = -u^2 / 2 - sum over scans (n + 1) / 2 ln(1 + (s - m(u))^T V^-1 (s - m(u)) / n), where m is the mean of the [`Emulator`]: what a
+//! covariance of n degrees of freedom leaves of a normal law (Sellentin and Heavens 2016).
 //!
 //! **Misfit.** A real scan has things that no key of the recipe makes. Its parts may differ more than those of simulated scans: V is C with the excess of the squared
 //! standard errors that halves give (`rounds`) added to its variances, and with more, v' = max(v, z^2 / 4), wherever the
@@ -157,8 +158,7 @@ impl<'a> Posterior<'a> {
         for (scan, whitened) in self.scans.iter().enumerate() {
             let f = self.emulator.features(&self.layout.of_scan(scan, whole));
             let q = (&whitened.target - &whitened.means * &f).norm_squared();
-            let count = whitened.target.len() as f64;
-            sum -= 0.5 * (n + count) * libm::log1p(q / n);
+            sum -= 0.5 * (n + 1.0) * libm::log1p(q / n);
         }
         sum
     }

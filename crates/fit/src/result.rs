@@ -1,5 +1,6 @@
 //! What a fit has found: keys, statistics before and after, pairs that cannot be told apart, and what stays out of reach.
 
+use nalgebra::DVector;
 use procedural::Parameter;
 use recipe::{Distribution, Recipe};
 use serde_json::{Map, Value, json};
@@ -20,6 +21,8 @@ const DETERMINED: f64 = 0.5;
 const NO_NARROWER: f64 = 0.95;
 /// Change of a statistic over a prior's inner 90 %, in deviations of its scatter from scan to scan, below which a key moves nothing.
 const MOVES: f64 = 1.0;
+/// Places at which that change is looked for.
+const MOVED_STEPS: usize = 9;
 /// Correlation of two scores from which they cannot be told apart.
 const ALIKE: f64 = 0.8;
 /// Correlation of two scores from which the recipe says it.
@@ -189,7 +192,7 @@ impl Fitter<'_> {
             .map(|(k, key)| {
                 let scores: Vec<Vec<f64>> =
                     of_scan.iter().map(|draws| draws.iter().map(|draw| draw[k]).collect()).collect();
-                let moves = most_moved(&emulator, region, k, &self.observed);
+                let moves = most_moved(&emulator, region.mean.as_slice(), k, &self.observed);
                 let moved = names.get(moves.0).map_or_else(String::new, |name| name.name.clone());
                 fitted_key(key, &scores, outcome.widening[k], (moved, moves.1))
             })
@@ -323,18 +326,18 @@ impl Fitter<'_> {
     }
 }
 
-/// The statistic that a key moves most from 5 to 95 % of its prior, of those that some real scan has: its number, and by how many deviations.
-fn most_moved(emulator: &Emulator, region: &ScoreRegion, key: usize, observed: &[Vec<Option<f64>>]) -> (usize, f64) {
-    let at = |score: f64| {
-        let mut scores = region.mean.as_slice().to_vec();
-        scores[key] = score;
-        emulator.mean(&scores)
+/// The statistic that a key moves most within 5 to 95 % of its prior, of those that some real scan has: its number, and by how many deviations.
+fn most_moved(emulator: &Emulator, place: &[f64], key: usize, observed: &[Vec<Option<f64>>]) -> (usize, f64) {
+    let step = |n: usize| TAIL * (2.0 * n as f64 / (MOVED_STEPS - 1) as f64 - 1.0);
+    let means: Vec<DVector<f64>> = (0..MOVED_STEPS).map(|n| emulator.mean_along(place, key, step(n))).collect();
+    let change = |j: usize| {
+        let of = means.iter().map(|mean| mean[j]);
+        of.clone().fold(f64::NEG_INFINITY, f64::max) - of.fold(f64::INFINITY, f64::min)
     };
-    let change = at(TAIL) - at(-TAIL);
     let told = |j: usize| emulator.known[j] && observed.iter().any(|real| real[j].is_some());
-    (0..change.len())
+    (0..emulator.known.len())
         .filter(|&j| told(j) && emulator.covariance[(j, j)] > 0.0)
-        .map(|j| (j, change[j].abs() / emulator.covariance[(j, j)].sqrt()))
+        .map(|j| (j, change(j) / emulator.covariance[(j, j)].sqrt()))
         .max_by(|a, b| a.1.total_cmp(&b.1))
         .unwrap_or((0, 0.0))
 }
@@ -515,7 +518,32 @@ impl Fit {
 
 #[cfg(test)]
 mod tests {
+    use procedural::{Stream, normal};
+
     use super::*;
+    use crate::emulator::Simulation;
+
+    /// A key that a statistic follows evenly moves it as much as one that it follows oddly, and what a narrow kernel saw of a key goes on straight.
+    #[test]
+    fn even_effects_count_and_narrow_ones_go_straight() {
+        let mut rng = Stream::root(5).rng();
+        let scan = |narrow: f64, rng: &mut _| {
+            let u = [normal(rng), normal(rng), narrow * normal(rng)];
+            let of = [u[0] * u[0], 2.0 * u[1], 30.0 * u[2]].map(|mean| Some(mean + 0.5 * normal(rng)));
+            Simulation { scores: u.to_vec(), statistics: of.to_vec() }
+        };
+        let scans: Vec<Simulation> = (0..2000).map(|_| scan(0.02, &mut rng)).collect();
+        let emulator = Emulator::new(&scans, &vec![1.0; scans.len()]);
+        let observed = [vec![Some(0.0); 3]];
+        // Changes over the inner 90 %, in deviations of 0.5: the square's 2.7, twice 3.29, thirty times 3.29.
+        for (key, (expected, within)) in [(5.41, 0.4), (13.16, 0.4), (197.4, 20.0)].into_iter().enumerate() {
+            let (moved, by) = most_moved(&emulator, &[0.0; 3], key, &observed);
+            assert_eq!(moved, key);
+            assert!((by - expected).abs() < within, "key {key} moves by {by}");
+        }
+        let nothing = [vec![None; 3]];
+        assert_eq!(most_moved(&emulator, &[0.0; 3], 0, &nothing), (0, 0.0));
+    }
 
     /// Numbers keep four digits and no more.
     #[test]

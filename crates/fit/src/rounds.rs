@@ -91,7 +91,7 @@ pub enum FitProgress {
 /// Fits `keys` of a recipe to real scans.
 ///
 /// # Errors
-/// Where the scans are of another geometry, or the disk refuses; the real scans' statistics must be such that some simulated scan has them too.
+/// Where the scans are of another geometry, simulated ones have no statistic in common with them, or the disk refuses.
 pub fn fit(
     recipe: &Recipe,
     keys: &[FitKey],
@@ -131,6 +131,7 @@ pub fn fit(
     };
     let scores = (0..first as u64).map(prior).collect();
     fitter.simulate(0, scores, watch)?;
+    real.iter().zip(&fitter.observed).try_for_each(|(scan, observed)| fitter.check_common(scan, observed))?;
     let mut region = ScoreRegion::prior(keys.len());
     let (mut done, mut longest) = (1, begin.elapsed());
     for round in 1..options.rounds {
@@ -193,6 +194,18 @@ impl Fitter<'_> {
             }
         }
         Ok(())
+    }
+
+    /// Refuses a real scan of which simulated ones have no statistic.
+    fn check_common(&self, real: &RealScan, observed: &[Option<f64>]) -> Result<(), Fault> {
+        let emulator = Emulator::new(&self.simulations, &vec![1.0; self.simulations.len()]);
+        if observed.iter().zip(&emulator.known).any(|(value, known)| *known && value.is_some()) {
+            return Ok(());
+        }
+        let what = "no statistic of it is one that most simulated scans tell and that varies between them";
+        let remedy = "look at what the recipe makes (`gen preview`): its exposure, threshold and object must show heights where the real scan has \
+                      them, all over the keys' distributions";
+        Err(Fault::new(real.maps.name.clone(), what, remedy))
     }
 
     fn batch(
