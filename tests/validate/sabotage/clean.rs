@@ -1,6 +1,7 @@
 //! Datasets of every subject, depth, form and choice of files as the program makes them have no fault.
 
 use super::place::inspect_rows;
+use rand::RngExt;
 use recipe::Recipe;
 use test_support::program::{FRAMES, Place, SPECKLE, mesh_recipe, recipe, sawtooth_recipe};
 
@@ -106,6 +107,26 @@ fn clean_datasets_of_every_recipe() {
             assert!(report.is_clean() && report.unexposed == 0, "{name}:\n{report}");
             assert_eq!((report.samples, report.frames), (3, 3), "{name}:\n{report}");
         }
+    }
+}
+
+/// Overexposed packs: heights of saturated pixels at the card's edge lie as far off as the card is thick, and are no fault of the label's.
+#[test]
+fn clean_datasets_of_overexposed_packs() {
+    let mut rng = procedural::Stream::root(400).rng();
+    for files in [
+        "",
+        "--set output.bin={\"columns\":2,\"profiles\":2}",
+        "--set output.png=[\"range\",\"label\"] --set output.exr=[]",
+    ] {
+        let time_us = 200.0 * 5.0_f64.powf(rng.random());
+        let place = Place::new();
+        place.done(&format!(
+            "--recipe blister-small --seed 3 --n 5 --out set --set exposure.time_us={time_us:.0} \
+             --set output.truth_maps=false {files}"
+        ));
+        let report = &inspect_rows(&place.path("set"), 0..1)[0];
+        assert!(report.faults.is_empty() && report.samples == 5, "{time_us} us {files}:\n{report}");
     }
 }
 

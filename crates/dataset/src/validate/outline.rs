@@ -6,6 +6,8 @@
 //! mask that is shifted by three pixels, mirrored, or of another sample has most of them wrong on some side; `docs/faults.md` has the rates. Sides without a
 //! clear step are left out: a card as thin as the noise of Range on the conveyor, an object that fills the image, a rim that is
 //! narrower than these strips; and the first and last rows under a laser with a second line, which lights the object ahead of the line.
+//! Saturated pixels within are never wrong: near an edge, where part of the line's width falls beside the object, their peaks are out of place by more than a card is thick,
+//! and a conveyor that is taken for the object is dark.
 
 use super::finding::{Code, Finding};
 use super::images::DecodedImages;
@@ -30,14 +32,32 @@ const WRONG: f32 = 0.6;
 /// Of a normal law, standard deviation over median absolute deviation [1].
 const SIGMA: f32 = 1.4826;
 
-/// Checks the edges of one sample; where `second_line` says that the laser has one, those of columns alone.
+/// Share of saturated pixels from which a scan without Reflectance is left out [1].
+const MOSTLY_SATURATED: f64 = 0.1;
+
+/// What decides which pixels of a scan can be compared.
+pub(super) struct ScanLight {
+    /// Whether the laser has a second line.
+    pub second_line: bool,
+    /// Reflectance that is saturated [DN].
+    pub most_dn: u16,
+    /// Share of the object's pixels that are, where the row says it [1].
+    pub saturated_share: Option<f64>,
+}
+
+/// Checks the edges of one sample; under a second line those of columns alone.
 pub(super) fn check(
-    (cols, second_line): (usize, bool),
+    cols: usize,
+    light: &ScanLight,
     decoded: &DecodedImages,
     place: &str,
     report: &mut ValidationReport,
 ) {
     let (Some(label), Some(range)) = (decoded.get("label"), decoded.get("range")) else { return };
+    let reflectance = decoded.get("reflectance");
+    if reflectance.is_none() && light.saturated_share.is_some_and(|share| share > MOSTLY_SATURATED) {
+        return;
+    }
     let mut conveyor: Vec<u16> =
         label.iter().zip(range).filter(|(label, range)| **label == 0 && **range > 0).map(|(_, range)| *range).collect();
     if conveyor.len() < LEAST || conveyor.len() == label.len() {
@@ -46,12 +66,13 @@ pub(super) fn check(
     let level = median(&mut conveyor);
     conveyor.iter_mut().for_each(|r| *r = (f32::from(*r) - level).abs() as u16);
     let noise = SIGMA * median(&mut conveyor);
+    let saturated = |i: usize| reflectance.and_then(|dn| dn.get(i)).is_some_and(|dn| *dn >= light.most_dn);
     for (name, lines) in [("column", Lines { cols, across: false }), ("row", Lines { cols, across: true })] {
-        if lines.across && second_line {
+        if lines.across && light.second_line {
             continue;
         }
         for backwards in [false, true] {
-            let Some(wrong) = side(label, range, (level, noise), &lines, backwards) else { continue };
+            let Some(wrong) = side((label, range, &saturated), (level, noise), &lines, backwards) else { continue };
             if wrong > WRONG {
                 let side = if backwards { "last" } else { "first" };
                 let what = format!(
@@ -82,8 +103,15 @@ impl Lines {
 }
 
 /// Share of wrong pixels beyond and within one side, the greater one; `None` where nothing can be told.
-fn side(label: &[u16], range: &[u16], (level, noise): (f32, f32), lines: &Lines, backwards: bool) -> Option<f32> {
-    let [mut beyond, mut within, mut near, mut far] = [const { Vec::new() }; 4];
+fn side(
+    (label, range, saturated): (&[u16], &[u16], &dyn Fn(usize) -> bool),
+    (level, noise): (f32, f32),
+    lines: &Lines,
+    backwards: bool,
+) -> Option<f32> {
+    let [mut beyond, mut near, mut far] = [const { Vec::new() }; 3];
+    // With whether the pixel is saturated.
+    let mut within = Vec::new();
     let mut number = 0;
     while let Some((first, step, length)) = lines.line(number, label.len()) {
         number += 1;
@@ -108,18 +136,15 @@ fn side(label: &[u16], range: &[u16], (level, noise): (f32, f32), lines: &Lines,
             let place = k - edge + 1;
             let r = range[at(k)];
             if r > 0 && (NEAR..=DEEP).contains(&place) {
-                let strip = if place <= FAR {
-                    &mut within
-                } else if place <= MIDDLE {
-                    &mut near
-                } else {
-                    &mut far
-                };
-                strip.push(r);
+                match place {
+                    ..=FAR => within.push((r, saturated(at(k)))),
+                    ..=MIDDLE => near.push(r),
+                    _ => far.push(r),
+                }
             }
         }
     }
-    if [&beyond, &within, &near, &far].iter().any(|strip| strip.len() < LEAST) {
+    if [beyond.len(), within.len(), near.len(), far.len()].into_iter().any(|pixels| pixels < LEAST) {
         return None;
     }
     // Where the object slopes, it is as much lower at its edge.
@@ -133,10 +158,10 @@ fn side(label: &[u16], range: &[u16], (level, noise): (f32, f32), lines: &Lines,
         return None;
     }
     let half = 0.5 * (body + level);
-    let share = |pixels: &[u16], high: bool| {
-        pixels.iter().filter(|&&r| (f32::from(r) > half) != high).count() as f32 / pixels.len() as f32
-    };
-    Some(share(&beyond, body < level).max(share(&within, body > level)))
+    let is_wrong = |r: u16, high: bool| (f32::from(r) > half) != high;
+    let outside = beyond.iter().filter(|&&r| is_wrong(r, body < level)).count();
+    let inside = within.iter().filter(|&&(r, saturated)| !saturated && is_wrong(r, body > level)).count();
+    Some((outside as f32 / beyond.len() as f32).max(inside as f32 / within.len() as f32))
 }
 
 fn median(numbers: &mut [u16]) -> f32 {

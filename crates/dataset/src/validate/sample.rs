@@ -12,6 +12,7 @@ use super::expected::DerivedSample;
 use super::exposed_rows::RowComparison;
 use super::finding::{Code, Finding};
 use super::frame_digest::FrameDigest;
+use super::outline::ScanLight;
 use super::report::ValidationReport;
 use super::sample_counts::RowNumbers;
 use super::shard_task::ShardTask;
@@ -91,8 +92,12 @@ pub(super) fn check(
     usefulness::check(task, &row, &decoded, &place, report);
     // The thesis' method lets light out beyond the object's edges.
     if task.head.recipe.canonical["transport"]["model"] != "thesis" {
-        let second_line = task.head.recipe.canonical["laser"]["second_line_mm"] != 0.0;
-        outline::check((cols, second_line), &decoded, &place, report);
+        let light = ScanLight {
+            second_line: task.head.recipe.canonical["laser"]["second_line_mm"] != 0.0,
+            most_dn: task.head.images.most_dn(),
+            saturated_share: row.shares.as_ref().map(|shares| shares.saturated),
+        };
+        outline::check(cols, &light, &decoded, &place, report);
     }
     true_rows::labels(&rows, cols, &decoded, &place, report);
     if task.head.range_unit() == "mm" {
