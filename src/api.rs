@@ -141,13 +141,20 @@ impl Simulator {
         in_flight_of(&self.recipe, threads)
     }
 
-    /// Refuses what the machine has no memory for: one sample where `threads` is `None`, else as many as so many threads keep.
+    /// Refuses samples that the machine has no memory for, as many as so many threads keep.
     ///
     /// # Errors
     /// How much is missing, and what to do.
-    pub fn check_memory(&self, threads: Option<usize>) -> Result<(), Fault> {
-        let estimate = threads.map(|threads| MemoryEstimate::of_dataset(&self.recipe, threads));
-        estimate.unwrap_or_else(|| MemoryEstimate::of_preview(&self.recipe)).check()
+    pub fn check_memory(&self, threads: usize) -> Result<(), Fault> {
+        MemoryEstimate::of_dataset(&self.recipe, threads).check()
+    }
+
+    /// The same for one sample that so many threads render.
+    ///
+    /// # Errors
+    /// How much is missing, and what to do.
+    pub fn check_memory_of_one(&self, threads: usize) -> Result<(), Fault> {
+        MemoryEstimate::of_preview(&self.recipe, threads).check()
     }
 
     /// Renders sample `index`: maps `[rows, cols]` in mm (or px) and DN, labels, truth, objects and numbers.

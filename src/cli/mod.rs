@@ -360,7 +360,7 @@ fn preview_command(arguments: &PreviewArgs, console: &Console) -> CommandResult 
     }
     generate::warn(&loaded.recipe, console);
     generate::note(&loaded.recipe, console);
-    crate::generate::MemoryEstimate::of_preview(&loaded.recipe).check()?;
+    crate::generate::MemoryEstimate::of_preview(&loaded.recipe, rayon::current_num_threads()).check()?;
     let seed = loaded.seed(arguments.seed);
     if let Some(dataset) = loaded.dataset.as_ref().filter(|dataset| arguments.index >= dataset.head().samples) {
         let samples = progress::counted(dataset.head().samples, "sample");

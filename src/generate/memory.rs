@@ -25,7 +25,7 @@ const CHANNEL_BYTES: u64 = 1 + 1;
 const PNG_BYTES: u64 = 2;
 /// Bytes of a pixel of a sample that waits to be written: its files.
 const WRITTEN_BYTES: u64 = 10;
-/// Bytes of a column of the rows that a thread holds about its band: some hundred (98 on `wood.yaml`) of 284.
+/// Bytes of a column of the rows that a thread holds about its band: 98 of 284 bytes on `wood.yaml`; other recipes' peaks were measured as a whole.
 const BAND_BYTES: u64 = 28_000;
 /// What a run takes whatever its recipe and threads: tables of light, patterns of speckle, open tables, and what the allocator keeps. Four hundred samples of
 /// `wood-small.yaml` took 196 MB, packs of `blister-train.yaml` 162 [bytes].
@@ -54,9 +54,8 @@ impl MemoryEstimate {
         Self { needed: BASE_BYTES + rendering * each + waiting + bands(recipe, threads), available: available() }
     }
 
-    /// For one sample that all threads draw.
-    pub fn of_preview(recipe: &Recipe) -> Self {
-        let threads = rayon::current_num_threads();
+    /// For one sample that `threads` threads draw.
+    pub fn of_preview(recipe: &Recipe, threads: usize) -> Self {
         let size = recipe.size();
         let each = (size.columns * size.profiles) as u64 * rendered(&recipe.output());
         Self { needed: BASE_BYTES + each + bands(recipe, threads) + triangles(recipe), available: available() }

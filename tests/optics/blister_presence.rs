@@ -1,4 +1,4 @@
-//! What Scatter is for: on 240 packs of one film and one exposure, a plain threshold on a pocket's mean Scatter finds the
+//! What Scatter is for: on 120 packs of one film and one exposure, a plain threshold on a pocket's mean Scatter finds the
 //! missing tablets, and one on its mean Range does not; the more pigment in the film, the less is left of it.
 
 use dataset::record::Record;
@@ -80,11 +80,11 @@ fn found(pockets: &[Seen], value: impl Fn(&Seen) -> f64) -> f64 {
 
 #[test]
 fn scatter_finds_missing_tablets_and_range_does_not() {
-    let pockets = pockets(240, 12.0, 0.25);
+    let pockets = pockets(120, 12.0, 0.25);
     let empty = pockets.iter().filter(|pocket| !pocket.filled).count();
-    assert!(empty > 240 && pockets.len() - empty > 720, "{empty} empty of {}", pockets.len());
+    assert!(empty > 120 && pockets.len() - empty > 360, "{empty} empty of {}", pockets.len());
     let (scatter, range) = (found(&pockets, |p| p.scatter), found(&pockets, |p| p.range));
-    println!("missing tablets found on 240 packs: by Scatter {:.3}, by Range {:.3}", scatter, range);
+    println!("missing tablets found on 120 packs: by Scatter {:.3}, by Range {:.3}", scatter, range);
     assert!(scatter > 0.95, "Scatter tells {scatter} of the pockets right");
     assert!(range < 0.70, "Range tells {range} of the pockets right");
 }

@@ -178,7 +178,7 @@ fn faults_name_their_remedy() {
     assert!(!place.path("mine.yaml").exists() && !place.path("mine.html").exists());
 }
 
-/// Where simulated scans are dark, or see nothing of the object, the fit says so after the first of them.
+/// Where simulated scans are dark, the fit says so after the first of them.
 #[test]
 fn scans_that_tell_nothing_are_refused() {
     let place = place();

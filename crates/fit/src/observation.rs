@@ -176,6 +176,12 @@ impl RealScan {
     }
 }
 
+/// Pixels with a height that count.
+pub(crate) fn measured_pixels(maps: &ScanMaps, ignored: Option<&[bool]>) -> usize {
+    let counts = |i: usize| ignored.is_none_or(|ignored| !ignored[i]);
+    (0..maps.range.len()).filter(|&i| counts(i) && maps.range[i].is_finite()).count()
+}
+
 /// Standard errors of statistics from six ways to cut a scan into two halves: a half's variance is twice that of the whole, and
 /// the difference of two has twice a half's.
 pub(crate) fn half_spreads(maps: &ScanMaps, ignored: Option<&[bool]>, whole: &[SummaryStatistic]) -> Vec<Option<f64>> {

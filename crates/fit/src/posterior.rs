@@ -7,7 +7,7 @@
 //! standard errors that halves give (`rounds`) added to its variances, and with more, v' = max(v, z^2 / 4), wherever the
 //! scan lies z > 3.5 deviations beyond what any scores reach: first of single statistics, so that one that is far off does not spoil the
 //! directions that it has a small part in, then of the principal directions that are left. Both are found by turns with the mode; before the first mode, a statistic is
-//! out of reach where it lies beyond all simulated scans. This is the variance adjustment of robust synthetic likelihood (Frazier and
+//! out of reach where it lies as far beyond all scans of the kernel. This is the variance adjustment of robust synthetic likelihood (Frazier and
 //! Drovandi 2021) with its greatest value in place of a draw. Without it, one statistic out of reach would outvote all others.
 //!
 //! **Several scans.** Scores of the bench are one for all scans, scores of matter each scan's own, unless all scans are of one object.
@@ -106,8 +106,8 @@ pub(crate) struct Posterior<'a> {
 }
 
 impl<'a> Posterior<'a> {
-    /// Given what scans have, from the best of some places to start at. Real scans, unlike simulated ones, have what no key makes, and statistics
-    /// of more variance than simulated ones, by so much.
+    /// Given the statistics `observed` `[scans][statistics]`, from the best of some whole vectors of scores to start at. `excess` `[scans][statistics]` is the variance, in squares of
+    /// a statistic's scale, that real scans have beyond the scatter; `None` for simulated ones, which have nothing that no key makes: no misfit is looked for.
     pub fn new(
         emulator: &'a Emulator,
         layout: &'a ScoreLayout,
@@ -163,8 +163,8 @@ impl<'a> Posterior<'a> {
         sum
     }
 
-    /// Gradient of the squares and its normal matrix at a place (Gauss and Newton).
-    fn squares(&self, whole: &[f64]) -> (DVector<f64>, DMatrix<f64>) {
+    /// Gradient of the density's negative logarithm at a place, and what Gauss and Newton have for its curvature.
+    fn slope_and_curvature(&self, whole: &[f64]) -> (DVector<f64>, DMatrix<f64>) {
         let mut gradient = DVector::from_column_slice(whole);
         let mut normal = DMatrix::identity(whole.len(), whole.len());
         for (scan, whitened) in self.scans.iter().enumerate() {
@@ -172,7 +172,9 @@ impl<'a> Posterior<'a> {
             let f = self.emulator.features(&scores);
             let rest = &whitened.means * &f - &whitened.target;
             let slopes = &whitened.means * self.emulator.slopes(&scores);
-            let (g, m) = (slopes.tr_mul(&rest), slopes.tr_mul(&slopes));
+            let n = self.emulator.freedom;
+            let weight = (n + 1.0) / (n + rest.norm_squared());
+            let (g, m) = (slopes.tr_mul(&rest) * weight, slopes.tr_mul(&slopes) * weight);
             let places = &self.layout.places[scan];
             for (i, &a) in places.iter().enumerate() {
                 gradient[a] += g[i];
@@ -191,7 +193,7 @@ impl<'a> Posterior<'a> {
         let mut value = self.log_density(&here);
         let mut damping = 1e-2;
         for _ in 0..MODE_STEPS {
-            let (gradient, normal) = self.squares(&here);
+            let (gradient, normal) = self.slope_and_curvature(&here);
             let damped = &normal + DMatrix::from_diagonal(&normal.diagonal()) * damping;
             let step = cholesky(&damped).solve(&gradient);
             let next: Vec<f64> = here.iter().zip(step.iter()).map(|(u, s)| (u - s).clamp(-limit, limit)).collect();
@@ -214,14 +216,14 @@ impl<'a> Posterior<'a> {
 
     /// Standard deviation of each score by the curvature at the mode.
     pub fn deviations(&self) -> Vec<f64> {
-        let (_, normal) = self.squares(&self.mode);
+        let (_, normal) = self.slope_and_curvature(&self.mode);
         cholesky(&normal).inverse().diagonal().iter().map(|variance| variance.sqrt()).collect()
     }
 
     /// Draws, by an ensemble of walkers that starts about the mode.
     pub fn draws(&self, stream: Stream) -> Vec<Vec<f64>> {
         let walkers = (WALKERS_PER_SCORE * self.layout.length).max(FEWEST_WALKERS) / 2 * 2;
-        let (_, curvature) = self.squares(&self.mode);
+        let (_, curvature) = self.slope_and_curvature(&self.mode);
         let spread = cholesky(&cholesky(&curvature).inverse());
         let start = |w: usize| {
             let mut rng = stream.child("walker").index(w as u64).rng();
@@ -250,9 +252,8 @@ impl Model for Posterior<'_> {
 impl Whitened {
     /// Of a scan whose statistics have these variances of their own, and lie so far off what scores reach.
     fn new(emulator: &Emulator, statistics: &[Option<f64>], variances: &[f64], off: Option<&[f64]>) -> Self {
-        let which: Vec<usize> = (0..statistics.len())
-            .filter(|&j| statistics[j].is_some() && emulator.known[j] && emulator.covariance[(j, j)] > 0.0)
-            .collect();
+        let which: Vec<usize> =
+            (0..statistics.len()).filter(|&j| statistics[j].is_some() && emulator.known[j]).collect();
         let n = which.len();
         let mut covariance = emulator.covariance.select_rows(&which).select_columns(&which);
         for (a, &j) in which.iter().enumerate() {
@@ -317,8 +318,39 @@ mod tests {
         (held, variance)
     }
 
-    /// Least of 250 that hold by chance where 90 % do (alpha 1e-4): they go together by fives at most.
+    /// Least of 250 that hold by chance where 90 % do (alpha 1e-4 were they independent; the five scores of a scan go together somewhat, and seeds are fixed).
     const LEAST: f64 = 250.0 * 0.9 - 3.9 * 4.74;
+
+    /// The gradient is that of the density, wherever its misfit puts it: by differences, at random places.
+    #[test]
+    fn the_gradient_is_that_of_the_density() {
+        let law = Polynomials::new(15, 0.3);
+        let scans = law.scans(300, 15);
+        let emulator = Emulator::new(&scans, &vec![1.0; scans.len()]);
+        let layout = ScoreLayout::new(&[true, true, true, false, false], 2);
+        let observed: Vec<_> = law.scans(2, 16).into_iter().map(|scan| scan.statistics).collect();
+        let excess = vec![vec![0.0; Polynomials::STATISTICS]; 2];
+        let posterior = Posterior::new(&emulator, &layout, &observed, Some(&excess), &[vec![0.0; 7]]);
+        let mut rng = Stream::root(17).rng();
+        for _ in 0..20 {
+            let place: Vec<f64> = (0..7).map(|_| normal(&mut rng)).collect();
+            let (gradient, _) = posterior.slope_and_curvature(&place);
+            for score in 0..7 {
+                let moved = |by: f64| {
+                    let mut moved = place.clone();
+                    moved[score] += by;
+                    posterior.log_density(&moved)
+                };
+                let difference = (moved(-1e-5) - moved(1e-5)) / 2e-5;
+                assert!(
+                    (difference - gradient[score]).abs() < 1e-5 * (1.0 + gradient.amax()),
+                    "{difference} {gradient}"
+                );
+            }
+        }
+        let (gradient, _) = posterior.slope_and_curvature(&posterior.mode);
+        assert!(gradient.amax() < 0.01, "the mode has a gradient of {gradient}");
+    }
 
     /// Intervals of 90 % hold scores that were drawn from the prior in 90 % of all cases (alpha 1e-4 on either side), for laws that are
     /// straight and for curved ones, in which valleys bend.

@@ -7,7 +7,7 @@ use serde_json::{Map, Value, json};
 use tools::compare::ScanMaps;
 use tools::compare::summary::SummaryStatistic;
 
-use crate::emulator::{Emulator, ScoreRegion};
+use crate::emulator::{Emulator, ScoreRegion, varies};
 use crate::observation::RealScan;
 use crate::prior::FitKey;
 use crate::recipe_text::NewValue;
@@ -245,11 +245,11 @@ impl Fitter<'_> {
                 let (old, new) = (told(&before), told(&after));
                 let n = new.len() as f64;
                 let mean = new.iter().sum::<f64>() / n.max(1.0);
-                let deviation = (new.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / (n - 1.0).max(1.0)).sqrt();
-                // What is the same in all scans but for rounding has no scatter to measure by.
-                let varies = deviation > 1e-9 * (1.0 + mean.abs());
+                let variance = new.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / (n - 1.0).max(1.0);
                 let spread = real.spreads[j];
-                let from_scatter = statistic.scaled.filter(|_| n > 3.0 && varies).map(|real| (real - mean) / deviation);
+                // What is the same in all scans has no scatter to measure by.
+                let from_scatter = statistic.scaled.filter(|_| n > 3.0 && varies(variance, mean));
+                let from_scatter = from_scatter.map(|real| (real - mean) / variance.sqrt());
                 let from_halves = match (statistic.scaled, three(&new), spread) {
                     (Some(real), Some([_, median, _]), Some(spread)) if spread > 0.0 => Some((real - median) / spread),
                     _ => None,
@@ -336,7 +336,7 @@ fn most_moved(emulator: &Emulator, place: &[f64], key: usize, observed: &[Vec<Op
     };
     let told = |j: usize| emulator.known[j] && observed.iter().any(|real| real[j].is_some());
     (0..emulator.known.len())
-        .filter(|&j| told(j) && emulator.covariance[(j, j)] > 0.0)
+        .filter(|&j| told(j))
         .map(|j| (j, change(j) / emulator.covariance[(j, j)].sqrt()))
         .max_by(|a, b| a.1.total_cmp(&b.1))
         .unwrap_or((0, 0.0))

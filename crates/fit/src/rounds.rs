@@ -13,7 +13,7 @@ use sha2::{Digest, Sha256};
 use tools::compare::summary::summary;
 
 use crate::emulator::{Emulator, ScoreRegion, Simulation};
-use crate::observation::{RealScan, half_spreads};
+use crate::observation::{RealScan, half_spreads, measured_pixels};
 use crate::posterior::{Posterior, ScoreLayout};
 use crate::prior::{FitKey, MOST_SCORE};
 use crate::result::{Fit, Prediction};
@@ -117,6 +117,7 @@ pub fn fit(
         store: ScanStore::open(&options.store, &described(recipe, keys, &observed, options))?,
         observed,
         spreads: real.iter().map(|scan| scan.spreads.clone()).collect(),
+        pixels: real.iter().map(|scan| measured_pixels(&scan.maps, scan.ignored.as_deref()).max(1)).collect(),
         simulations: Vec::new(),
         stream,
     };
@@ -131,7 +132,7 @@ pub fn fit(
     };
     let scores = (0..first as u64).map(prior).collect();
     fitter.simulate(0, scores, watch)?;
-    real.iter().zip(&fitter.observed).try_for_each(|(scan, observed)| fitter.check_common(scan, observed))?;
+    fitter.check_common(real)?;
     let mut region = ScoreRegion::prior(keys.len());
     let (mut done, mut longest) = (1, begin.elapsed());
     for round in 1..options.rounds {
@@ -141,7 +142,7 @@ pub fn fit(
             break;
         }
         let since = Instant::now();
-        let (draws, _) = fitter.infer(&mut region, round as u64);
+        let draws = fitter.infer(&mut region, round as u64);
         watch(FitProgress::Round { round: round + 1, rounds: options.rounds, distance: fitter.distance(&region) });
         let scores = fitter.proposals(&draws, later, round as u64);
         fitter.simulate(round as u64, scores, watch)?;
@@ -172,6 +173,8 @@ pub(crate) struct Fitter<'a> {
     store: ScanStore,
     pub observed: Vec<Vec<Option<f64>>>,
     spreads: Vec<Vec<Option<f64>>>,
+    /// Measured pixels of each real scan that count.
+    pixels: Vec<usize>,
     pub simulations: Vec<Simulation>,
     stream: Stream,
 }
@@ -197,11 +200,13 @@ impl Fitter<'_> {
     }
 
     /// Refuses a real scan of which simulated ones have no statistic.
-    fn check_common(&self, real: &RealScan, observed: &[Option<f64>]) -> Result<(), Fault> {
-        let emulator = Emulator::new(&self.simulations, &vec![1.0; self.simulations.len()]);
-        if observed.iter().zip(&emulator.known).any(|(value, known)| *known && value.is_some()) {
+    fn check_common(&self, real: &[RealScan]) -> Result<(), Fault> {
+        let known = Emulator::new(&self.simulations, &vec![1.0; self.simulations.len()]).known;
+        let has_none =
+            |observed: &[Option<f64>]| !observed.iter().zip(&known).any(|(value, known)| *known && value.is_some());
+        let Some((real, _)) = real.iter().zip(&self.observed).find(|(_, observed)| has_none(observed)) else {
             return Ok(());
-        }
+        };
         let what = "no statistic of it is one that most simulated scans tell and that varies between them";
         let remedy = "look at what the recipe makes (`gen preview`): its exposure, threshold and object must show heights where the real scan has \
                       them, all over the keys' distributions";
@@ -283,7 +288,7 @@ impl Fitter<'_> {
     }
 
     /// Draws from the posterior by an emulator about the region, which moves to them.
-    fn infer(&self, region: &mut ScoreRegion, turn: u64) -> (Vec<Vec<f64>>, Emulator) {
+    fn infer(&self, region: &mut ScoreRegion, turn: u64) -> Vec<Vec<f64>> {
         let weights = region.weights(&self.simulations, Emulator::wanted(self.keys.len()));
         let emulator = Emulator::new(&self.simulations, &weights);
         let starts = self.starts(&emulator, &self.observed);
@@ -292,28 +297,33 @@ impl Fitter<'_> {
         let posterior = Posterior::new(&emulator, &self.layout, &self.observed, Some(&excess), &starts);
         let draws = posterior.draws(self.stream.child("draws").index(turn));
         *region = self.region(&draws);
-        (draws, emulator)
+        draws
     }
 
-    /// Variance of each real scan's statistics that no recipe has, by halves: the square of its standard error less what halves of the most
-    /// similar simulated scans say, where that is more than chance.
+    /// Variance of each real scan's statistics that no recipe has, by its halves and those of the most similar simulated scans ([`beyond_chance`]).
     fn excess(&self, similar: &[Vec<f64>], turn: u64) -> Vec<Vec<f64>> {
         let halved = |i: usize| {
             let scores = self.layout.of_scan(0, &similar[i % similar.len()]);
             let (maps, ignored) = self.simulator.scan(&scores, (700 + turn) * ROUND_STEP + i as u64);
             let whole = summary(&maps, ignored.as_deref());
-            half_spreads(&maps, ignored.as_deref(), &whole)
+            (half_spreads(&maps, ignored.as_deref(), &whole), measured_pixels(&maps, ignored.as_deref()))
         };
-        let simulated: Vec<Vec<Option<f64>>> = (0..HALVED).into_par_iter().map(halved).collect();
-        let square = |j: usize| {
-            let told: Vec<f64> = simulated.iter().filter_map(|spreads| spreads[j]).collect();
-            told.iter().map(|error| error * error).sum::<f64>() / told.len().max(1) as f64
+        let simulated: Vec<(Vec<Option<f64>>, usize)> = (0..HALVED).into_par_iter().map(halved).collect();
+        let pixels = simulated.iter().map(|(_, pixels)| *pixels as f64).sum::<f64>() / HALVED as f64;
+        let usual = |j: usize| {
+            let told: Vec<f64> = simulated.iter().filter_map(|(spreads, _)| spreads[j]).collect();
+            (!told.is_empty()).then(|| told.iter().map(|error| error * error).sum::<f64>() / told.len() as f64)
         };
-        let beyond = |(j, error): (usize, &Option<f64>)| {
-            let (own, usual) = (error.map_or(0.0, |error| error * error), square(j));
-            if own > MORE_THAN_CHANCE * usual { own - usual } else { 0.0 }
+        let usual: Vec<Option<f64>> = (0..self.spreads[0].len()).map(usual).collect();
+        let of_scan = |(spreads, own_pixels): (&Vec<Option<f64>>, &usize)| {
+            let larger = pixels / *own_pixels as f64;
+            spreads
+                .iter()
+                .zip(&usual)
+                .map(|(own, usual)| beyond_chance(*own, usual.map(|usual| usual * larger)))
+                .collect()
         };
-        self.spreads.iter().map(|spreads| spreads.iter().enumerate().map(beyond).collect()).collect()
+        self.spreads.iter().zip(&self.pixels).map(of_scan).collect()
     }
 
     /// Where the scores of single scans lie in draws.
@@ -353,7 +363,7 @@ impl Fitter<'_> {
     /// Draws at the end, with the widths that a check on simulated scans calls for, and the factors of these.
     fn final_draws(&self, region: &mut ScoreRegion, turn: u64) -> (Vec<Vec<f64>>, Vec<f64>) {
         let widening = self.check(region);
-        let (draws, _) = self.infer(region, turn);
+        let draws = self.infer(region, turn);
         let length = self.layout.length;
         let mean: Vec<f64> =
             (0..length).map(|k| draws.iter().map(|draw| draw[k]).sum::<f64>() / draws.len() as f64).collect();
@@ -435,6 +445,13 @@ impl Fitter<'_> {
     }
 }
 
+/// By how much the square of a statistic's standard error, from its real scan's halves, is above what is `usual` for as many pixels, if by more than chance; where no simulated scan tells what is usual,
+/// all of it.
+fn beyond_chance(own: Option<f64>, usual: Option<f64>) -> f64 {
+    let (own, usual) = (own.map_or(0.0, |error| error * error), usual.unwrap_or(0.0));
+    if own > MORE_THAN_CHANCE * usual { own - usual } else { 0.0 }
+}
+
 /// What a fit depends on; a kept scan is of use where all of it is the same.
 fn described(
     recipe: &Recipe,
@@ -454,4 +471,23 @@ fn described(
         "rounds": options.rounds,
         "one_object": options.one_object,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What halves of a real scan differ by is taken for chance up to three times the square of what simulated ones do.
+    #[test]
+    fn more_than_chance_is_added() {
+        for (own, usual, excess) in [
+            (Some(2.0), Some(1.0), 3.0),
+            (Some(1.7), Some(1.0), 0.0),
+            (Some(0.5), Some(1.0), 0.0),
+            (Some(2.0), None, 4.0),
+            (None, Some(1.0), 0.0),
+        ] {
+            assert_eq!(beyond_chance(own, usual), excess, "{own:?} where {usual:?} is usual");
+        }
+    }
 }

@@ -9,7 +9,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use pyo3::exceptions::{PyMemoryError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use rayon::ThreadPool;
-use sheetlight::api::{self, Change, Record, Simulator, Stop};
+use sheetlight::api::{self, Change, Fault, Record, Simulator, Stop};
 
 use crate::errors::{of_loading, of_program};
 use crate::pool::{Outcome, pool, spawn, thread_count, wait};
@@ -132,9 +132,10 @@ impl Recipe {
 
     /// Renders sample `index`.
     fn sample(&self, py: Python<'_>, index: u64, seed: u64, threads: Option<usize>) -> PyResult<Sample> {
-        let pool = pool(py, thread_count(threads)?)?;
+        let threads = thread_count(threads)?;
+        let pool = pool(py, threads)?;
         let rendering = self.rendering(seed);
-        check_memory(&rendering.simulator, None)?;
+        rendering.simulator.check_memory_of_one(threads).map_err(no_memory)?;
         let (sender, receiver) = channel();
         let stop = Arc::new(Stop::default());
         rendering.spawn(&pool, sender, (index, stop.clone()), |rendered| rendered);
@@ -152,7 +153,7 @@ impl Recipe {
     ) -> PyResult<Samples> {
         let threads = thread_count(threads)?;
         let rendering = self.rendering(seed);
-        check_memory(&rendering.simulator, Some(threads))?;
+        rendering.simulator.check_memory(threads).map_err(no_memory)?;
         let (sender, receiver) = channel();
         Ok(Samples {
             most: rendering.simulator.samples_in_flight(threads),
@@ -187,8 +188,8 @@ impl Recipe {
     }
 }
 
-fn check_memory(simulator: &Simulator, threads: Option<usize>) -> PyResult<()> {
-    simulator.check_memory(threads).map_err(|fault| PyMemoryError::new_err(fault.to_string()))
+fn no_memory(fault: Fault) -> PyErr {
+    PyMemoryError::new_err(fault.to_string())
 }
 
 /// Samples of a recipe one after the other; as many as are in flight are rendered ahead.

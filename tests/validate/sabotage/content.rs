@@ -6,7 +6,7 @@ use dataset::validate::Code::*;
 use dataset::{Encoded, Grey, Samples, write_png};
 use procedural::Class;
 
-use super::place::{SIZE, boards, exr, labels, png, relabel, with};
+use super::place::{SIZE, boards, codes_of, exr, labels, of_recipe, png, relabel, with};
 
 /// A sample that shows objects, and another one.
 fn pair() -> [usize; 2] {
@@ -59,6 +59,32 @@ fn masks() {
         relabel(&mut samples[a], &label, &instance);
     };
     with(mirror, &[TruthDiffers, LabelDiffers, OutlineDiffers], &place, "a mirrored mask");
+}
+
+/// Saturated pixels at a card's edge do not count; those of the conveyor that a mask takes for the card after it was moved by three rows do.
+#[test]
+fn masks_of_overexposed_packs() {
+    let text = include_str!("../../../recipes/blister-small.yaml");
+    let line = text.lines().find(|line| line.trim_start().starts_with("time_us:")).expect("an exposure time");
+    let (head, samples) = of_recipe(&text.replacen(line, "  time_us: 400", 1), 3);
+    let found = |samples: &[Encoded]| codes_of(&head, samples.to_vec()).contains(&OutlineDiffers);
+    assert!(!found(&samples));
+    for way in [3, -3] {
+        let mut moved = samples.clone();
+        for sample in &mut moved {
+            let [label, instance] = labels(sample).map(|mut numbers| {
+                let rows = 360 * 3;
+                if way > 0 {
+                    numbers.rotate_right(rows)
+                } else {
+                    numbers.rotate_left(rows)
+                }
+                numbers
+            });
+            relabel(sample, &label, &instance);
+        }
+        assert!(found(&moved), "masks moved by {way} rows");
+    }
 }
 
 #[test]

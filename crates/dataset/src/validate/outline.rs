@@ -6,7 +6,7 @@
 //! mask that is shifted by three pixels, mirrored, or of another sample has most of them wrong on some side; `docs/faults.md` has the rates. Sides without a
 //! clear step are left out: a card as thin as the noise of Range on the conveyor, an object that fills the image, a rim that is
 //! narrower than these strips; and the first and last rows under a laser with a second line, which lights the object ahead of the line.
-//! Saturated pixels within are never wrong: near an edge, where part of the line's width falls beside the object, their peaks are out of place by more than a card is thick,
+//! Saturated pixels within do not count: near an edge, where part of the line's width falls beside the object, their peaks are out of place by more than a card is thick,
 //! and a conveyor that is taken for the object is dark.
 
 use super::finding::{Code, Finding};
@@ -31,9 +31,8 @@ const CLEAR: f32 = 6.0;
 const WRONG: f32 = 0.6;
 /// Of a normal law, standard deviation over median absolute deviation [1].
 const SIGMA: f32 = 1.4826;
-
-/// Share of saturated pixels from which a scan without Reflectance is left out [1].
-const MOSTLY_SATURATED: f64 = 0.1;
+/// Saturated share from which a scan without Reflectance is left out [1].
+const SATURATED_LEFT_OUT: f64 = 0.1;
 
 /// What decides which pixels of a scan can be compared.
 pub(super) struct ScanLight {
@@ -41,7 +40,7 @@ pub(super) struct ScanLight {
     pub second_line: bool,
     /// Reflectance that is saturated [DN].
     pub most_dn: u16,
-    /// Share of the object's pixels that are, where the row says it [1].
+    /// Share of the object's measured pixels that are, where the row says it [1].
     pub saturated_share: Option<f64>,
 }
 
@@ -55,7 +54,7 @@ pub(super) fn check(
 ) {
     let (Some(label), Some(range)) = (decoded.get("label"), decoded.get("range")) else { return };
     let reflectance = decoded.get("reflectance");
-    if reflectance.is_none() && light.saturated_share.is_some_and(|share| share > MOSTLY_SATURATED) {
+    if reflectance.is_none() && light.saturated_share.is_some_and(|share| share > SATURATED_LEFT_OUT) {
         return;
     }
     let mut conveyor: Vec<u16> =
@@ -136,10 +135,12 @@ fn side(
             let place = k - edge + 1;
             let r = range[at(k)];
             if r > 0 && (NEAR..=DEEP).contains(&place) {
-                match place {
-                    ..=FAR => within.push((r, saturated(at(k)))),
-                    ..=MIDDLE => near.push(r),
-                    _ => far.push(r),
+                if place <= FAR {
+                    within.push((r, saturated(at(k))));
+                } else if place <= MIDDLE {
+                    near.push(r);
+                } else {
+                    far.push(r);
                 }
             }
         }
@@ -160,8 +161,10 @@ fn side(
     let half = 0.5 * (body + level);
     let is_wrong = |r: u16, high: bool| (f32::from(r) > half) != high;
     let outside = beyond.iter().filter(|&&r| is_wrong(r, body < level)).count();
-    let inside = within.iter().filter(|&&(r, saturated)| !saturated && is_wrong(r, body > level)).count();
-    Some((outside as f32 / beyond.len() as f32).max(inside as f32 / within.len() as f32))
+    let inside: Vec<u16> = within.into_iter().filter_map(|(r, saturated)| (!saturated).then_some(r)).collect();
+    let wrong = inside.iter().filter(|&&r| is_wrong(r, body > level)).count();
+    let inside = if inside.len() < LEAST { 0.0 } else { wrong as f32 / inside.len() as f32 };
+    Some((outside as f32 / beyond.len() as f32).max(inside))
 }
 
 fn median(numbers: &mut [u16]) -> f32 {
