@@ -188,7 +188,7 @@ gap: build venv ## what networks lose from the kernel to the reference Monte Car
 	$(GAP) --task presence --epochs 25 $(foreach set,train kernel path fewer quiet,--$(set) out/gap/packs/$(set))
 
 closed-loop: build venv ## 20 fits to scans whose keys are known: how often 90 % intervals hold the truth (out/closed-loop, 20 minutes)
-	$(VENV)/bin/python python/closed_loop.py out/closed-loop --first 44 --loops 20
+	$(VENV)/bin/python python/closed_loop.py out/closed-loop --first 84 --loops 20
 
 gallery: build venv ## 40 boards, every defect and six kinds of wood, with their labels, as docs/gallery.md shows them: a minute
 	$(GEN) --recipe recipes/wood-grading-train.yaml --n 51 --seed 4 --out out/gallery/grading
