@@ -17,23 +17,6 @@ fn is_large(recipe: &Recipe) -> bool {
     recipe.size().columns * recipe.size().profiles >= LARGE_SCAN
 }
 
-/// Samples of each class in the whole dataset, in the recipe's order, by split: train, validation, test.
-fn class_counts(recipe: &Recipe, request: &DatasetRequest) -> Vec<(String, [u64; 3])> {
-    let names: Vec<&str> = recipe.classes().iter().map(|class| class.name.as_str()).collect();
-    let one = |mut counts: Vec<[u64; 3]>, index: u64| {
-        let class = &recipe.class_of(request.seed, index).name;
-        let split = recipe.split_of(request.seed, index) as usize;
-        names.iter().zip(&mut counts).filter(|(name, _)| *name == class).for_each(|(_, count)| count[split] += 1);
-        counts
-    };
-    let none = || vec![[0; 3]; names.len()];
-    let sum = |a: Vec<[u64; 3]>, b: Vec<[u64; 3]>| {
-        a.iter().zip(b).map(|(a, b)| std::array::from_fn(|split| a[split] + b[split])).collect()
-    };
-    let counts = (0..request.samples).into_par_iter().fold(none, one).reduce(none, sum);
-    names.iter().map(|name| name.to_string()).zip(counts).collect()
-}
-
 /// Time, space and samples that a dataset takes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GenerateEstimate {
@@ -78,7 +61,9 @@ impl GenerateEstimate {
             .map(|i| render_sample(recipe, request.seed, i, &tiles, progress).bytes())
             .sum();
         let sample_time = start.elapsed() / together as u32;
-        let (count, classes) = (Self::count(recipe, request), class_counts(recipe, request));
+        let count = Self::count(recipe, request);
+        let names = recipe.classes().iter().map(|class| class.name.clone());
+        let classes = names.zip(recipe.class_counts(request.seed, request.samples)).collect();
         Self { sample_bytes: bytes / together + ROW_BYTES, sample_time, classes, ..count }
     }
 

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use bench::split::Split;
 use procedural::{Parameter, Stream};
+use rand::RngExt;
 use recipe::{Distribution, Recipe, Scene, Subject, differences};
 
 /// Draws in each test of a law.
@@ -240,6 +241,26 @@ fn every_prefix_is_balanced() {
                 assert!((count - n * class.share).abs() <= bound, "{} of {n} are {}", count, class.name);
             }
         }
+    }
+}
+
+/// Classes and splits are counted as a walk over the samples counts them, for as many samples as there can be, and where boards of a log stay together.
+#[test]
+fn counts_are_those_of_a_walk() {
+    let mut rng = Stream::root(5).rng();
+    for recipe in subjects().into_iter().chain([Recipe::load("wood-log").expect("embedded")]) {
+        for _ in 0..20 {
+            let (seed, samples) = (rng.random(), rng.random_range(0..700));
+            let mut walked = vec![[0; 3]; recipe.classes().len()];
+            for index in 0..samples {
+                let class = &recipe.class_of(seed, index).name;
+                let number = recipe.classes().iter().position(|known| known.name == *class).expect("it is one of them");
+                walked[number][recipe.split_of(seed, index) as usize] += 1;
+            }
+            assert_eq!(recipe.class_counts(seed, samples), walked, "{} {seed} {samples}", recipe.name());
+        }
+        let most: u64 = recipe.class_counts(1, u64::MAX).into_iter().flatten().sum();
+        assert_eq!(most, u64::MAX, "{}", recipe.name());
     }
 }
 

@@ -70,16 +70,20 @@ impl ClassRotation {
     }
 }
 
-/// The split of the sample that is the `rank`-th of its class; `stream` is that of the splits.
-pub(super) fn split(splits: Splits, stream: Stream, class: usize, rank: u64) -> Split {
+/// The split of the sample that is the `rank`-th of its class, and how many before it are of each: train, validation, test; `stream` is that of the splits.
+pub(super) fn split(splits: Splits, stream: Stream, class: usize, rank: u64) -> (Split, [u64; 3]) {
     let phase = |name| stream.child(name).key().wrapping_add((class as u64).wrapping_mul(GOLDEN));
     let others = splits.validation + splits.test;
-    let (train, before) = beatty(splits.train / (splits.train + others), phase("train"), rank);
-    if train {
-        return Split::Train;
-    }
-    let (validation, _) = beatty(splits.validation / others, phase("validation"), rank - before);
-    if validation { Split::Validation } else { Split::Test }
+    let (is_train, train) = beatty(splits.train / (splits.train + others), phase("train"), rank);
+    // Without others all are for training.
+    let share = if others > 0.0 { splits.validation / others } else { 0.0 };
+    let (is_validation, validation) = beatty(share, phase("validation"), rank - train);
+    let split = match (is_train, is_validation) {
+        (true, _) => Split::Train,
+        (_, true) => Split::Validation,
+        _ => Split::Test,
+    };
+    (split, [train, validation, rank - train - validation])
 }
 
 /// Whether the number `k` is of the sequence with this share and this phase, and how many before it are.
@@ -160,7 +164,9 @@ mod tests {
                 let stream = Stream::root(seed).child("split");
                 let mut counts = [0.0; 3];
                 for rank in 0..2000u64 {
-                    counts[split(Splits { train, validation, test }, stream, 3, rank) as usize] += 1.0;
+                    let (found, before) = split(Splits { train, validation, test }, stream, 3, rank);
+                    assert_eq!(before.map(|count| count as f64), counts, "{shares:?} {rank}");
+                    counts[found as usize] += 1.0;
                     for (count, share) in counts.iter().zip(shares) {
                         let far: f64 = count - share * (rank + 1) as f64;
                         assert!(far.abs() < 2.0 && (share > 0.0 || *count == 0.0), "{shares:?} {rank}: {counts:?}");
@@ -183,7 +189,7 @@ mod tests {
             let mut train = 0.0;
             for index in 0..40 {
                 let class = rotation.class(index);
-                let found = split(splits, root.child("split"), class, rotation.rank(class, index));
+                let (found, _) = split(splits, root.child("split"), class, rotation.rank(class, index));
                 train += f64::from(found == Split::Train);
             }
             square += (train - 32.0) * (train - 32.0) / SEEDS as f64;
