@@ -57,7 +57,7 @@ fn rows_that_are_used_again_stay_as_they_are() {
         let (sensor, specimen) = set_up(&scene);
         let mut band = Band::default();
         let mut start = rng.random_range(0..profiles / 2);
-        for _ in 0..8 {
+        for _ in 0..6 {
             let range: Range<usize> = start..(start + rng.random_range(1..40)).min(profiles);
             band = sensor.band(&specimen, range.clone(), band);
             let anew = sensor.band(&specimen, range.clone(), Band::default());

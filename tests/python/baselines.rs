@@ -76,7 +76,7 @@ fn wood_is_told_and_shuffled_labels_teach_nothing() {
 /// should be: 90 %.
 #[test]
 fn tablets_are_told_and_shuffled_labels_teach_nothing() {
-    let place = fresh(PACKS, 24);
+    let place = fresh(PACKS, 16);
     holds(&check(&place, "blister_pockets.onnx"), 0.98);
     holds(&check(&place, "blister_presence.onnx"), 0.9);
     untaught(&check(&place, "blister_shuffled.onnx"), SPREAD_OF_PRESENCE);
@@ -85,7 +85,7 @@ fn tablets_are_told_and_shuffled_labels_teach_nothing() {
 /// Empty pockets among all kinds of defects, as often as packs of blister-small have them: 98 %.
 #[test]
 fn empty_pockets_are_told_from_all_defects() {
-    holds(&check(&fresh(SMALL_PACKS, 24), "blister_presence.onnx"), 0.98);
+    holds(&check(&fresh(SMALL_PACKS, 16), "blister_presence.onnx"), 0.98);
 }
 
 /// A program of python/ with options of the interpreter before it and arguments, divided by blanks, behind it.

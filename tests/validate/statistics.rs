@@ -49,10 +49,10 @@ fn otherwise(faults: &[Finding]) -> Vec<&str> {
 
 #[test]
 fn no_recipe_alarms() {
-    // 20 000 draws of each built-in recipe; a false alarm of any comes once in 10^5 programs.
+    // 8000 draws of each built-in recipe; a false alarm of any comes once in 10^5 programs.
     for name in Recipe::embedded().map(|recipe| recipe.name) {
         let recipe = Recipe::load(name).expect("built in");
-        let samples = 20_000;
+        let samples = 8000;
         let (found, faults) = statistics(&declared(&recipe, 0), rows(&recipe, 0, samples).into_iter(), samples);
         assert!(faults.is_empty(), "{name}: {faults:?}");
         assert_eq!((found.samples, found.alpha), (samples, ALPHA));
