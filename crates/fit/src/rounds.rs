@@ -132,7 +132,8 @@ pub fn fit(
     };
     let scores = (0..first as u64).map(prior).collect();
     fitter.simulate(0, scores, watch)?;
-    fitter.check_common(real)?;
+    // What calls for another recipe leaves nothing that another fit would trip over.
+    fitter.check_common(real).inspect_err(|_| fitter.store.remove())?;
     let mut region = ScoreRegion::prior(keys.len());
     let (mut done, mut longest) = (1, begin.elapsed());
     for round in 1..options.rounds {

@@ -96,6 +96,11 @@ impl ScanStore {
         None
     }
 
+    /// Removes the file, whose scans are of use to nobody. Where that is refused, the next fit says what to do.
+    pub fn remove(&self) {
+        let _ = std::fs::remove_file(&self.path);
+    }
+
     /// Keeps scans.
     ///
     /// # Errors
