@@ -101,7 +101,7 @@ fn brighter(pockets: &[Seen]) -> [f64; 2] {
 #[test]
 fn what_tablets_add_to_scatter_fades_as_the_film_turns_opaque() {
     let films = [(12.0, 0.25), (40.0, 0.25), (100.0, 0.25), (200.0, 0.25), (200.0, 0.9)];
-    let added = films.map(|(sigma, thickness)| brighter(&pockets(16, sigma, thickness)));
+    let added = films.map(|(sigma, thickness)| brighter(&pockets(24, sigma, thickness)));
     println!("filled less empty [DN]: {added:.2?}");
     for pair in added.windows(2) {
         let [[before, error], [after, other]] = [pair[0], pair[1]];
