@@ -28,7 +28,7 @@ const WRITTEN_BYTES: u64 = 10;
 /// Bytes of a column of the rows that a thread holds about its band: 98 of 284 bytes on `wood.yaml`; other recipes' peaks were measured as a whole.
 const BAND_BYTES: u64 = 28_000;
 /// What a run takes whatever its recipe and threads: tables of light, patterns of speckle, open tables, and what the allocator keeps. Four hundred samples of
-/// `wood-small.yaml` took 196 MB, packs of `blister-train.yaml` 162 [bytes].
+/// `wood-small.yaml` took 196 MB, packs of `blister-train.yaml` 162. **Not counted**: what many samples add, 285 MB at 2000 of `wood-small.yaml` [bytes].
 const BASE_BYTES: u64 = 256 << 20;
 
 /// Memory that a run takes at most, and what the machine has.
