@@ -1,15 +1,21 @@
-//! Purpose: validation takes as much memory for many samples, and for many in one shard, as for a few.
+//! Purpose: making a dataset and validating it take as much memory for many samples, and for many in one shard, as for a few,
+//! and making it no more than is said before.
 
+use std::ffi::OsStr;
 use std::path::Path;
 use std::process::Command;
 
 use bench::settings::{Output, SensorStack, Size};
 use dataset::validate::{ValidationOptions, validate};
 use dataset::{Dataset, ShardWriter};
+use recipe::Recipe;
+use sheetlight::generate::{DatasetRequest, MemoryEstimate, generate};
 use test_support::records::{self, head, output};
 
-/// Names the folder that [`validates`] is to read in a process of its own.
+/// Names the folder that [`validates`] is to read in a process of its own, and [`generates`] to fill.
 const FOLDER: &str = "SHEETLIGHT_TEST_FOLDER";
+/// Says how many samples [`generates`] is to make, in shards of how many, at what smallest f-number.
+const SAMPLES: &str = "SHEETLIGHT_TEST_SAMPLES";
 /// Large enough that a sample weighs more than what else varies: about 15 MB of decoded maps.
 const LARGE: Size = Size { columns: 640, rows: 20, profiles: 512 };
 
@@ -27,37 +33,95 @@ fn write(path: &Path, samples: u64) {
     folder.complete().expect("the card is written");
 }
 
-/// Largest memory of a process of its own that validates the folder [MB].
-fn peak(folder: &Path) -> f64 {
+/// Largest memory of a process of its own that does what the test `name` does there, told by `variables` [MB].
+fn peak(name: &str, variables: &[(&str, &OsStr)]) -> f64 {
     let mut own = Command::new(std::env::current_exe().expect("this test"));
-    own.args(["--exact", "memory_is_flat", "--nocapture"]).env(FOLDER, folder);
+    own.args(["--exact", name, "--nocapture"]).envs(variables.iter().copied());
     let output = own.output().expect("it runs");
     let text = String::from_utf8_lossy(&output.stdout);
     let line = text.lines().find_map(|line| line.split("VmHWM:").nth(1)).unwrap_or_else(|| panic!("no peak in {text}"));
     line.trim().trim_end_matches("kB").trim().parse::<f64>().expect("a number") / 1000.0
 }
 
-/// What the process of its own does.
-fn validates(folder: &Path) {
+/// Does it on two threads and says what it took.
+fn tell_peak(work: impl FnOnce() + Send) {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().expect("a pool");
-    let report = pool.install(|| validate(folder, &ValidationOptions::default()));
-    // Synthetic records look more alike than scans do; what counts is that all of them were decoded.
-    assert!(report.samples >= 6 && report.images == 14 * report.samples, "{report}");
+    pool.install(work);
     let status = std::fs::read_to_string("/proc/self/status").expect("Linux");
     println!("{}", status.lines().find(|line| line.starts_with("VmHWM:")).expect("a peak"));
 }
 
+/// What the process of its own does.
+fn validates(folder: &Path) {
+    tell_peak(|| {
+        let report = validate(folder, &ValidationOptions::default());
+        // Synthetic records look more alike than scans do; what counts is that all of them were decoded.
+        assert!(report.samples >= 6 && report.images == 14 * report.samples, "{report}");
+    });
+}
+
 #[test]
-fn memory_is_flat() {
+fn memory_of_validation_is_flat() {
     if let Some(folder) = std::env::var_os(FOLDER) {
         return validates(Path::new(&folder));
     }
     let peaks = [6, 36].map(|samples| {
         let place = tempfile::tempdir().expect("a folder");
         write(place.path(), samples);
-        peak(place.path())
+        peak("memory_of_validation_is_flat", &[(FOLDER, place.path().as_os_str())])
     });
     // 30 samples more would be 450 MB decoded and 60 MB as files. What may grow is what the allocator leaves unused.
     println!("peak of 6 and of 36 samples: {peaks:?} MB");
     assert!(peaks[1] < peaks[0] + 30.0, "{peaks:?} MB");
+}
+
+/// Small scans of a small board, whose f-number may be drawn.
+fn small_recipe(f_number: f64) -> Recipe {
+    let mut text = include_str!("../recipes/wood-small.yaml").to_string();
+    let drawn = format!("f_number: {{uniform: [{f_number}, 2.8]}}");
+    let changes = [("columns: 256 ", "columns: 64 "), ("profiles: 256 ", "profiles: 16 "), ("f_number: 2.8", &drawn)];
+    for (from, to) in changes {
+        assert!(text.contains(from), "no {from}");
+        text = text.replacen(from, to, 1);
+    }
+    Recipe::parse("small.yaml", &text).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// What the process of its own does.
+fn generates(folder: &Path, asked: &str) {
+    let asked: Vec<f64> = asked.split(' ').map(|number| number.parse().expect("a number")).collect();
+    let [samples, per_shard, f_number] = asked[..] else { panic!("{asked:?}") };
+    let recipe = small_recipe(f_number);
+    let request = DatasetRequest {
+        samples: samples as u64,
+        seed: 5,
+        out: folder.into(),
+        part: (0, 1),
+        samples_per_shard: Some(per_shard as u64),
+    };
+    tell_peak(|| {
+        let made = generate(&recipe, &request, Vec::new(), &|_| ()).expect("it is made");
+        assert_eq!(made.samples, request.samples);
+    });
+}
+
+/// In many shards and in one; with patterns of speckle that hardly two samples share, and of all finenesses.
+#[test]
+fn memory_of_generation_is_flat_and_said_before() {
+    const NAME: &str = "memory_of_generation_is_flat_and_said_before";
+    if let (Some(folder), Ok(asked)) = (std::env::var_os(FOLDER), std::env::var(SAMPLES)) {
+        return generates(Path::new(&folder), &asked);
+    }
+    for (numbers, per_shard, f_number, more) in [([300, 1200], 10, 2.5, 25.0), ([40, 120], 120, 1.0, 80.0)] {
+        let peaks = numbers.map(|samples| {
+            let place = tempfile::tempdir().expect("a folder");
+            let asked = format!("{samples} {per_shard} {f_number}");
+            peak(NAME, &[(FOLDER, place.path().as_os_str()), (SAMPLES, asked.as_ref())])
+        });
+        let said = MemoryEstimate::of_dataset(&small_recipe(f_number), 2).needed as f64 / 1e6;
+        println!("{per_shard} samples a shard: peak of {numbers:?} samples {peaks:?} MB, said {said} MB");
+        // 900 samples more weigh 25 MB as files, and 80 stacks of patterns 3 GB. What may grow is what of allocated memory has not
+        // been used before.
+        assert!(peaks[1] < peaks[0] + more && peaks[1] < said && said < 2.5 * peaks[1], "{peaks:?} MB, said {said}");
+    }
 }

@@ -58,7 +58,9 @@ pub(crate) use reader::to_document;
 pub use reader::{Dataset, DatasetSums, ExrMaps, FinishedTables};
 pub use sample_rows::row_batch;
 pub(crate) use sample_rows::{frame_numbers, image_path};
-pub use shard_size::{DOCUMENTS_BYTES, ROW_BYTES, TABLES_BYTES, estimated_bytes_per_sample, samples_per_shard};
+pub use shard_size::{
+    DOCUMENTS_BYTES, ROW_BYTES, TABLES_BYTES, estimated_bytes_per_sample, open_tables_bytes, samples_per_shard,
+};
 pub use shard_writer::{Claim, ShardWriter};
 pub(crate) use table_bounds::{TableBounds, check_lengths};
 pub use table_reader::{JsonRow, ObjectRow, RowBatch, RowQuery, Rows, StoredImage, Table};

@@ -1,6 +1,7 @@
 //! Shard size: how large a sample will be on disk, and how many of them make a shard.
 
-use bench::settings::{Channel, Output, Size};
+use super::table_writer::ROW_GROUP_BYTES;
+use bench::settings::{Channel, Output, SensorStack, Size, Splits};
 
 /// Largest shard that is aimed at [bytes]: it fits a download and a restart.
 const TARGET_SHARD_BYTES: u64 = 500_000_000;
@@ -10,6 +11,9 @@ const MAX_SAMPLES_PER_SHARD: u64 = 1000;
 pub const ROW_BYTES: u64 = 16_000;
 /// What schemas and footers of a shard's tables, and its manifest, take, on the large side [bytes].
 pub const TABLES_BYTES: u64 = 300_000;
+
+/// What an open table takes besides its rows: encoders and decoders of 320 columns, a hundred kilobytes each [bytes].
+const OPEN_TABLE_BYTES: u64 = 32_000_000;
 
 /// What a dataset's own documents take, on the large side: `dataset.json`, `croissant.json`, the card [bytes].
 pub const DOCUMENTS_BYTES: u64 = 320_000;
@@ -51,8 +55,29 @@ pub fn estimated_bytes_per_sample(output: &Output, size: &Size) -> u64 {
     let truth = if output.truth_maps && !output.exr.is_empty() { TRUTH_BYTES } else { 0.0 };
     let more = f64::from(output.bits.saturating_sub(8)) * BIT_BYTES;
     let images = (cols * rows) as f64 * (png + exr + truth + 3.0 * more);
-    let stack = (output.frames(size) * size.columns * size.rows) as f64 * (FRAME_BYTES + more);
-    ROW_BYTES + (images + stack).ceil() as u64
+    ROW_BYTES + (images + frame_bytes(output, size)).ceil() as u64
+}
+
+/// Bytes of the sensor frames of a sample.
+fn frame_bytes(output: &Output, size: &Size) -> f64 {
+    let more = f64::from(output.bits.saturating_sub(8)) * BIT_BYTES;
+    (output.frames(size) * size.columns * size.rows) as f64 * (FRAME_BYTES + more)
+}
+
+/// What the tables of a shard of `samples` samples take while they are open [bytes]: each holds the rows of a group, or all that
+/// it has.
+pub fn open_tables_bytes(output: &Output, size: &Size, splits: &Splits, samples: u64) -> u64 {
+    let frames = frame_bytes(output, size);
+    let in_tables = Output { exr: Vec::new(), sensor_stack: SensorStack::None, ..output.clone() };
+    let row = estimated_bytes_per_sample(&in_tables, size) as f64;
+    let group = |share: f64, bytes: f64| match share * bytes {
+        0.0 => 0,
+        _ => OPEN_TABLE_BYTES + (share * bytes * samples as f64).min(ROW_GROUP_BYTES as f64).ceil() as u64,
+    };
+    let mut rows = [splits.train, splits.validation, splits.test].map(|share| group(share, row));
+    rows.sort_unstable_by(|a, b| b.cmp(a));
+    // A table is begun with its first sample.
+    rows.iter().take(samples as usize).sum::<u64>() + group(1.0, frames)
 }
 
 /// Samples in a shard: what the recipe asks for, else as many as stay under about 500 MB, at most 1000, at least 1.

@@ -21,4 +21,4 @@ mod transform_lanes;
 
 pub(crate) use self::anchored::{AnchoredSpeckle, SpeckleConditions};
 pub use self::pupil::{Pupil, TILE};
-pub use self::stack::{PatternCache, PatternStack};
+pub use self::stack::{MAX_CACHED_BYTES, PatternCache, PatternStack, bytes_of_stack};

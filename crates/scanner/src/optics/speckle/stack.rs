@@ -27,8 +27,8 @@ const MAX_FINE_ROWS: usize = 24;
 /// Rows after which a pattern repeats, at another place of it: more than a window has, for a transform that is a small scan's largest
 /// cost [px].
 const PATTERN_ROWS: usize = TILE / 2;
-/// Most stacks in the cache, the latest used first.
-const MAX_CACHED_STACKS: usize = 8;
+/// Most that the stacks in a cache take, the latest used first; the latest alone may take more [bytes].
+pub const MAX_CACHED_BYTES: usize = 100 << 20;
 /// Numbers of independent looks that can be averaged: a pattern and its mirror images.
 const LOOK_COUNTS: [usize; 3] = [4, 2, 1];
 
@@ -54,7 +54,7 @@ pub struct PatternCache {
     stream: Stream,
     /// Pairs of unlike patterns in its stacks, after which they begin again.
     unlike_pairs: usize,
-    /// Most stacks that are kept.
+    /// Most that the stacks take that are kept beside the latest [bytes].
     most: usize,
     kept: Mutex<Vec<(PatternKey, Arc<PatternStack>)>>,
 }
@@ -62,18 +62,18 @@ pub struct PatternCache {
 impl PatternCache {
     /// An empty cache.
     pub fn new(seed: u64) -> Self {
-        Self::of_pairs(seed, STACK_PATTERNS / 2, MAX_CACHED_STACKS)
+        Self::of_pairs(seed, STACK_PATTERNS / 2, MAX_CACHED_BYTES)
     }
 
     /// An empty cache whose stacks repeat one pair of patterns: each is the speckle that it is in [`Self::new`], but changes
     /// with the height only between two patterns. For a look at few profiles, at one transform in place of sixteen.
     pub fn repeating(seed: u64) -> Self {
-        Self::of_pairs(seed, 1, MAX_CACHED_STACKS)
+        Self::of_pairs(seed, 1, MAX_CACHED_BYTES)
     }
 
     /// An empty cache that keeps the stack used last alone, for where there are many caches.
     pub fn keeping_one(seed: u64) -> Self {
-        Self::of_pairs(seed, STACK_PATTERNS / 2, 1)
+        Self::of_pairs(seed, STACK_PATTERNS / 2, 0)
     }
 
     fn of_pairs(seed: u64, unlike_pairs: usize, most: usize) -> Self {
@@ -83,8 +83,8 @@ impl PatternCache {
     /// The stack for speckle of `grain` pixels; `patterns` are the numbers of independent ones in light from the
     /// surface and from below.
     pub fn get(&self, grain: f64, law: SpeckleLaw, patterns: [f64; 2]) -> Arc<PatternStack> {
-        let step = (libm::log(grain) / libm::log(GRAIN_STEP)).round() as i32;
-        let looks = patterns.map(|n| LOOK_COUNTS.into_iter().find(|looks| *looks as f64 <= n).unwrap_or(1));
+        let step = grain_step(grain);
+        let looks = patterns.map(looks_in);
         let light = SingleKey { grain: step, law };
         let key = PatternKey { light, looks };
         let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
@@ -101,9 +101,40 @@ impl PatternCache {
             }
         };
         kept.insert(0, (key, stack.clone()));
-        kept.truncate(self.most);
+        let mut bytes = 0;
+        let fitting = kept.iter().take_while(|(_, stack)| {
+            bytes += stack_bytes(stack.single.fine, stack.looks);
+            bytes <= self.most
+        });
+        let fitting = fitting.count().max(1);
+        kept.truncate(fitting);
         stack
     }
+}
+
+/// What a stack takes when all of its patterns are made, for speckle of `grain` pixels and so many independent patterns in light
+/// from the surface and from below [bytes].
+pub fn bytes_of_stack(grain: f64, patterns: [f64; 2]) -> usize {
+    stack_bytes(fine_rows(GRAIN_STEP.powi(grain_step(grain))), patterns.map(looks_in))
+}
+
+fn stack_bytes(fine: usize, looks: [usize; 2]) -> usize {
+    // Those of one look, of light from below, and of light from the surface where these are not the first.
+    let lights = if looks[0] == 1 { 2 } else { 3 };
+    lights * STACK_PATTERNS * (fine * PATTERN_ROWS + 1) * TILE * size_of::<f32>()
+}
+
+fn grain_step(grain: f64) -> i32 {
+    (libm::log(grain) / libm::log(GRAIN_STEP)).round() as i32
+}
+
+/// Fine rows of a pixel: two samples a grain hold the intensity (Nyquist).
+fn fine_rows(grain: f64) -> usize {
+    ((2.0 / grain).ceil() as usize).clamp(MIN_FINE_ROWS, MAX_FINE_ROWS)
+}
+
+fn looks_in(patterns: f64) -> usize {
+    LOOK_COUNTS.into_iter().find(|looks| *looks as f64 <= patterns).unwrap_or(1)
 }
 
 /// Patterns that boil into each other, made when they are first used.
@@ -139,8 +170,7 @@ struct SinglePatterns {
 
 impl SinglePatterns {
     fn new(grain: f64, law: SpeckleLaw, unlike_pairs: usize, stream: Stream) -> Self {
-        // Two samples a grain hold the intensity (Nyquist).
-        let fine = ((2.0 / grain).ceil() as usize).clamp(MIN_FINE_ROWS, MAX_FINE_ROWS);
+        let fine = fine_rows(grain);
         let grain = grain.max(2.0 / fine as f64);
         let rows = fine * PATTERN_ROWS;
         let pupil = Pupil::new([TILE * fine, rows], grain * fine as f64, stream);
@@ -261,10 +291,27 @@ mod tests {
         let others = tiles.get(0.335, SpeckleLaw::Exponential, [2.0, 1.0]);
         assert!(Arc::ptr_eq(&first.single, &others.single), "looks of the same light share its patterns");
         let row = *first.row(3, 17)[0];
-        for i in 0..2 * MAX_CACHED_STACKS {
-            get(0.5 + 0.1 * i as f64);
+        // Stacks of the finest patterns are four times as large as those of the coarsest: two and eight of them fit.
+        for (grains, fitting) in [([0.5, 2.0], 8), ([0.03, 0.08], 2)] {
+            for i in 0..20 {
+                let grain = grains[0] + (grains[1] - grains[0]) * f64::from(i) / 20.0;
+                get(grain);
+            }
+            let stack = get(grains[0]);
+            (0..STACK_PATTERNS as i64).for_each(|pattern| _ = stack.row(pattern, 0));
+            let lights = stack.pairs.iter().filter_map(OnceLock::get).flatten();
+            let lights = lights.flat_map(|pattern| [&pattern.surface, &pattern.volume]);
+            let made: usize = lights.map(|light| size_of_val(&light[..])).sum();
+            assert_eq!(made, bytes_of_stack(grains[0], [1.0, 9.0]), "{} px", grains[0]);
+            let kept = tiles.kept.lock().expect("no other thread has it");
+            let bytes: usize = kept.iter().map(|(_, stack)| stack_bytes(stack.fine(), stack.looks())).sum();
+            assert!(kept.len() == fitting && bytes <= MAX_CACHED_BYTES, "{} stacks, {bytes} bytes", kept.len());
         }
-        assert!(tiles.kept.lock().is_ok_and(|kept| kept.len() == MAX_CACHED_STACKS));
+        let one = PatternCache::keeping_one(7);
+        for grain in [0.4, 0.5, 0.6] {
+            one.get(grain, SpeckleLaw::Exponential, [1.0, 1.0]);
+        }
+        assert!(one.kept.lock().is_ok_and(|kept| kept.len() == 1));
         assert!(!Arc::ptr_eq(&first, &get(0.335)));
         assert_eq!(&row, get(0.335).row(3, 17)[0]);
     }
