@@ -3,6 +3,9 @@
 //!
 //! Errors are stated with each function and tested against `f64`.
 
+/// Step of uniform numbers.
+const UNIT: f32 = 1.0 / 16_777_216.0;
+
 /// exp(x); relative error under 4e-7 + 1e-7 |x| for x in [-87, 87], clamped beyond.
 #[inline(always)]
 pub fn exp(x: f32) -> f32 {
@@ -79,12 +82,17 @@ pub fn hash(x: u32) -> u32 {
 /// Two independent standard normals for a counter under two keys (Box and Muller 1958); |n| < 5.9.
 #[inline(always)]
 pub fn normals(counter: u32, keys: [u32; 2]) -> (f32, f32) {
-    const UNIT: f32 = 1.0 / 16_777_216.0;
-    let u = ((hash(counter ^ keys[0]) >> 8) as i32 as f32 + 0.5) * UNIT;
+    let u = radius_uniform(counter, keys);
     let v = (hash(counter.wrapping_add(keys[1])) >> 8) as i32 as f32 * UNIT;
     let radius = (-2.0 * ln(u)).max(0.0).sqrt();
     let (cos, sin) = cos_sin_turns(v);
     (radius * cos, radius * sin)
+}
+
+/// The uniform number u from which [`normals`] have their common radius, sqrt(-2 ln u); in (0, 1].
+#[inline(always)]
+pub fn radius_uniform(counter: u32, keys: [u32; 2]) -> f32 {
+    ((hash(counter ^ keys[0]) >> 8) as i32 as f32 + 0.5) * UNIT
 }
 
 #[cfg(test)]

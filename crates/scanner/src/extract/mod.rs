@@ -46,65 +46,41 @@ pub(crate) fn reach(settings: &Extraction) -> usize {
     position.max(margin(settings))
 }
 
-/// What the peaks of some columns tell of rows that were not read.
+/// What the peaks of a block of columns tell of rows that were not read.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PeakSummary {
+pub(crate) struct PeakLevels {
     /// Whether a peak lies nearer to an end of its window than a measurement looks.
     pub at_an_end: bool,
-    /// Level of the faintest peak [DN]; the greatest number where there is none.
-    pub faintest: u16,
-    /// Whether some column has no peak.
-    pub some_missing: bool,
-}
-
-impl PeakSummary {
-    /// Of no columns.
-    const NONE: Self = Self { at_an_end: false, faintest: u16::MAX, some_missing: false };
-
-    fn and(self, other: Self) -> Self {
-        Self {
-            at_an_end: self.at_an_end || other.at_an_end,
-            faintest: self.faintest.min(other.faintest),
-            some_missing: self.some_missing || other.some_missing,
-        }
-    }
-
-    /// Whether the columns would be read as they were if there were further rows, with numbers up to `greatest` [DN].
-    pub(crate) fn outshine(&self, greatest: f32, settings: &Extraction) -> bool {
-        let no_other_peak = settings.threshold_dn > f64::from(greatest);
-        !self.at_an_end
-            && (no_other_peak
-                || (!self.some_missing
-                    && settings.peak == PeakChoice::Strongest
-                    && f32::from(self.faintest) > greatest))
-    }
+    /// Level that a pixel in further rows would have to reach for its column to be read otherwise; infinite where there is no column [DN].
+    pub to_outshine: [f32; LANES],
 }
 
 /// Reads every column of the windows in `frames`; the second has no rows where one is enough.
 ///
 /// Rectified scans are read as uncalibrated ones first: `rectify` needs a whole profile.
-pub fn extract(
-    frames: &[Frame; 2],
-    calibration: &Calibration,
-    settings: &Extraction,
-    out: &mut MeasuredProfile<'_>,
-) -> PeakSummary {
+pub fn extract(frames: &[Frame; 2], calibration: &Calibration, settings: &Extraction, out: &mut MeasuredProfile<'_>) {
     if frames[1].rows == 0 {
         return read_window(&frames[0], calibration, settings, out);
     }
     let dark = calibration.dark_level.round() as u16;
-    read_window(&peak::merge_windows(frames, dark, settings), calibration, settings, out)
+    read_window(&peak::merge_windows(frames, dark, settings), calibration, settings, out);
 }
 
 /// Reads every column of one window.
-fn read_window(
+fn read_window(frame: &Frame, calibration: &Calibration, settings: &Extraction, out: &mut MeasuredProfile<'_>) {
+    for start in (0..frame.cols).step_by(LANES) {
+        read_columns(frame, start..(start + LANES).min(frame.cols), calibration, settings, out);
+    }
+}
+
+/// Reads the columns of one tile's window, and tells their peaks.
+pub(crate) fn extract_tile(
     frame: &Frame,
     calibration: &Calibration,
     settings: &Extraction,
     out: &mut MeasuredProfile<'_>,
-) -> PeakSummary {
-    let blocks = (0..frame.cols).step_by(LANES).map(|start| start..(start + LANES).min(frame.cols));
-    blocks.fold(PeakSummary::NONE, |all, columns| all.and(read_columns(frame, columns, calibration, settings, out)))
+) -> PeakLevels {
+    read_columns(frame, 0..frame.cols, calibration, settings, out)
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
@@ -114,7 +90,7 @@ fn read_columns(
     calibration: &Calibration,
     settings: &Extraction,
     out: &mut MeasuredProfile<'_>,
-) -> PeakSummary {
+) -> PeakLevels {
     let n = columns.len();
     let dark = calibration.dark_level;
     let (best, at) = peak::peaks(frame, &columns, settings);
@@ -126,7 +102,8 @@ fn read_columns(
         }
     };
     let (margin, reach) = (margin(settings) as i32, reach(settings) as i32);
-    let mut summary = PeakSummary::NONE;
+    let mut peaks = PeakLevels { at_an_end: false, to_outshine: [f32::INFINITY; LANES] };
+    let strongest = settings.peak == PeakChoice::Strongest;
     let steps = settings.subpixel_steps as f32;
     let dark_sum = scatter_dark(settings, dark);
     let range = &mut out.range[columns.clone()];
@@ -134,9 +111,8 @@ fn read_columns(
         let peak = i32::from(at[c]);
         let row = frame.first_row[columns.start + c] + peak;
         let bright = f64::from(best[c]) >= settings.threshold_dn;
-        summary.at_an_end |= bright && (peak < reach || peak + reach >= frame.rows as i32);
-        summary.faintest = summary.faintest.min(if bright { best[c] } else { u16::MAX });
-        summary.some_missing |= !bright;
+        peaks.at_an_end |= bright && (peak < reach || peak + reach >= frame.rows as i32);
+        peaks.to_outshine[c] = if bright && strongest { f32::from(best[c]) } else { settings.threshold_dn as f32 };
         let found = bright
             && peak >= margin
             && peak + margin < frame.rows as i32
@@ -155,5 +131,5 @@ fn read_columns(
     if settings.range == RangeForm::Calibrated {
         calibration.locator.heights(frame.first_col + columns.start, range);
     }
-    summary
+    peaks
 }

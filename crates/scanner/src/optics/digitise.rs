@@ -7,17 +7,22 @@
 use multiversion::multiversion;
 
 use super::coherence::{CONTRAST_COLUMNS, CONTRAST_ROWS, RowContrasts};
-use super::fixed_pattern::{CodeSteps, PixelCodes, UNIFORM_CODES, WindowRuns};
+use super::fixed_pattern::{CodeSteps, FixedPattern, PixelCodes, UNIFORM_CODES, WindowRuns};
 use super::signal_chain::SignalChain;
 use super::speckle::{AnchoredSpeckle, TILE};
 use super::window::{CENTRE, ROWS, Window, WindowSignal};
 use crate::frame::Frame;
-use numerics::lanes::normals;
+use numerics::lanes::{exp, normals, radius_uniform};
 
 /// Largest number of columns of a sensor, for counters of noise.
 const MAX_COLUMNS: u32 = 1 << 14;
 /// Names of the noise of the first and of the second window.
 const NOISE_STREAMS: [&str; 2] = ["pixels", "pixels_beside"];
+
+/// By how much a bound on a digital number is raised for what rounding of floats may take from it [DN].
+const ROUNDING_DN: f32 = 0.01;
+/// The same for hashes that make rare normals, as a factor [1].
+const ROUNDING_OF_RARE: f32 = 1.001;
 
 /// No light.
 const DARK: [f32; TILE] = [0.0; TILE];
@@ -146,6 +151,95 @@ impl Digitiser<'_> {
             }
         }
     }
+
+    /// Whether a pixel of the first window's rows that are not drawn can come to the digital number `level` of its column, where no more
+    /// than `light` falls on it [e-]: by the noise, the row and the pixel that it has.
+    ///
+    /// Of two uniform numbers that make two pixels' normals (Box and Muller), the first says how far off they can be. It is drawn for all
+    /// of these pixels, and the few that may be far enough are looked at one by one.
+    pub(crate) fn reaches_beyond(
+        &self,
+        exposure: &TileExposure<'_>,
+        window: &Window,
+        light: &[f32; TILE],
+        level: &[f32; TILE],
+    ) -> bool {
+        let chain = self.chain;
+        let keys = chain.keys(NOISE_STREAMS[0], exposure.profile);
+        let rows = exposure.offsets.iter().fold(f32::NEG_INFINITY, |most, offset| most.max(*offset));
+        let pixels = chain.pixels.as_ref().map_or(0.0, FixedPattern::greatest_offset);
+        let Some(bounds) = NoiseBounds::new(chain, light, level, rows + pixels) else { return true };
+        let before = 0..window.drawn.start / 2;
+        let behind = window.drawn.end.div_ceil(2)..ROWS / 2;
+        before.chain(behind).any(|pair| {
+            let noise = PairNoise { counter: pair as u32 * MAX_COLUMNS + (exposure.tile * TILE) as u32, keys };
+            bounds.may_reach(noise)
+                && bounds.reaches(noise, |row, c| {
+                    let row = window.first_row[c] + (2 * pair + row) as i32;
+                    let own = exposure.offsets[row.clamp(0, exposure.offsets.len() as i32 - 1) as usize];
+                    own + chain
+                        .pixels
+                        .as_ref()
+                        .map_or(0.0, |pixels| pixels.at(row.max(0) as usize, exposure.tile * TILE + c).1)
+                })
+        })
+    }
+}
+
+/// How far noise may be off before a pixel comes to a level.
+struct NoiseBounds {
+    /// What is left to the level without noise and offsets [DN].
+    left: [f32; TILE],
+    /// Standard deviation of the noise [DN].
+    sigma: [f32; TILE],
+    /// Uniform numbers above this make normals that are near enough to 0 [1].
+    rare: [f32; TILE],
+}
+
+impl NoiseBounds {
+    /// For pixels with so much light and offsets up to `offset`; `None` where some need no noise.
+    fn new(chain: &SignalChain, light: &[f32; TILE], level: &[f32; TILE], offset: f32) -> Option<Self> {
+        let mut bounds = Self { left: [0.0; TILE], sigma: [0.0; TILE], rare: [0.0; TILE] };
+        let mut all = true;
+        for c in 0..TILE {
+            let (most, sigma) = chain.greatest_level(light[c]);
+            // Numbers are rounded to the nearest.
+            let left = level[c] - 0.5 - ROUNDING_DN - most;
+            (bounds.left[c], bounds.sigma[c]) = (left, sigma);
+            let far = (left - offset) / sigma;
+            all &= far > 0.0;
+            bounds.rare[c] = ROUNDING_OF_RARE * exp((-0.5 * far * far).max(-80.0));
+        }
+        all.then_some(bounds)
+    }
+
+    /// Whether some normals of two rows may be far enough off.
+    fn may_reach(&self, noise: PairNoise) -> bool {
+        rare_among(noise.counter, noise.keys, &self.rare)
+    }
+
+    /// Whether a pixel of two rows comes to the level, with the offsets [DN] that it has by row and column.
+    fn reaches(&self, noise: PairNoise, offset: impl Fn(usize, usize) -> f32) -> bool {
+        (0..TILE).any(|c| {
+            let (first, second) = normals(noise.counter + c as u32, noise.keys);
+            let farthest = first.max(second) * self.sigma[c];
+            farthest > 0.0
+                && [first, second]
+                    .into_iter()
+                    .enumerate()
+                    .any(|(row, normal)| normal.max(0.0) * self.sigma[c] + offset(row, c) >= self.left[c])
+        })
+    }
+}
+
+/// Whether one of the uniform numbers that normals are made from is not above that of its column.
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
+fn rare_among(counter: u32, keys: [u32; 2], rare: &[f32; TILE]) -> bool {
+    let mut found = 0u32;
+    for c in 0..TILE {
+        found |= u32::from(radius_uniform(counter + c as u32, keys) <= rare[c]);
+    }
+    found != 0
 }
 
 /// Factor on the pattern of light from below in a window row, a column: `grain` times what paths leave of it there.

@@ -8,12 +8,13 @@ use super::interreflections::Exchange;
 use super::line_image::{LineShape, draw, surface_line};
 use super::motion_blur::{self, MotionBlur};
 use super::row::{Row, WindowNeed};
+use super::rows_left_out::{light_beyond, mix_bounds};
 use super::second_line::LitProfile;
 use super::sensor::Sensor;
 use super::speckle::TILE;
 use super::window::{CENTRE, ExposureKey, ROWS, Scratch, load};
 use super::{ambient, compositing, mixed_columns, streak};
-use crate::extract::{MeasuredProfile, extract, reach};
+use crate::extract::{MeasuredProfile, extract, extract_tile, reach};
 use crate::frame::{Calibration, Frame};
 use crate::specimen::Hit;
 use bench::settings::Extraction;
@@ -51,38 +52,37 @@ impl Sensor {
         (scratch, frames): (&mut Scratch, &mut [Frame; 2]),
         out: &mut MeasuredProfile<'_>,
     ) {
-        let left_out = self.expose_to_read(part, settings, scratch, frames);
-        let peaks = extract(frames, calibration, settings, out);
-        if left_out.is_some_and(|greatest| !peaks.outshine(greatest, settings)) {
+        let Some(light) = self.expose_to_read(part, settings, scratch, frames) else {
+            return extract(frames, calibration, settings, out);
+        };
+        let peaks = extract_tile(&frames[0], calibration, settings, out);
+        let (digitiser, exposure) = self.digitising(part, scratch.columns);
+        if peaks.at_an_end || digitiser.reaches_beyond(&exposure, &scratch.windows[0], &light, &peaks.to_outshine) {
             self.expose(part, scratch, frames);
             extract(frames, calibration, settings, out);
         }
     }
 
-    /// [`Self::expose`], but only the rows that `settings` read about the line, the same to the bit, where they tell what
-    /// the others can hold. Returns the digital number that no pixel of these exceeds, but for one in 10^12; `None` where all
-    /// rows are there.
+    /// [`Self::expose`], but only the rows that `settings` read about the line, the same to the bit, where it can be told what the
+    /// others hold. Returns the light that no pixel of these exceeds in each column, but for one in 10^12 [e-]; `None` where
+    /// all rows are there.
     pub fn expose_to_read(
         &self,
         part: &TileOfProfile<'_>,
         settings: &Extraction,
         scratch: &mut Scratch,
         frames: &mut [Frame; 2],
-    ) -> Option<f32> {
+    ) -> Option<[f32; TILE]> {
         let rows = reading_rows(settings);
         let beyond = (rows.len() < ROWS && self.is_line_alone(part)).then(|| self.light_beyond(part, &rows)).flatten();
-        let Some(beyond) = beyond else {
+        if beyond.is_none() {
             self.expose(part, scratch, frames);
             return None;
-        };
+        }
         still(self, part.band, part.profile, part.tile, rows, scratch);
         scratch.windows.iter_mut().for_each(|window| window.ambient.clear());
         self.digitise(part, scratch, frames);
-        let [surface, volume] = self.speckle.contrast();
-        // Light of short paths, as from knots, keeps more contrast than that of the wood that the patterns are made for.
-        let contrasts = part.band.row(part.profile).contrasts_of(part.tile);
-        let most = contrasts.as_flattened().iter().fold(1.0, |most: f32, contrast| most.max(*contrast));
-        Some(self.chain.greatest_dn(beyond * brightest_speckle(surface.max(most * volume))))
+        beyond
     }
 
     /// Whether a tile shows nothing but a line that is one Gaussian and what spreads from it, on pixels that don't depend on
@@ -100,43 +100,52 @@ impl Sensor {
             && !Exchange { geometry: &self.geometry, band, profile }.is_near(tile)
             && row.secondary.as_ref().is_none_or(|secondary| !secondary.pockets.reaches(&secondary.patches, tile))
             && row.secondary.as_ref().is_none_or(|secondary| secondary.needs[tile] == WindowNeed::Line)
-            && mixed_columns::of_tile(&row.mixed, tile).is_empty()
+            && mixed_columns::share_rows_or_none(&row.mixed, tile, load(&row.centre, tile * TILE))
             && streak::near_tile(&row.streaks, tile).is_empty()
     }
 
-    /// A bound on the light of the line in the rows of a tile's window that are not among `rows` [e-]; `None` where front faces
-    /// let some of it out.
-    fn light_beyond(&self, part: &TileOfProfile<'_>, rows: &Range<usize>) -> Option<f32> {
+    /// A bound on the light of the line in the rows of a tile's window that are not among `rows`, a column [e-]; `None` where front
+    /// faces let some of it out.
+    fn light_beyond(&self, part: &TileOfProfile<'_>, rows: &Range<usize>) -> Option<[f32; TILE]> {
         let TileOfProfile { band, profile, tile, .. } = *part;
+        let (start, own) = (tile * TILE, band.row(profile));
         let offsets = band.neighbours(profile, &self.geometry);
-        let mut exits = [0.0; BASIS];
+        let mut exits = [0.0f32; BASIS];
         for k in (0..rows.start).chain(rows.end..ROWS) {
             let row = band.neighbour(profile, offsets[k]);
-            if row.front_of(tile * TILE).is_some() {
+            if row.front_of(start).is_some() {
                 return None;
             }
-            row.extremes[tile].raise(&mut exits);
+            exits.iter_mut().zip(row.greatest_exits[tile]).for_each(|(most, exit)| *most = most.max(exit));
         }
-        // The line's centre lies up to a row behind the window's middle row.
-        let away = (CENTRE + 1 - rows.start).min(rows.end - CENTRE - 1);
-        Some(band.row(profile).extremes[tile].light_beyond(away as f32, &exits))
+        // Light of short paths, as from knots, keeps more contrast than that of the wood that the patterns are made for.
+        let contrasts = own.contrasts_of(tile).as_flattened();
+        let brightest = self.speckle.brightest(contrasts.iter().fold(1.0, |most: f32, contrast| most.max(*contrast)));
+        let mut light = light_beyond(own, start, rows, &exits, brightest);
+        mix_bounds(mixed_columns::of_tile(&own.mixed, tile), start, load(&own.centre, start), &mut light);
+        Some(light)
     }
 
     /// Makes numbers of the light in `scratch`.
     fn digitise(&self, part: &TileOfProfile<'_>, scratch: &mut Scratch, frames: &mut [Frame; 2]) {
-        let TileOfProfile { band, profile, tile, offsets } = *part;
-        let row = band.row(profile);
-        let hits = &row.hits[tile * TILE..][..scratch.columns];
-        let place = [hits[scratch.columns / 2].x, median_height(hits)].map(f64::from);
-        // Speckle moves as far as the object does here.
-        let way = self.position(profile) * self.turn.map_or(1.0, |turn| turn.share(place[0]));
-        let exposure = TileExposure { profile, tile, columns: scratch.columns, place, way, offsets };
-        let digitiser = Digitiser { chain: &self.chain, speckle: &self.speckle, contrasts: row.contrasts_of(tile) };
+        let (digitiser, exposure) = self.digitising(part, scratch.columns);
         frames[1].rows = 0;
         for number in 0..scratch.used {
             let window = &scratch.windows[number];
             digitiser.digitise(&exposure, number, window, &mut scratch.signal, &mut frames[number]);
         }
+    }
+
+    /// What digitises a tile, of which the sensor has so many columns.
+    fn digitising<'a>(&'a self, part: &TileOfProfile<'a>, columns: usize) -> (Digitiser<'a>, TileExposure<'a>) {
+        let TileOfProfile { band, profile, tile, offsets } = *part;
+        let row = band.row(profile);
+        let hits = &row.hits[tile * TILE..][..columns];
+        let place = [hits[columns / 2].x, median_height(hits)].map(f64::from);
+        // Speckle moves as far as the object does here.
+        let way = self.position(profile) * self.turn.map_or(1.0, |turn| turn.share(place[0]));
+        let exposure = TileExposure { profile, tile, columns, place, way, offsets };
+        (Digitiser { chain: &self.chain, speckle: &self.speckle, contrasts: row.contrasts_of(tile) }, exposure)
     }
 }
 
@@ -160,12 +169,6 @@ fn reading_rows(settings: &Extraction) -> Range<usize> {
     // Whole pairs of rows; the line's centre lies between two rows of the window.
     let (first, end) = (CENTRE.saturating_sub(reach), (CENTRE + 1 + reach + 1).min(ROWS));
     first / 2 * 2..end.next_multiple_of(2)
-}
-
-/// Factor on light that speckle of this contrast exceeds once in 10^12: a fully developed pattern, 27 above its mean of 1, of which paths
-/// or pixels leave that contrast. Means over pixels or looks have thinner tails.
-fn brightest_speckle(contrast: f32) -> f32 {
-    1.0 + 27.0 * contrast
 }
 
 /// Light of an object that stands still under the laser alone, in these rows of the first window.

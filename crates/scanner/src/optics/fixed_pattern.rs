@@ -173,6 +173,16 @@ impl FixedPattern {
         }
     }
 
+    /// The greatest response that a pixel can have [1].
+    pub fn greatest_response(&self) -> f32 {
+        1.0 + self.steps.0[0] * f32::from(i8::MAX)
+    }
+
+    /// The greatest offset that a pixel without defect can have [DN].
+    pub fn greatest_offset(&self) -> f32 {
+        self.steps.0[1] * f32::from(i8::MAX)
+    }
+
     /// Response [1] and offset [DN] of the pixel in a row and column of the sensor.
     pub fn at(&self, row: usize, column: usize) -> (f32, f32) {
         self.steps.decode(self.row(column / TILE, row as i32), column % TILE)

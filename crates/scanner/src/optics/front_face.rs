@@ -12,6 +12,8 @@
 //! surface behind it, a seventh within the first 0.3 mm of clear wood; light that enters less than 0.15 mm behind the edge and comes out deep; scattering that changes with depth; films, whose ends are lower
 //! than a row.
 
+use std::ops::Range;
+
 use super::row::{FrontTile, Row};
 use super::speckle::TILE;
 use super::window::{CENTRE, ROWS, load};
@@ -46,17 +48,28 @@ impl<'a> FrontExits<'a> {
         Self { exit: vec![[0.0; TILE]; rows.len()], rows }
     }
 
-    /// Works out what width `j` of the line of `own` shows.
+    /// Works out what width `j` of the line of `own` shows in these rows of the window.
     #[inline(always)]
-    pub fn look(&mut self, j: usize, own: &Row, start: usize) {
+    pub fn look(&mut self, j: usize, own: &Row, start: usize, rows: &Range<usize>) {
+        if self.rows.is_empty() {
+            return;
+        }
         let (variance, rows_per_mm) = (load(&own.variance, start), load(&own.spread_rows_per_mm, start));
-        for ((_, front), exit) in self.rows.iter().zip(&mut self.exit) {
+        let spread_mm = own.spread_mm[j].max(LEAST_SPREAD_MM);
+        let (own_mm, mut blur_mm2) = (own.y_mm, [0.0f32; TILE]);
+        for c in 0..TILE {
+            blur_mm2[c] = variance[c] / (rows_per_mm[c] * rows_per_mm[c]).max(f32::MIN_POSITIVE);
+        }
+        for ((_, front), exit) in self.rows.iter().zip(&mut self.exit).filter(|((k, _), _)| rows.contains(k)) {
+            let FrontTile { edge_mm, before_mm, depth_mm, .. } = front;
+            let mut shares = [0.0f32; TILE];
+            // Worked out where there is no face too, and apart from the choice: loops with branches are not vector code.
             for c in 0..TILE {
-                let blur_mm2 = variance[c] / (rows_per_mm[c] * rows_per_mm[c]).max(f32::MIN_POSITIVE);
-                let way = [own.y_mm - front.edge_mm[c], front.before_mm[c], front.depth_mm[c]];
-                let share =
-                    if way[2] > 0.0 { share(way, own.spread_mm[j].max(LEAST_SPREAD_MM), blur_mm2) } else { 1.0 };
-                exit[c] = front.exit[j][c] * share;
+                shares[c] = share([own_mm - edge_mm[c], before_mm[c], depth_mm[c]], spread_mm, blur_mm2[c]);
+            }
+            let of_level = &front.exit[j];
+            for c in 0..TILE {
+                exit[c] = of_level[c] * if depth_mm[c] > 0.0 { shares[c] } else { 1.0 };
             }
         }
     }

@@ -23,7 +23,7 @@ use numerics::lanes::{cos_sin_turns, exp};
 /// Standard deviations of a Gaussian beyond which it is left out: 1e-9 of its peak.
 const REACH_SIGMAS: f32 = 6.5;
 /// Variance over which a Gaussian on whole rows sums to 1 within 1e-4 [px^2].
-const NARROW_VARIANCE: f32 = 0.5;
+pub(super) const NARROW_VARIANCE: f32 = 0.5;
 /// Columns that are stepped together, so that their Gaussians stay in registers.
 const BLOCK: usize = 32;
 /// Exponent at which a Gaussian is too faint to be stepped from there.
@@ -194,7 +194,7 @@ impl GaussianStepper {
                 stepper.middle[c] /= row_sum(phase[c], variance[c].max(MIN_VARIANCE));
             }
         }
-        stepper.reach = (REACH_SIGMAS * widest.sqrt() + 1.0).min(CENTRE as f32) as usize;
+        stepper.reach = reach(widest);
         stepper
     }
 
@@ -259,6 +259,19 @@ impl GaussianStepper {
             }
         }
     }
+}
+
+/// Rows to either side of a line's middle row in which Gaussians up to this variance are drawn [px].
+#[inline(always)]
+fn reach(widest: f32) -> usize {
+    (REACH_SIGMAS * widest.sqrt() + 1.0).min(CENTRE as f32) as usize
+}
+
+/// Rows of a window in which [`GaussianStepper::new`] draws Gaussians of these variances about the middle row.
+#[inline(always)]
+pub(crate) fn rows_in_reach(variance: &[f32; TILE]) -> Range<usize> {
+    let reach = reach(extremes(variance).0);
+    CENTRE - reach..(CENTRE + reach + 1).min(ROWS)
 }
 
 /// The greatest and the least of the variances that are drawn [px^2].

@@ -8,7 +8,7 @@ use multiversion::multiversion;
 
 use super::film::FAR;
 use super::front_face::FrontExits;
-use super::gaussian_stepper::{CompositeLine, GaussianStepper, add_line};
+use super::gaussian_stepper::{CompositeLine, GaussianStepper, add_line, rows_in_reach};
 use super::laser::LineProfile;
 use super::row::{Row, TransmittedLine};
 use super::seen_rows::SeenRows;
@@ -87,7 +87,6 @@ pub fn draw(own: &Row, neighbours: &[&Row; ROWS], start: usize, line: &LineShape
         if source.iter().all(|&s| s == 0.0) {
             continue;
         }
-        fronts.look(j, own, start);
         let split = hidden.filter(|_| j < FAR).map(|hidden| apart(source, hidden));
         let source = split.as_ref().map_or(source, |[shown, _]| shown);
         let shift = load(&own.shift[j], start);
@@ -118,6 +117,8 @@ pub fn draw(own: &Row, neighbours: &[&Row; ROWS], start: usize, line: &LineShape
             add_over_relief(&seen.away_mm, own.level_rows_per_mm, [&moved, &wide, source], exit, window);
             continue;
         }
+        let is_one = line.profile.is_none() && own.defocus_radius.is_empty();
+        fronts.look(j, own, start, &if is_one { rows_in_reach(&wide) } else { 0..ROWS });
         let exit = |k: usize| fronts.row(k).unwrap_or_else(|| load(&neighbours[k].exit[j], start));
         match line.profile {
             None => add_line(&place, &wide, source, exit, own.defocus_radius_of(start), &rows, &mut window.volume),

@@ -12,7 +12,7 @@
 use procedural::Medium;
 
 use super::speckle::TILE;
-use super::window::{ROWS, Window};
+use super::window::{ROWS, Window, window_start};
 use crate::frame::Sightlines;
 use crate::specimen::{Hit, Specimen};
 
@@ -102,7 +102,18 @@ pub(crate) fn of_tile(mixed: &[MixedColumn], tile: usize) -> &[MixedColumn] {
     &mixed[mixed.partition_point(|m| m.column < first)..mixed.partition_point(|m| m.column < first + TILE)]
 }
 
-/// Gives the mixed columns of a tile the light of both sides.
+/// Whether the windows about lines at `centre` are such that each mixed column of the tile takes light of its neighbour row by row, or
+/// none of it: no row then needs one that stands elsewhere in a window, and none is brighter than the brighter of both columns.
+pub(crate) fn share_rows_or_none(mixed: &[MixedColumn], tile: usize, centre: &[f32; TILE]) -> bool {
+    let first = tile * TILE;
+    of_tile(mixed, tile).iter().all(|m| {
+        let Some(beside) = m.beside.checked_sub(first).and_then(|beside| centre.get(beside)) else { return true };
+        let off = window_start(centre[m.column - first]).abs_diff(window_start(*beside));
+        off == 0 || off as usize >= ROWS
+    })
+}
+
+/// Gives the mixed columns of a tile the light of both sides, in the rows that are drawn.
 pub(crate) fn mix(mixed: &[MixedColumn], tile: usize, window: &mut Window) {
     let first = tile * TILE;
     let mixed = of_tile(mixed, tile);
@@ -121,14 +132,15 @@ pub(crate) fn mix(mixed: &[MixedColumn], tile: usize, window: &mut Window) {
             [&window.volume, &window.surface].map(|field| std::array::from_fn(|k| at(field, k)))
         })
         .collect();
+    let drawn = window.drawn.clone();
     for m in mixed {
-        for k in 0..ROWS {
+        for k in drawn.clone() {
             window.volume[k][m.column - first] *= 1.0 - m.share;
             window.surface[k][m.column - first] *= 1.0 - m.share;
         }
     }
     for (m, [volume, surface]) in mixed.iter().filter(within).zip(&others) {
-        for k in 0..ROWS {
+        for k in drawn.clone() {
             window.volume[k][m.column - first] += volume[k];
             window.surface[k][m.column - first] += surface[k];
         }

@@ -37,6 +37,7 @@ mod response;
 pub mod row;
 mod row_maker;
 mod row_view;
+mod rows_left_out;
 mod scan_geometry;
 mod second_line;
 pub(crate) mod secondary_light;
@@ -47,7 +48,6 @@ mod spans;
 pub mod speckle;
 pub mod streak;
 mod surface_point;
-mod tile_extremes;
 mod vignetting;
 mod window;
 

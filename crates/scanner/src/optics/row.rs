@@ -58,8 +58,8 @@ pub struct Row {
     /// The same for light of rows behind this one, which leaves through a front face where this row is bare: of the tiles in
     /// which that makes a difference.
     pub front: Vec<FrontTile>,
-    /// Greatest numbers of each tile of columns, but for the front faces.
-    pub extremes: Vec<TileExtremes>,
+    /// Greatest exits in each tile of columns, but for the front faces [sqrt(1)].
+    pub greatest_exits: Vec<[f32; BASIS]>,
     /// Contrasts of speckle in light from below beside the line, of that of the patterns, for every [`CONTRAST_COLUMNS`] columns [1].
     pub(crate) contrasts: Vec<RowContrasts>,
     /// Ambient light in a pixel that looks here; empty where there is none [e-].
@@ -107,25 +107,6 @@ impl Row {
             self.source[j][column] * self.exit[j][column]
         })
     }
-}
-
-/// Greatest magnitudes among the columns of a tile.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct TileExtremes {
-    /// Standard deviations of the fixed widths [mm].
-    pub(super) spread_mm: [f32; BASIS],
-    /// Variance of laser, lens and pixel [px^2].
-    pub(super) variance: f32,
-    /// Rows per mm along the motion [px/mm].
-    pub(super) rows_per_mm: f32,
-    /// Light thrown back by the surface itself [e-].
-    pub(super) surface_light: f32,
-    /// Light that entered, by width [sqrt(1) e-].
-    pub(super) source: [f32; BASIS],
-    /// Shift of each width's light against the centre [px].
-    pub(super) shift: [f32; BASIS],
-    /// Factor by which each width leaves here [sqrt(1)].
-    pub(super) exit: [f32; BASIS],
 }
 
 /// What leaves through a front face, in one tile of a bare row.

@@ -14,6 +14,7 @@ use glam::{Vec2, Vec3};
 use procedural::{Film, Gloss, Medium, Surface};
 
 use super::along_line::AlongLine;
+use super::ambient;
 use super::bent_film::upright;
 use super::box_filter::{blur, blur_varying};
 use super::camera::{Camera, Sight};
@@ -26,11 +27,11 @@ use super::reflections::LitRow;
 use super::response::{KEY_STEP, Response, key_rows};
 use super::row::Row;
 use super::row_view::RowView;
+use super::rows_left_out::find_greatest_exits;
 use super::secondary_light::SecondaryScratch;
 use super::spans::spans;
 use super::speckle::TILE;
 use super::surface_point::surface_point;
-use super::{ambient, tile_extremes};
 use crate::frame::Sightlines;
 use crate::specimen::{Hit, Specimen};
 use transport::fresnel;
@@ -219,9 +220,9 @@ impl RowMaker {
             self.spread(own.clone(), view, scratch, row);
         }
         self.add_extras(view, own, scratch, row);
-        let mut extremes = std::mem::take(&mut row.extremes);
-        tile_extremes::find(row, &mut extremes);
-        row.extremes = extremes;
+        let mut greatest = std::mem::take(&mut row.greatest_exits);
+        find_greatest_exits(row, &mut greatest);
+        row.greatest_exits = greatest;
     }
 
     /// Shares of the widths that light of `specimen` spreads by.

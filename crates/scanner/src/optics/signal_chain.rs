@@ -35,9 +35,6 @@ use numerics::lanes;
 /// The barrier over the full well [1].
 const BARRIER_SHARE: f64 = 0.5;
 
-/// Standard deviations that a normal number exceeds once in 10^12.
-const RARE_SIGMAS: f32 = 7.0;
-
 /// The chain of one sensor.
 #[derive(Debug, Clone)]
 pub(crate) struct SignalChain {
@@ -55,10 +52,6 @@ pub(crate) struct SignalChain {
     pub slopes: Slopes,
     /// Signal at which a pixel is full [DN over dark].
     pub full: f32,
-    /// Variance of all offsets of a pixel, fixed and of its row [DN^2].
-    offset_variance: f32,
-    /// Standard deviation of the pixels' response [1].
-    prnu: f32,
     /// Share of the charge above that which flows on [1].
     pub blooming: f32,
     /// Greatest digital number [DN].
@@ -123,8 +116,6 @@ impl SignalChain {
             pixels: FixedPattern::new(exposure, scale, size, stream.child("pixel")),
             slopes: Slopes::new(readout.hdr, full),
             full: full as f32,
-            offset_variance: (offsets * scale * scale) as f32,
-            prnu: exposure.prnu as f32,
             blooming: exposure.blooming as f32,
             max_dn: f32::from(readout.most()),
             pattern: (0..size.rows).map(|_| row(&mut rng)).collect(),
@@ -138,14 +129,16 @@ impl SignalChain {
         self.pixels.is_none() && self.blooming == 0.0 && self.slopes.knee == f32::INFINITY
     }
 
-    /// Digital number that a pixel without defect exceeds once in 10^12, where no more than `light` falls on it [DN].
-    pub fn greatest_dn(&self, light: f32) -> f32 {
-        let signal = self.gain * light * (1.0 + RARE_SIGMAS * self.prnu);
+    /// Greatest level over dark, and greatest standard deviation of what noise adds to it, of pixels without defect on which no more
+    /// than `light` falls [e-] [DN].
+    #[inline(always)]
+    pub fn greatest_level(&self, light: f32) -> (f32, f32) {
+        let most = self.pixels.as_ref().map_or(1.0, FixedPattern::greatest_response);
+        let signal = self.gain * light * most;
         let (level, noisy) = self.slopes.respond(signal);
         // Above the knee there is less noise than right below it.
         let noisy = noisy.max(signal.min(self.slopes.knee));
-        let sigma = (self.read_variance + self.offset_variance + self.shot * noisy).sqrt();
-        self.dark_level + level + RARE_SIGMAS * sigma + 0.5
+        (level, (self.read_variance + self.shot * noisy).sqrt())
     }
 
     /// Whether charge stays where light falls and no pixel is defective, so that a row of pixels tells nothing of others.

@@ -21,12 +21,21 @@ use bench::settings::SpeckleLaw;
 /// Rows over which points change from one pattern of the stack to the next, one after the other [px].
 const TRANSITION_ROWS: usize = 64;
 
+/// -ln 10^-12.
+const RARE_EXPONENT: f64 = 27.6;
+/// By how much fewer equal modes patterns are taken to have than their contrast says [1].
+const UNEQUAL_MODES: f64 = 1.5;
+/// Steps until a root is found to six digits.
+const NEWTON_STEPS: usize = 8;
+
 /// Speckle of one sample.
 #[derive(Debug, Clone)]
 pub(crate) struct AnchoredSpeckle {
     stack: Arc<PatternStack>,
     /// Factor on the patterns, for light from the surface and from below [1].
     scale: [f32; 2],
+    /// What the patterns exceed once in 10^12, over their mean [1].
+    rare: [f32; 2],
     /// Resulting contrast in one pixel [1].
     contrast: [f32; 2],
     /// Movement of the pattern with the object [px/mm].
@@ -65,9 +74,11 @@ impl AnchoredSpeckle {
         let developed = pixel_contrast(grain, law, conditions.travel) * speckle.strength;
         let contrast = patterns.map(|n| developed / n.sqrt());
         let scale = [0, 1].map(|i| (contrast[i] / own * (stack.looks()[i] as f64).sqrt()) as f32);
+        let rare = stack.looks().map(|looks| rare_excess(own / (looks as f64).sqrt()) as f32);
         Self {
             stack,
             scale,
+            rare,
             contrast: contrast.map(|c| c as f32),
             rows_per_mm: conditions.rows_per_mm,
             height: conditions.height,
@@ -84,6 +95,13 @@ impl AnchoredSpeckle {
     /// Factor on the patterns, for light from the surface and from below [1].
     pub fn scale(&self) -> [f32; 2] {
         self.scale
+    }
+
+    /// Factor on light from the surface and from below that speckle exceeds once in 10^12, where that from below keeps `most` times the
+    /// contrast of the patterns [1].
+    pub fn brightest(&self, most: f32) -> [f32; 2] {
+        let [surface, volume] = [0, 1].map(|i| self.scale[i] * self.rare[i]);
+        [1.0 + surface, 1.0 + most * volume]
     }
 
     /// Speckle of tile `tile` around the point `point` (x, z) [mm] of the laser plane when the object has moved by
@@ -108,6 +126,21 @@ impl AnchoredSpeckle {
             per_fine: 1.0 / (TRANSITION_ROWS * fine) as f32,
         }
     }
+}
+
+/// What speckle of this contrast exceeds once in 10^12, over its mean of 1 [1].
+///
+/// The mean of an intensity over pixels and looks is nearly a gamma variate of shape k = 1 / C^2 (Goodman 2007, 4.4), which exceeds x with a
+/// chance of no more than exp(-k (x - 1 - ln x)) (Chernoff). Its tail falls like that of its brightest mode, which is brighter than the
+/// modes of a gamma variate: k is taken to be less.
+fn rare_excess(contrast: f64) -> f64 {
+    let exponent = RARE_EXPONENT * UNEQUAL_MODES * contrast * contrast;
+    // Newton's steps from above: the function is convex.
+    let mut x = 1.0 + 2.0 * (exponent + exponent.sqrt());
+    for _ in 0..NEWTON_STEPS {
+        x -= (x - 1.0 - libm::log(x) - exponent) / (1.0 - 1.0 / x).max(1e-9);
+    }
+    x - 1.0
 }
 
 /// The speckle of one tile in one exposure.
