@@ -3,6 +3,8 @@
 //! Lines are drawn in windows of their own, where a Gaussian is stepped from its middle, and moved by whole rows to where
 //! the tile's windows lie ([`super::secondary_light`]). What falls outside of both is lost.
 
+use multiversion::multiversion;
+
 use super::line_image::{add_beyond, add_transmitted_beyond, draw_transmitted};
 use super::row::{Reflection, Row, SecondaryLight, WindowNeed};
 use super::speckle::TILE;
@@ -112,16 +114,29 @@ pub(crate) fn add_shifted(from: &Window, to: &mut [Window], metal: &[bool], shar
 fn add_reflection(reflection: &Reflection, start: usize, windows: &mut [Window]) {
     let column = reflection.column - start;
     let reach = REACH_SIGMAS * reflection.variance.sqrt();
-    let scale = reflection.peak();
     for window in windows {
         let middle = reflection.row - window.first_row[column] as f32;
         let (low, high) = ((middle - reach).ceil().max(0.0), (middle + reach).floor().min(ROWS as f32 - 1.0));
-        let (low, high) = (low as i32, high as i32);
-        for k in low..high + 1 {
-            let d = k as f32 - middle;
-            window.volume[k as usize][column] += scale * exp(-0.5 * d * d / reflection.variance);
+        if low > high {
+            continue;
+        }
+        let light = image_rows(reflection, middle);
+        for k in low as usize..high as usize + 1 {
+            window.volume[k][column] += light[k];
         }
     }
+}
+
+/// Light of an image about `middle` in all rows of a window.
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
+fn image_rows(reflection: &Reflection, middle: f32) -> [f32; ROWS] {
+    let (scale, variance) = (reflection.peak(), reflection.variance);
+    let mut light = [0.0f32; ROWS];
+    for k in 0..ROWS {
+        let d = k as i32 as f32 - middle;
+        light[k] = scale * exp(-0.5 * d * d / variance);
+    }
+    light
 }
 
 #[cfg(test)]

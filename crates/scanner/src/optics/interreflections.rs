@@ -11,6 +11,8 @@
 //! tiles next to a tile's own or beyond the line's own window, how far light spreads in films before it leaves, which way they prefer to
 //! scatter, what lies open in holes, bodies of wood, and the conveyor.
 
+use std::ops::Range;
+
 use glam::Vec3;
 use multiversion::multiversion;
 use procedural::{Film, Surface};
@@ -189,13 +191,7 @@ fn light_once_more(patches: &mut Patches) {
 
 /// Flux that each of `receivers` gets by area of the level plane from the patches `from`, times pi [e-/mm^2].
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
-fn receive(
-    from: &Patches,
-    places: std::ops::Range<usize>,
-    near_mm2: f32,
-    receivers: &[Receiver; NODES],
-    got: &mut [f32; NODES],
-) {
+fn receive(from: &Patches, places: Range<usize>, near_mm2: f32, receivers: &[Receiver; NODES], got: &mut [f32; NODES]) {
     let fields = [&from.x, &from.z, &from.slope_x, &from.slope_y, &from.sends, &from.glows, &from.glow_mm]
         .map(|field| &field[places.clone()]);
     for (at, got) in receivers.iter().zip(got) {
@@ -278,12 +274,27 @@ impl Exchange<'_> {
 impl Window {
     /// Adds light of patches: of the tile's own and one more on either side, `[patch][row]`, linear from the middle of one to that of the next.
     pub(super) fn add_patches(&mut self, shown: &[[f32; ROWS]; PER_TILE + 2]) {
-        for k in self.drawn.clone() {
-            for (c, light) in self.volume[k].iter_mut().enumerate() {
-                let along = c as f32 / STRIDE as f32 + 1.0 - 0.5 * (STRIDE - 1) as f32 / STRIDE as f32;
-                let (a, part) = (along as usize, along.fract());
-                *light += shown[a][k] * (1.0 - part) + shown[a + 1][k] * part;
+        add_linear(shown, self.drawn.clone(), &mut self.volume);
+    }
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
+fn add_linear(shown: &[[f32; ROWS]; PER_TILE + 2], rows: Range<usize>, volume: &mut [[f32; TILE]; ROWS]) {
+    // Which two patches each column of a patch lies between, of three beside each other, and how far it is from the first to the second.
+    let between: [(usize, f32); STRIDE] = std::array::from_fn(|c| {
+        let along = c as f32 / STRIDE as f32 + 1.0 - 0.5 * (STRIDE - 1) as f32 / STRIDE as f32;
+        (along as usize, along.fract())
+    });
+    for k in rows {
+        let light: [f32; PER_TILE + 2] = std::array::from_fn(|patch| shown[patch][k]);
+        let mut linear = [[0.0f32; STRIDE]; PER_TILE];
+        for (c, (first, part)) in between.into_iter().enumerate() {
+            for patch in 0..PER_TILE {
+                linear[patch][c] = light[patch + first] * (1.0 - part) + light[patch + first + 1] * part;
             }
+        }
+        for (sum, light) in volume[k].iter_mut().zip(linear.as_flattened()) {
+            *sum += light;
         }
     }
 }

@@ -127,16 +127,18 @@ impl PocketLight {
     }
 }
 
-/// Light of the near widths at a distance from the line [e-/mm].
-fn near(light: [f32; NEAR_WIDTHS], away_mm: f32) -> f32 {
-    let mut sum = 0.0;
-    for (light, spread) in light.into_iter().zip(&PACK_SPREAD_MM[NEAR]) {
-        let off = away_mm / spread;
-        if off * off < NEAR_REACH2 {
-            sum += light * 0.398_942_3 / spread * exp(-0.5 * off * off);
-        }
-    }
-    sum
+/// Heights of the near widths' Gaussians at a distance from the line, before they are divided by the widths.
+fn heights(away_mm: f32) -> [f32; NEAR_WIDTHS] {
+    std::array::from_fn(|k| {
+        let off = away_mm / PACK_SPREAD_MM[NEAR.start + k];
+        if off * off < NEAR_REACH2 { exp(-0.5 * off * off) } else { 0.0 }
+    })
+}
+
+/// Light of the near widths where their Gaussians are so high [e-/mm].
+fn near(light: [f32; NEAR_WIDTHS], heights: &[f32; NEAR_WIDTHS]) -> f32 {
+    let widths = PACK_SPREAD_MM[NEAR].iter().zip(heights);
+    light.into_iter().zip(widths).map(|(light, (spread, height))| light * 0.398_942_3 / spread * height).sum()
 }
 
 /// A place that a window looks at: the number of a node, and how far beyond it [mm].
@@ -162,7 +164,7 @@ impl Exchange<'_> {
         }
         let rows = self.rows();
         let away = rows.map(|row| row.y_mm - own.y_mm);
-        let places = places(&away);
+        let places = places(&away).map(|(node, more)| (node, more, heights(away[node] + more)));
         let mut shown = [[0.0f32; ROWS]; PER_TILE + 2];
         let mut is_dark = true;
         for (i, shown) in shown.iter_mut().enumerate() {
@@ -171,10 +173,10 @@ impl Exchange<'_> {
             let column = middle_of(patch * STRIDE, own.hits.len());
             let first = window.first_row[column.clamp(tile * TILE, tile * TILE + TILE - 1) - tile * TILE];
             let mut last: [Option<Node>; 2] = [None; 2];
-            for (node, more) in places {
-                let (row, d) = (rows[node], away[node] + more);
-                let film = Some([row.centre[column], lit.film_shows(row, more, d)]);
-                let seen = [film, lit.below_shows(own, row, column, [more, d])];
+            for (node, more, heights) in &places {
+                let (row, d) = (rows[*node], away[*node] + more);
+                let film = Some([row.centre[column], lit.film_shows(row, *more, heights)]);
+                let seen = [film, lit.below_shows(own, row, column, *more, heights)];
                 for (seen, last) in seen.into_iter().zip(&mut last) {
                     let node = seen.map(|[centre, by_mm]| {
                         let row = centre - d * own.level_rows_per_mm - first as f32;
@@ -219,21 +221,28 @@ impl PatchLight<'_> {
         self.lit.iter().map_while(|light| *light)
     }
 
-    /// Light that film over a pocket, or the card beside it, shows in the patch of `row`, or as far beyond it, that is `d` from the line [e-/mm].
-    fn film_shows(&self, row: &Row, beyond: f32, d: f32) -> f32 {
+    /// Light that film over a pocket, or the card beside it, shows in the patch of `row`, or as far beyond it, where near widths are so high [e-/mm].
+    fn film_shows(&self, row: &Row, beyond: f32, heights: &[f32; NEAR_WIDTHS]) -> f32 {
         let (Some(secondary), patch) = (&row.secondary, self.patch) else { return 0.0 };
         let at = Vec2::new(secondary.patches.x[patch], row.y_mm + beyond);
         let shows = secondary.pockets.shows[patch];
         if shows > 0.0 {
             let leaves = self.lit().find_map(|light| light.leaves(at)).unwrap_or(0.0);
-            (shows * leaves - near(self.from.near.each_ref().map(|near| near[patch]), d)).max(0.0)
+            (shows * leaves - near(self.from.near.each_ref().map(|near| near[patch]), heights)).max(0.0)
         } else {
             secondary.patches.facing[patch] * self.lit().filter_map(|light| light.card(at)).sum::<f32>()
         }
     }
 
     /// Where the line below the film of `row` is seen, and what lies there shows of the light of `own`'s line [px, e-/mm].
-    fn below_shows(&self, own: &Row, row: &Row, column: usize, [beyond, d]: [f32; 2]) -> Option<[f32; 2]> {
+    fn below_shows(
+        &self,
+        own: &Row,
+        row: &Row,
+        column: usize,
+        beyond: f32,
+        heights: &[f32; NEAR_WIDTHS],
+    ) -> Option<[f32; 2]> {
         let line = &row.secondary.as_ref()?.transmitted;
         let shows = line.shows[column];
         if shows <= 0.0 {
@@ -243,7 +252,7 @@ impl PatchLight<'_> {
         let at = Vec2::new(x, row.y_mm + y + beyond);
         let light = self.lit().find_map(|light| light.below(at)).unwrap_or(0.0);
         let own = &own.secondary.as_ref()?.transmitted;
-        let near = near(own.near.each_ref().map(|near| near[column]), d);
+        let near = near(own.near.each_ref().map(|near| near[column]), heights);
         Some([line.centre[column], (shows * light - near).max(0.0)])
     }
 }

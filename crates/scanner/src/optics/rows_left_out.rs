@@ -54,6 +54,9 @@ pub(crate) fn light_beyond(
     }
     for j in 0..BASIS {
         let (source, shift) = (load(&own.source[j], start), load(&own.shift[j], start));
+        if source.iter().all(|&source| source == 0.0) {
+            continue;
+        }
         let (factor, spread) = (brightest[1] * exits[j], own.spread_mm[j]);
         for c in 0..TILE {
             let sigma = spread * rows_per_mm[c];
