@@ -82,6 +82,7 @@ pub fn draw(own: &Row, neighbours: &[&Row; ROWS], start: usize, line: &LineShape
     let seen = if line.profile.is_none() { SeenRows::of(own, neighbours, start) } else { None };
     let hidden = own.hidden_of(start);
     let ways = seen.as_ref().filter(|_| hidden.is_some()).map(|seen| seen.ways_mm(neighbours, start));
+    let sides = seen.as_ref().map(|seen| same_side(own, neighbours, seen, start));
     for j in 0..BASIS {
         let source = load(&own.source[j], start);
         if source.iter().all(|&s| s == 0.0) {
@@ -98,16 +99,16 @@ pub fn draw(own: &Row, neighbours: &[&Row; ROWS], start: usize, line: &LineShape
             place[c] -= shift[c];
         }
         if let (Some(seen), Some(ways), Some([_, creeps])) = (&seen, &ways, &split) {
-            let exit = |k: usize, c: usize| neighbours[usize::from(seen.node[k][c])].exit[j][start + c];
+            let exits: [&[f32; TILE]; ROWS] = std::array::from_fn(|k| load(&neighbours[k].exit[j], start));
+            let exit = |k: usize, c: usize| exits[usize::from(seen.node[k][c])][c];
             let creeping = variance.map(|variance| variance + level_sigma * level_sigma);
             add_over_relief(ways, own.level_rows_per_mm, [&[0.0; TILE], &creeping, creeps], exit, window);
         }
-        if let Some(seen) = seen.as_ref().filter(|_| j >= FAR) {
-            // Light goes far in the air of one pocket, or in film that is sealed, and not from one to the other.
+        if let Some((seen, sides)) = seen.as_ref().zip(sides.as_ref()).filter(|_| j >= FAR) {
+            let exits: [&[f32; TILE]; ROWS] = std::array::from_fn(|k| load(&neighbours[k].exit[j], start));
             let exit = |k: usize, c: usize| {
-                let row = neighbours[usize::from(seen.node[k][c])];
-                let same = own.is_room(start + c) == row.is_room(start + c);
-                if same { row.exit[j][start + c] } else { 0.0 }
+                let exit = exits[usize::from(seen.node[k][c])][c];
+                if sides[k][c] { exit } else { 0.0 }
             };
             let mut moved = *shift;
             for c in 0..TILE {
@@ -128,6 +129,22 @@ pub fn draw(own: &Row, neighbours: &[&Row; ROWS], start: usize, line: &LineShape
             }
         }
     }
+}
+
+/// Whether what a window's rows see and the line are both over pockets, or neither, `[ROWS][TILE]`: light goes far in the air of one pocket, or in film that is
+/// sealed, and not from one to the other.
+#[inline(always)]
+fn same_side(own: &Row, neighbours: &[&Row; ROWS], seen: &SeenRows, start: usize) -> Box<[[bool; TILE]; ROWS]> {
+    const NONE: [bool; TILE] = [false; TILE];
+    let rooms: [&[bool; TILE]; ROWS] = std::array::from_fn(|k| neighbours[k].rooms_of(start).unwrap_or(&NONE));
+    let own = own.rooms_of(start).unwrap_or(&NONE);
+    let mut same = Box::new([[false; TILE]; ROWS]);
+    for (same, node) in same.iter_mut().zip(&seen.node) {
+        for c in 0..TILE {
+            same[c] = own[c] == rooms[usize::from(node[c])][c];
+        }
+    }
+    same
 }
 
 /// Light of a tile's columns: of those whose line is seen, and of those where it is `hidden`.

@@ -38,6 +38,8 @@ pub struct Row {
     pub variance: Vec<f32>,
     /// Whether each column's line on film is hidden from the lens; empty without film.
     pub hidden: Vec<bool>,
+    /// Whether each column's film stands over the air of a pocket; empty without film.
+    pub rooms: Vec<bool>,
     /// Unit of the laser's line profile; empty for a Gaussian line [px].
     pub profile_unit: Vec<f32>,
     /// Position along the line profile's nodes; empty for a Gaussian line [1].
@@ -89,10 +91,9 @@ impl Row {
         self.defocus_radius.get(start..)?.first_chunk()
     }
 
-    /// Whether a column's film stands over the air of a pocket.
-    #[inline(always)]
-    pub(crate) fn is_room(&self, column: usize) -> bool {
-        self.hits.get(column).is_some_and(|hit| hit.matter.film.is_some_and(|film| film.is_over_room()))
+    /// Which columns of a tile have film over the air of a pocket; `None` without film.
+    pub(crate) fn rooms_of(&self, start: usize) -> Option<&[bool; TILE]> {
+        self.rooms.get(start..)?.first_chunk()
     }
 
     /// Which columns of a tile have their line on film where the lens does not see it; `None` where none has.

@@ -411,6 +411,9 @@ fn prepare(view: RowView<'_>, scratch: &mut RowScratch, row: &mut Row) {
         row.secondary.get_or_insert_default();
         row.hidden.clear();
         row.hidden.resize(padded, false);
+        row.rooms.clear();
+        row.rooms.extend(row.hits.iter().map(|hit| hit.matter.film.is_some_and(|film| film.is_over_room())));
+        row.rooms.resize(padded, false);
         scratch.secondary.pockets.clear();
         scratch.secondary.pockets.resize(columns, PocketColumn::default());
         scratch.secondary.transmission.clear(columns);
@@ -418,6 +421,7 @@ fn prepare(view: RowView<'_>, scratch: &mut RowScratch, row: &mut Row) {
     } else {
         row.secondary = None;
         row.hidden.clear();
+        row.rooms.clear();
     }
     (scratch.response.profile, scratch.response.y_mm) = (Some(view.profile), view.y);
     scratch.defocus.resize(if camera.blurs() { columns } else { 0 }, 0.0);
