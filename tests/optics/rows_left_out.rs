@@ -57,7 +57,7 @@ fn comb(groove_mm: f32) -> Mesh {
 #[test]
 fn rows_that_are_left_out_change_nothing() {
     let mut rng = Stream::root(17).rng();
-    let (mut short, mut all, mut whole) = (0, 0, 0);
+    let (mut short, mut all, mut needed) = (0, 0, 0);
     let names = ["wood-small", "wood-grading-train", "wood-train", "blister-small", "mesh-small", "sawtooth-small"];
     for (round, name) in (0..6).flat_map(|round| names.map(|name| (round, name))) {
         let mut scene = Recipe::load(name).expect("the embedded recipe loads").draw(3, rng.random_range(0..10_000));
@@ -97,27 +97,36 @@ fn rows_that_are_left_out_change_nothing() {
             let [mut range, mut reflectance, mut scatter] = [0, 1, 2].map(|_| vec![0.0; columns]);
             for tile in 0..columns.div_ceil(TILE) {
                 let part = TileOfProfile { band: &band, profile, tile, offsets: &offsets };
-                let left_out = sensor.expose_to_read(&part, &scene.extraction, &mut scratch, &mut frames);
-                (short, all) = (short + usize::from(left_out.is_some()), all + 1);
-                whole +=
-                    usize::from(left_out.is_some_and(|greatest| f64::from(greatest) > scene.extraction.threshold_dn));
-                sensor.expose(&part, &mut scratch, &mut frames);
-                let line = frames[0].first_col..frames[0].first_col + frames[0].cols;
-                let mut out = MeasuredProfile {
-                    range: &mut range[line.clone()],
-                    reflectance: &mut reflectance[line.clone()],
-                    scatter: &mut scatter[line],
+                let mut read = |frames: &[Frame; 2]| {
+                    let line = frames[0].first_col..frames[0].first_col + frames[0].cols;
+                    let mut out = MeasuredProfile {
+                        range: &mut range[line.clone()],
+                        reflectance: &mut reflectance[line.clone()],
+                        scatter: &mut scatter[line.clone()],
+                    };
+                    extract(frames, &calibration, &scene.extraction, &mut out);
+                    bits(&range[line.clone()], &reflectance[line.clone()], &scatter[line])
                 };
-                extract(&frames, &calibration, &scene.extraction, &mut out);
+                let left_out = sensor.expose_to_read(&part, &scene.extraction, &mut scratch, &mut frames);
+                let of_part = read(&frames);
+                sensor.expose(&part, &mut scratch, &mut frames);
+                // What is read of a part alone is something else where the rest holds a peak.
+                needed += usize::from(read(&frames) != of_part);
+                (short, all) = (short + usize::from(left_out.is_some()), all + 1);
             }
             let at = profile * columns..(profile + 1) * columns;
-            let bits = |values: &[f32]| values.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
+            let record =
+                bits(&record.maps.range[at.clone()], &record.maps.reflectance[at.clone()], &record.maps.scatter[at]);
             let said = format!("{name}, sample {}, profile {profile}, {:?}", scene.index, scene.extraction);
-            assert!(bits(&record.maps.range[at.clone()]) == bits(&range), "Range: {said}");
-            assert!(bits(&record.maps.reflectance[at.clone()]) == bits(&reflectance), "Reflectance: {said}");
-            assert!(bits(&record.maps.scatter[at]) == bits(&scatter), "Scatter: {said}");
+            assert!(record == bits(&range, &reflectance, &scatter), "{said}");
         }
     }
-    assert!(8 * short > all, "{short} of {all} tiles are drawn in part");
-    assert!(20 * whole > short, "in {whole} of {short} tiles the rest could hold a peak");
+    println!("{short} of {all} tiles are drawn in part, in {needed} the rest holds a peak");
+    assert!(4 * short > all, "{short} of {all} tiles are drawn in part");
+    assert!(needed > 500, "in {needed} of {short} tiles the rest holds a peak");
+}
+
+/// Range, Reflectance and Scatter as they are stored.
+fn bits(range: &[f32], reflectance: &[f32], scatter: &[f32]) -> [Vec<u32>; 3] {
+    [range, reflectance, scatter].map(|values| values.iter().map(|value| value.to_bits()).collect())
 }

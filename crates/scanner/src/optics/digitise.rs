@@ -375,3 +375,82 @@ fn develop(pixels: &PairOfRows<'_>, codes: &[PixelCodes; 2], chain: &SignalChain
 fn read(noise: PairNoise, signal: [[&[f32; TILE]; 2]; 3], chain: &SignalChain, out: &mut RowPair<u16>) {
     noise.numbers(chain, |row, c| signal.map(|field| field[row][c]), out);
 }
+
+#[cfg(test)]
+mod tests {
+    use bench::parameters::{Bench, ExposureParameters};
+    use bench::settings::{Hdr, Readout, Size, SpeckleLaw};
+    use procedural::{Parameter, Stream};
+    use rand::RngExt;
+
+    use super::super::coherence::CONTRAST_ROWS;
+    use super::super::speckle::{PatternCache, SpeckleConditions};
+    use super::*;
+
+    /// Of rows that are not drawn it is told, without their numbers, whether one of these comes to the level: as often as when they are drawn in even
+    /// light, sensors and levels from among the noise to far above drawn at random; a column is asked for at a time.
+    #[test]
+    fn noise_is_told_without_its_numbers() {
+        let mut rng = Stream::root(77).rng();
+        let size = Size { columns: 2 * TILE, rows: 300, profiles: 1 };
+        let (mut reached, mut missed, mut wrong, mut asked) = (0, 0, 0, 0);
+        for round in 0..400u64 {
+            let mut exposure = ExposureParameters::from_values(&mut |p: &'static Parameter| p.default);
+            exposure.dark_level_dn = rng.random_range(4.0..30.0);
+            exposure.dark_noise_dn = rng.random_range(1.0..2.5);
+            exposure.row_noise_dn = rng.random_range(0.0..0.5);
+            exposure.row_pattern_dn = rng.random_range(0.0..0.5);
+            if round % 4 != 0 {
+                (exposure.dsnu_dn, exposure.column_pattern_dn) =
+                    (rng.random_range(0.0..0.4), rng.random_range(0.0..0.2));
+            }
+            let chain = SignalChain::new(
+                &exposure,
+                Readout { bits: if round % 3 == 0 { 10 } else { 8 }, hdr: Hdr::ALL[round as usize % Hdr::ALL.len()] },
+                &size,
+                Stream::root(round),
+            );
+            let speckle = AnchoredSpeckle::new(
+                &Bench {
+                    speckle: bench::parameters::SpeckleParameters { strength: 0.0, ..Bench::default().speckle },
+                    ..Bench::default()
+                },
+                &SpeckleConditions { grain: 0.4, rows_per_mm: 10.0, height: 0.0, paths: 1.0, travel: 0.0 },
+                SpeckleLaw::Exponential,
+                &PatternCache::repeating(0),
+                0,
+            );
+            let contrasts = [[1.0; CONTRAST_ROWS.len()]; TILE / CONTRAST_COLUMNS];
+            let digitiser = Digitiser { chain: &chain, speckle: &speckle, contrasts: &contrasts };
+            let (mut offsets, profile) = (Vec::new(), round as usize);
+            chain.row_offsets(profile, &mut offsets);
+            let exposure =
+                TileExposure { profile, tile: 1, columns: TILE, place: [0.0; 2], way: 0.0, offsets: &offsets };
+            let light = rng.random_range(0.0..400.0f32) * (round % 2) as f32;
+            let mut window = Window::default();
+            let slope = rng.random_range(0.0..2.0f32);
+            window.first_row = std::array::from_fn(|c| 20 + (c as f32 * slope) as i32);
+            window.volume.iter_mut().for_each(|row| *row = [light; TILE]);
+            let mut frame = Frame::default();
+            digitiser.digitise(&exposure, 0, &window, &mut WindowSignal::default(), &mut frame);
+            let from = 2 * rng.random_range(3..10usize);
+            window.drawn = from..2 * rng.random_range(12..19usize);
+            let sigma = chain.greatest_level(light).1;
+            let middle = exposure.offsets[0] + chain.gain * light;
+            for c in (0..TILE).step_by(9) {
+                let level = (middle + sigma * rng.random_range(1.0..6.0f32)).round();
+                let of_column = std::array::from_fn(|other| if other == c { level } else { f32::INFINITY });
+                let told = digitiser.reaches_beyond(&exposure, &window, &[light; TILE], &of_column);
+                let left_out = (0..window.drawn.start).chain(window.drawn.end..ROWS);
+                let truth = left_out.into_iter().any(|k| f32::from(frame.dn[k * TILE + c]) >= level);
+                (asked, reached) = (asked + 1, reached + usize::from(truth));
+                missed += usize::from(truth && !told);
+                wrong += usize::from(told && !truth);
+            }
+        }
+        println!("{reached} of {asked} columns reach their level, {wrong} are said to");
+        assert!(missed == 0 && reached > asked / 10, "{missed} of {reached} are missed");
+        // Levels that the greatest offsets alone could reach are said to be, and a hundredth of a number more for what rounding may take.
+        assert!(25 * wrong < asked, "{wrong} of {asked} are said to reach it and do not");
+    }
+}

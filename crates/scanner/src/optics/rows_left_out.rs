@@ -85,3 +85,55 @@ pub(crate) fn mix_bounds(mixed: &[MixedColumn], first: usize, centre: &[f32; TIL
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use rand::RngExt;
+    use transport::kernel::SPREAD_MM;
+
+    use super::super::window::{MIN_VARIANCE, ROWS};
+    use super::*;
+
+    /// The bound of each column holds over the sum of its Gaussians in all rows left out, wherever the line lies in its row, and is met where all exits
+    /// are the greatest; a mixed column has that of the brighter of both where it takes the other's light.
+    #[test]
+    fn lines_are_below_the_bound() {
+        let mut rng = procedural::Stream::root(3).rng();
+        let mut even = |from: f32, to: f32| from + (to - from) * rng.random::<f32>();
+        let mut nearest = 0.0f32;
+        for _ in 0..200 {
+            let mut column = |from: f32, to: f32| (0..TILE).map(|_| even(from, to)).collect::<Vec<f32>>();
+            let mut row = Row { spread_mm: SPREAD_MM, ..Row::default() };
+            (row.centre, row.variance) = (column(40.0, 60.0), column(MIN_VARIANCE, 9.0));
+            (row.spread_rows_per_mm, row.surface_light) = (column(3.0, 20.0), column(0.0, 100.0));
+            row.source = std::array::from_fn(|_| column(0.0, 100.0));
+            row.shift = std::array::from_fn(|_| column(-1.0, 1.0));
+            let exits: [f32; BASIS] = std::array::from_fn(|_| even(0.0, 1.0));
+            let brightest = [even(1.0, 9.0), even(1.0, 9.0)];
+            let drawn = CENTRE - 2 * even(2.0, 6.0) as usize..CENTRE + 2 * even(2.0, 6.0) as usize;
+            let mut light = light_beyond(&row, 0, &drawn, &exits, brightest);
+            for c in 0..TILE {
+                for k in (0..drawn.start).chain(drawn.end..ROWS) {
+                    let off = (window_start(row.centre[c]) + k as i32) as f32 - row.centre[c];
+                    let height = |d: f32, v: f32| 0.398_942_3 / v.sqrt() * libm::expf(-0.5 * d * d / v);
+                    let mut sum = brightest[0] * row.surface_light[c] * height(off, row.variance[c]);
+                    for j in 0..BASIS {
+                        let sigma = SPREAD_MM[j] * row.spread_rows_per_mm[c];
+                        let of = height(off - row.shift[j][c], row.variance[c] + sigma * sigma);
+                        sum += brightest[1] * row.source[j][c] * exits[j] * of;
+                    }
+                    assert!(sum <= light[c] * 1.000_01, "column {c}, row {k}: {sum} above {}", light[c]);
+                    nearest = nearest.max(sum / light[c]);
+                }
+            }
+            let before = light;
+            (row.centre[7], row.centre[8], row.centre[9]) = (50.2, 50.9, 130.0);
+            let mixed = [(7, 8), (8, 7), (9, 8), (TILE - 1, TILE)];
+            let mixed = mixed.map(|(column, beside)| MixedColumn { column, beside, share: 0.3 });
+            mix_bounds(&mixed, 0, load(&row.centre, 0), &mut light);
+            let both = before[7].max(before[8]);
+            assert_eq!((light[7], light[8], &light[9..]), (both, both, &before[9..]));
+        }
+        assert!(nearest > 0.9, "the bound is {nearest} from being met");
+    }
+}

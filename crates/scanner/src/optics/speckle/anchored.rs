@@ -74,7 +74,7 @@ impl AnchoredSpeckle {
         let developed = pixel_contrast(grain, law, conditions.travel) * speckle.strength;
         let contrast = patterns.map(|n| developed / n.sqrt());
         let scale = [0, 1].map(|i| (contrast[i] / own * (stack.looks()[i] as f64).sqrt()) as f32);
-        let rare = stack.looks().map(|looks| rare_excess(own / (looks as f64).sqrt()) as f32);
+        let rare = stack.looks().map(|looks| rare_excess(own / (looks as f64).sqrt(), RARE_EXPONENT) as f32);
         Self {
             stack,
             scale,
@@ -128,13 +128,13 @@ impl AnchoredSpeckle {
     }
 }
 
-/// What speckle of this contrast exceeds once in 10^12, over its mean of 1 [1].
+/// What speckle of this contrast exceeds with a chance of exp(-`exponent`) at most, over its mean of 1 [1].
 ///
 /// The mean of an intensity over pixels and looks is nearly a gamma variate of shape k = 1 / C^2 (Goodman 2007, 4.4), which exceeds x with a
 /// chance of no more than exp(-k (x - 1 - ln x)) (Chernoff). Its tail falls like that of its brightest mode, which is brighter than the
 /// modes of a gamma variate: k is taken to be less.
-fn rare_excess(contrast: f64) -> f64 {
-    let exponent = RARE_EXPONENT * UNEQUAL_MODES * contrast * contrast;
+fn rare_excess(contrast: f64, exponent: f64) -> f64 {
+    let exponent = exponent * UNEQUAL_MODES * contrast * contrast;
     // Newton's steps from above: the function is convex.
     let mut x = 1.0 + 2.0 * (exponent + exponent.sqrt());
     for _ in 0..NEWTON_STEPS {
@@ -179,5 +179,52 @@ impl TileSpeckle<'_> {
         let [down, right] = self.offsets[repeat];
         let fine_row = row + down;
         self.stack.at(pattern % STACK_PATTERNS, if fine_row < period { fine_row } else { fine_row - period }, right)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use procedural::Stream;
+
+    use super::*;
+
+    /// Patterns of all kinds exceed the bound for a chance no more often than that, and none the bound for 1 in 10^12.
+    #[test]
+    fn patterns_stay_below_their_bounds() {
+        let (mut nearest, mut pixels) = (0.0f64, 0usize);
+        for (number, grain) in [0.12, 0.2, 0.33, 0.6, 1.0, 2.3, 5.0].into_iter().enumerate() {
+            for law in [SpeckleLaw::Exponential, SpeckleLaw::Rayleigh] {
+                for looks in [[1, 1], [2, 4]] {
+                    let stack = PatternStack::new(grain, law, looks, Stream::root(number as u64));
+                    let own = pixel_contrast(stack.grain(), law, 0.0);
+                    for which in [0, 1] {
+                        let contrast = own / (looks[which] as f64).sqrt();
+                        let chances = [1e-3, 1e-4];
+                        let bounds = chances.map(|chance: f64| rare_excess(contrast, -libm::log(chance)));
+                        let (mut above, mut most, mut count) = ([0usize; 2], 0.0f64, 0usize);
+                        for pattern in 0..8 {
+                            for row in 0..stack.rows() as i64 {
+                                for value in stack.row(4 * pattern, row)[which].map(f64::from) {
+                                    most = most.max(value);
+                                    (0..2).for_each(|i| above[i] += usize::from(value > bounds[i]));
+                                }
+                            }
+                            count += stack.rows() * TILE;
+                        }
+                        let said = format!("{law:?}, grain {grain} px, {} looks", looks[which]);
+                        for (above, chance) in above.into_iter().zip(chances) {
+                            let share = above as f64 / count as f64;
+                            assert!(share <= chance, "{said}: {share} of {count} above the bound for {chance}");
+                        }
+                        let bound = rare_excess(contrast, RARE_EXPONENT);
+                        assert!(most < bound, "{said}: {most} of {count} above {bound}");
+                        nearest = nearest.max(most / bound);
+                        pixels += count;
+                    }
+                }
+            }
+        }
+        println!("greatest of {pixels} pixels {nearest:.2} of its bound");
+        assert!(nearest > 0.3, "bounds are far: {nearest}");
     }
 }
