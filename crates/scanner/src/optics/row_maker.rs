@@ -70,6 +70,10 @@ pub(crate) struct RowScratch {
     white: Vec<f32>,
     /// The same of light that fills pockets: wherever it came in, a level surface shows it [e-].
     filling: Vec<f32>,
+    /// 1 in the body's columns that the lens sees, 0 in others.
+    seen: Vec<f32>,
+    /// Light of the body's columns that enters by the first width, by other near ones, and by those that fill pockets [e-].
+    light: [Vec<f32>; 3],
     /// Buffer for blurring along the line.
     line: Vec<f32>,
     /// Variance along the line of what is out of focus; empty where nothing can be [px^2].
@@ -94,6 +98,8 @@ impl RowScratch {
             exact: Vec::new(),
             white: vec![0.0; columns],
             filling: vec![0.0; columns],
+            seen: Vec::new(),
+            light: Default::default(),
             line: Vec::new(),
             defocus: Vec::new(),
             spans: Vec::new(),
@@ -342,25 +348,47 @@ impl RowMaker {
 
     /// Lets the light of the columns `own` spread, along the motion and along the line.
     fn spread(&self, own: Range<usize>, view: RowView<'_>, scratch: &mut RowScratch, row: &mut Row) {
-        let (camera, relief) = (view.camera, view.specimen.can_mirror_itself());
-        let RowScratch { response: Response { points, spread, .. }, exact, along, white, filling, defocus, .. } =
-            scratch;
+        let relief = view.specimen.can_mirror_itself();
+        let RowScratch { response: Response { points, spread, .. }, exact, along, seen, light, defocus, .. } = scratch;
         line_spread(points, exact, self.shares(view.specimen), spread);
         along.find(&row.hits, own.clone(), relief);
-        for j in 0..BASIS {
-            for column in own.clone() {
-                // Beside the body's own columns (a gap seen through it, say) and out of sight nothing leaves.
-                let hit = &row.hits[column];
-                let inside = if row.bare[column] || !hit.seen { 0.0 } else { 1.0 };
-                row.exit[j][column] = spread.exit[j][column] * inside;
-                // Light that fills a pocket comes in by walls that look away, too, and what creeps through film may come into sight.
-                let fills = j >= film::FAR && relief && !row.bare[column];
-                let creeps = j > 0 && row.hidden.get(column) == Some(&true);
-                let light = if fills || creeps { filling[column] } else { white[column] * inside };
-                row.source[j][column] = spread.enter[j][column] * light;
-                row.shift[j][column] = -spread.shift[j][column] * row.rows_per_mm[column];
+        let (white, filling) = (&scratch.white[own.clone()], &scratch.filling[own.clone()]);
+        // Beside the body's own columns (a gap seen through it, say) and out of sight nothing leaves.
+        let is_seen = row.hits[own.clone()].iter().zip(&row.bare[own.clone()]).map(|(hit, bare)| hit.seen && !bare);
+        seen.clear();
+        seen.extend(is_seen.map(|seen| if seen { 1.0 } else { 0.0 }));
+        let [near, creeps, fills] = light;
+        near.clear();
+        near.extend(white.iter().zip(&*seen).map(|(white, seen)| white * seen));
+        for (light, far) in [(&mut *creeps, false), (fills, true)] {
+            light.clone_from(near);
+            // Light that fills a pocket comes in by walls that look away, too, and what creeps through film may come into sight.
+            let hidden = row.hidden.get(own.clone()).unwrap_or_default();
+            for (column, hidden) in hidden.iter().enumerate() {
+                if *hidden || (far && !row.bare[own.start + column]) {
+                    light[column] = filling[column];
+                }
             }
-            along.blur(&mut row.source[j], row.spread_mm[j], &row.hits, defocus, camera);
+        }
+        let rows_per_mm = &row.rows_per_mm[own.clone()];
+        for j in 0..BASIS {
+            let light = match j {
+                0 => &*near,
+                _ if j < film::FAR => &*creeps,
+                _ => &*fills,
+            };
+            let (exit, enter) = (&spread.exit[j][own.clone()], &spread.enter[j][own.clone()]);
+            for (out, (exit, seen)) in row.exit[j][own.clone()].iter_mut().zip(exit.iter().zip(&*seen)) {
+                *out = exit * seen;
+            }
+            for (out, (enter, light)) in row.source[j][own.clone()].iter_mut().zip(enter.iter().zip(light)) {
+                *out = enter * light;
+            }
+            let shift = spread.shift[j][own.clone()].iter().zip(rows_per_mm);
+            for (out, (shift, rows_per_mm)) in row.shift[j][own.clone()].iter_mut().zip(shift) {
+                *out = -shift * rows_per_mm;
+            }
+            along.blur(&mut row.source[j], row.spread_mm[j], &row.hits, defocus, view.camera);
         }
     }
 
