@@ -106,11 +106,15 @@ pub(crate) fn of_tile(mixed: &[MixedColumn], tile: usize) -> &[MixedColumn] {
 /// none of it: no row then needs one that stands elsewhere in a window, and none is brighter than the brighter of both columns.
 pub(crate) fn share_rows_or_none(mixed: &[MixedColumn], tile: usize, centre: &[f32; TILE]) -> bool {
     let first = tile * TILE;
-    of_tile(mixed, tile).iter().all(|m| {
-        let Some(beside) = m.beside.checked_sub(first).and_then(|beside| centre.get(beside)) else { return true };
-        let off = window_start(centre[m.column - first]).abs_diff(window_start(*beside));
-        off == 0 || off as usize >= ROWS
-    })
+    let mixed = of_tile(mixed, tile);
+    // A column that is cut on both sides can show more than the brighter of two.
+    let cut_once = mixed.windows(2).all(|pair| pair[0].column != pair[1].column);
+    cut_once
+        && mixed.iter().all(|m| {
+            let Some(beside) = m.beside.checked_sub(first).and_then(|beside| centre.get(beside)) else { return true };
+            let off = window_start(centre[m.column - first]).abs_diff(window_start(*beside));
+            off == 0 || off as usize >= ROWS
+        })
 }
 
 /// Gives the mixed columns of a tile the light of both sides, in the rows that are drawn.
