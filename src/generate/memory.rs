@@ -31,8 +31,8 @@ const BAND_BYTES: u64 = 28_000;
 /// What a run takes whatever its recipe and threads: the program, tables of light, and what the allocator keeps. Measured where samples are so many that
 /// all of it was touched: thousands [bytes].
 const BASE_BYTES: u64 = 80 << 20;
-/// Samples whose speckle is looked at for the largest patterns.
-const LOOKED_AT: u64 = 16;
+/// Share of draws of a key that may lie beyond what is counted, at either end [1].
+const RARE_DRAW: f64 = 1e-4;
 
 /// Memory that a run takes at most, and what the machine has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -65,7 +65,9 @@ impl MemoryEstimate {
     pub fn of_preview(recipe: &Recipe, threads: usize) -> Self {
         let size = recipe.size();
         let each = (size.columns * size.profiles) as u64 * rendered(&recipe.output());
-        let needed = BASE_BYTES + patterns(recipe) + each + bands(recipe, threads) + triangles(recipe);
+        // Programs draw one sample after the other, and keep patterns.
+        let patterns = MAX_CACHED_BYTES as u64 + patterns(recipe);
+        let needed = BASE_BYTES + patterns + each + bands(recipe, threads) + triangles(recipe);
         Self { needed, available: available() }
     }
 
@@ -94,15 +96,20 @@ fn bands(recipe: &Recipe, threads: usize) -> u64 {
     threads as u64 * recipe.size().columns as u64 * BAND_BYTES
 }
 
-/// Patterns of speckle of a sample: those of the finest grain of some.
+/// Patterns of speckle of a sample, of the finest grain and the most looks that draws have, but for one in 10^4 of a key.
 fn patterns(recipe: &Recipe) -> u64 {
-    let stack = |index| {
-        let bench = recipe.draw(0, index).bench;
-        // The working f-number is larger than the lens' own, which makes the grain coarser.
-        let grain = bench.laser.wavelength_nm * 1e-3 * bench.camera.f_number / bench.camera.pixel_um;
-        bytes_of_stack(grain, [bench.speckle.surface_patterns, bench.speckle.volume_patterns])
+    let (low, high) = (RARE_DRAW, 1.0 - RARE_DRAW);
+    let drawn = |path: &str, share: f64| {
+        let declared = recipe.parameters().find(|(parameter, _)| parameter.path() == path);
+        let (parameter, _) = declared.unwrap_or_else(|| panic!("no table declares {path}"));
+        let of_class = recipe.classes().iter().filter_map(|class| recipe.distribution(&class.name, path));
+        let ends = of_class.map(|distribution| distribution.quantile(parameter, share));
+        ends.reduce(if share < 0.5 { f64::min } else { f64::max }).expect("every recipe has a class")
     };
-    (0..LOOKED_AT).map(stack).max().unwrap_or(0) as u64
+    // The working f-number is larger than the lens' own, which makes the grain coarser.
+    let finest =
+        drawn("laser.wavelength_nm", low) * 1e-3 * drawn("camera.f_number", low) / drawn("camera.pixel_um", high);
+    bytes_of_stack(finest, ["speckle.surface_patterns", "speckle.volume_patterns"].map(|path| drawn(path, high))) as u64
 }
 
 fn rendered(output: &Output) -> u64 {

@@ -8,8 +8,9 @@ use super::interreflections::Exchange;
 use super::line_image::{LineShape, draw, surface_line};
 use super::motion_blur::{self, MotionBlur};
 use super::row::{Row, WindowNeed};
-use super::rows_left_out::{light_beyond, mix_bounds};
+use super::rows_left_out::{greater, light_beyond, mix_bounds};
 use super::second_line::LitProfile;
+use super::seen_rows::SeenRows;
 use super::sensor::Sensor;
 use super::speckle::TILE;
 use super::window::{CENTRE, ExposureKey, ROWS, Scratch, load};
@@ -85,8 +86,8 @@ impl Sensor {
         beyond
     }
 
-    /// Whether a tile shows nothing but a line that is one Gaussian and what spreads from it, on pixels that don't depend on
-    /// each other.
+    /// Whether a tile shows nothing but a line that is one Gaussian and what spreads from it over a level surface, but for edges
+    /// whose sides do not mix rows, on pixels that don't depend on each other.
     fn is_line_alone(&self, part: &TileOfProfile<'_>) -> bool {
         let TileOfProfile { band, profile, tile, .. } = *part;
         let row = band.row(profile);
@@ -102,6 +103,13 @@ impl Sensor {
             && row.secondary.as_ref().is_none_or(|secondary| secondary.needs[tile] == WindowNeed::Line)
             && mixed_columns::share_rows_or_none(&row.mixed, tile, load(&row.centre, tile * TILE))
             && streak::near_tile(&row.streaks, tile).is_empty()
+            && !SeenRows::are_uneven(row, &self.neighbours(band, profile), tile * TILE)
+    }
+
+    /// The rows that a window of a profile looks at.
+    fn neighbours<'a>(&self, band: &'a Band, profile: usize) -> [&'a Row; ROWS] {
+        let offsets = band.neighbours(profile, &self.geometry);
+        std::array::from_fn(|k| band.neighbour(profile, offsets[k]))
     }
 
     /// A bound on the light of the line in the rows of a tile's window that are not among `rows`, a column [e-]; `None` where front
@@ -109,14 +117,14 @@ impl Sensor {
     fn light_beyond(&self, part: &TileOfProfile<'_>, rows: &Range<usize>) -> Option<[f32; TILE]> {
         let TileOfProfile { band, profile, tile, .. } = *part;
         let (start, own) = (tile * TILE, band.row(profile));
-        let offsets = band.neighbours(profile, &self.geometry);
+        let neighbours = self.neighbours(band, profile);
         let mut exits = [0.0f32; BASIS];
         for k in (0..rows.start).chain(rows.end..ROWS) {
-            let row = band.neighbour(profile, offsets[k]);
-            if row.front_of(start).is_some() {
+            if neighbours[k].front_of(start).is_some() {
                 return None;
             }
-            exits.iter_mut().zip(row.greatest_exits[tile]).for_each(|(most, exit)| *most = most.max(exit));
+            let greatest = neighbours[k].greatest_exits[tile];
+            exits.iter_mut().zip(greatest).for_each(|(most, exit)| *most = greater(*most, exit));
         }
         // Light of short paths, as from knots, keeps more contrast than that of the wood that the patterns are made for.
         let contrasts = own.contrasts_of(tile).as_flattened();
@@ -197,8 +205,7 @@ fn still(sensor: &Sensor, band: &Band, profile: usize, tile: usize, rows: Range<
             }
         }
         None => {
-            let offsets = band.neighbours(profile, &sensor.geometry);
-            let neighbours: [&Row; ROWS] = std::array::from_fn(|k| band.neighbour(profile, offsets[k]));
+            let neighbours = sensor.neighbours(band, profile);
             draw(own, &neighbours, start, &line, first);
             let exchange = Exchange { geometry: &sensor.geometry, band, profile };
             exchange.add(tile, first);

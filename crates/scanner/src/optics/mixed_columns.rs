@@ -103,11 +103,11 @@ pub(crate) fn of_tile(mixed: &[MixedColumn], tile: usize) -> &[MixedColumn] {
 }
 
 /// Whether the windows about lines at `centre` are such that each mixed column of the tile takes light of its neighbour row by row, or
-/// none of it: no row then needs one that stands elsewhere in a window, and none is brighter than the brighter of both columns.
+/// none of it, and is cut once: no row then needs one that stands elsewhere in a window, and none is brighter than the brighter of both columns.
 pub(crate) fn share_rows_or_none(mixed: &[MixedColumn], tile: usize, centre: &[f32; TILE]) -> bool {
     let first = tile * TILE;
     let mixed = of_tile(mixed, tile);
-    // A column that is cut on both sides can show more than the brighter of two.
+    // A column narrower than its pixels are wide takes light of both sides, which is not bounded by either.
     let cut_once = mixed.windows(2).all(|pair| pair[0].column != pair[1].column);
     cut_once
         && mixed.iter().all(|m| {
@@ -167,6 +167,19 @@ mod tests {
         // Row 20 of the neighbour's window is sensor row 117: row 17 of this one.
         assert_eq!((window.volume[20][7], window.volume[17][7], window.surface[19][7]), (750.0, 125.0, 50.0));
         assert_eq!((window.volume[20][8], window.surface[22][8]), (500.0, 200.0));
+    }
+
+    /// Windows that are shifted against each other by part of their rows are told, columns cut on both sides too.
+    #[test]
+    fn columns_that_need_other_rows_are_told() {
+        let mut centre = [50.5; TILE];
+        (centre[8], centre[9], centre[11]) = (50.9, 53.0, 50.5 + ROWS as f32);
+        let cut = |column: usize, beside: usize| MixedColumn { column, beside, share: 0.3 };
+        let told = |mixed: &[MixedColumn]| share_rows_or_none(mixed, 0, &centre);
+        // In the same row, three rows away, a window away, and in another tile.
+        assert!(told(&[]) && told(&[cut(7, 8)]) && !told(&[cut(9, 8)]) && told(&[cut(10, 11)]));
+        assert!(told(&[cut(TILE - 1, TILE)]) && told(&[cut(TILE, TILE + 1), cut(TILE, TILE - 1)]));
+        assert!(!told(&[cut(7, 6), cut(7, 8)]) && told(&[cut(6, 7), cut(7, 8)]));
     }
 
     /// An edge on a tile's border takes the light that is not the column's own, though nothing comes in its place.

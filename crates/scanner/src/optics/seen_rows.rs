@@ -25,26 +25,34 @@ pub(crate) struct SeenRows {
 }
 
 impl SeenRows {
+    /// Whether rows of a body that can mirror itself are seen elsewhere than those of a level surface.
+    #[inline(always)]
+    pub fn are_uneven(own: &Row, neighbours: &[&Row; ROWS], start: usize) -> bool {
+        let own_centre = load(&own.centre, start);
+        own.secondary.is_some()
+            && neighbours.iter().any(|row| {
+                let mut most = 0.0f32;
+                for (centre, own) in load(&row.centre, start).iter().zip(own_centre) {
+                    most = most.max((centre - own).abs());
+                }
+                most > UNEVEN_PX
+            })
+    }
+
     /// Where the window of the line of `own` looks, if its rows do not see a level surface; `neighbours` are what a row of a window each would see of one.
     #[inline(always)]
     pub fn of(own: &Row, neighbours: &[&Row; ROWS], start: usize) -> Option<Box<Self>> {
-        own.secondary.as_ref()?;
+        if !Self::are_uneven(own, neighbours, start) {
+            return None;
+        }
         let own_centre = load(&own.centre, start);
         // Where in the window each of the rows is seen.
         let mut places = [[0.0f32; TILE]; ROWS];
-        let mut uneven = false;
         for (k, place) in places.iter_mut().enumerate() {
             let (centre, away) = (load(&neighbours[k].centre, start), neighbours[k].y_mm - own.y_mm);
-            let mut most = 0.0f32;
             for c in 0..TILE {
-                let moved = centre[c] - own_centre[c];
                 place[c] = centre[c] - away * own.level_rows_per_mm - window_start(own_centre[c]) as f32;
-                most = most.max(moved.abs());
             }
-            uneven |= most > UNEVEN_PX;
-        }
-        if !uneven {
-            return None;
         }
         let mut seen = Box::new(Self { away_mm: [[0.0; TILE]; ROWS], node: [[0; TILE]; ROWS] });
         seen.look(&places, &neighbours.map(|row| row.y_mm - own.y_mm));

@@ -55,7 +55,7 @@ pub(crate) struct SignalChain {
     /// Share of the charge above that which flows on [1].
     pub blooming: f32,
     /// Greatest digital number [DN].
-    max_dn: f32,
+    pub max_dn: f32,
     /// Fixed offsets of the rows [DN].
     pattern: Vec<f32>,
     /// Standard deviation of the rows' offsets that change [DN].

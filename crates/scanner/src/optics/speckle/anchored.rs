@@ -34,7 +34,7 @@ pub(crate) struct AnchoredSpeckle {
     stack: Arc<PatternStack>,
     /// Factor on the patterns, for light from the surface and from below [1].
     scale: [f32; 2],
-    /// What the patterns exceed once in 10^12, over their mean [1].
+    /// What the patterns are taken to exceed once in 10^12, over their mean [1].
     rare: [f32; 2],
     /// Resulting contrast in one pixel [1].
     contrast: [f32; 2],
@@ -97,7 +97,7 @@ impl AnchoredSpeckle {
         self.scale
     }
 
-    /// Factor on light from the surface and from below that speckle exceeds once in 10^12, where that from below keeps `most` times the
+    /// Factor on light from the surface and from below that speckle is taken to exceed once in 10^12, where that from below keeps `most` times the
     /// contrast of the patterns [1].
     pub fn brightest(&self, most: f32) -> [f32; 2] {
         let [surface, volume] = [0, 1].map(|i| self.scale[i] * self.rare[i]);
@@ -132,7 +132,8 @@ impl AnchoredSpeckle {
 ///
 /// The mean of an intensity over pixels and looks is nearly a gamma variate of shape k = 1 / C^2 (Goodman 2007, 4.4), which exceeds x with a
 /// chance of no more than exp(-k (x - 1 - ln x)) (Chernoff). Its tail falls like that of its brightest mode, which is brighter than the
-/// modes of a gamma variate: k is taken to be less.
+/// modes of a gamma variate: k is taken to be less by [`UNEQUAL_MODES`], an assumption that is tested to chances of 10^-4, and by the greatest
+/// of 30 million pixels.
 fn rare_excess(contrast: f64, exponent: f64) -> f64 {
     let exponent = exponent * UNEQUAL_MODES * contrast * contrast;
     // Newton's steps from above: the function is convex.

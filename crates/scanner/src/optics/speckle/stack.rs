@@ -54,7 +54,7 @@ pub struct PatternCache {
     stream: Stream,
     /// Pairs of unlike patterns in its stacks, after which they begin again.
     unlike_pairs: usize,
-    /// Most that the stacks take that are kept beside the latest [bytes].
+    /// Most that the stacks take that are kept, the latest among them unless it alone takes more [bytes].
     most: usize,
     kept: Mutex<Vec<(PatternKey, Arc<PatternStack>)>>,
 }
