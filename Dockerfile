@@ -1,5 +1,3 @@
-# syntax=docker/dockerfile:1
-#
 # Two images from the sources in this folder:
 #
 #     docker build -t sheetlight .                              # `gen` alone, without a shell
@@ -11,11 +9,8 @@
 # those of the program. `gen check` needs the library onnxruntime, which the second image alone can hold:
 # `--build-arg PACKAGES=onnxruntime`.
 
-ARG RUST=1.95
-ARG PYTHON=3.13
-ARG DEBIAN=bookworm
-
-FROM rust:${RUST}-slim-${DEBIAN} AS build
+# What they are made from is named by digest, so that the same sources make the same image; .github/renovate.json renews digests.
+FROM rust:1.95-slim-bookworm@sha256:d7482085ff5b415f84dba5647ae71606650bdef00db7aeb69f4b3d170c3e4082 AS build
 WORKDIR /src
 COPY . .
 RUN --mount=type=cache,target=/usr/local/cargo/registry \
@@ -24,7 +19,9 @@ RUN --mount=type=cache,target=/usr/local/cargo/registry \
 # An empty folder that belongs to the user of the images.
 RUN mkdir /data && chown 65532:65532 /data
 
-FROM python:${PYTHON}-slim-${DEBIAN} AS wheel
+FROM python:3.13-slim-bookworm@sha256:67a1e1f215ccda113cfc024e8639049257e88f273898f595b61476d128d387e8 AS python
+
+FROM python AS wheel
 COPY --from=build /usr/local/cargo /usr/local/cargo
 COPY --from=build /usr/local/rustup /usr/local/rustup
 ENV PATH=/usr/local/cargo/bin:$PATH RUSTUP_HOME=/usr/local/rustup CARGO_HOME=/usr/local/cargo
@@ -40,7 +37,7 @@ RUN --mount=type=cache,target=/usr/local/cargo/registry \
     --mount=type=cache,target=/root/.cache/pip \
     pip wheel --no-deps --wheel-dir /wheels .
 
-FROM python:${PYTHON}-slim-${DEBIAN} AS scale
+FROM python AS scale
 # Extras of the package, and packages beside it.
 ARG EXTRAS=s3
 ARG PACKAGES=""
@@ -56,7 +53,7 @@ USER 65532:65532
 WORKDIR /data
 CMD ["python", "-m", "sheetlight.scale", "--help"]
 
-FROM gcr.io/distroless/cc-debian12:nonroot AS gen
+FROM gcr.io/distroless/cc-debian12:nonroot@sha256:66aa873a4a14fb164aa01296058efd8253744606d72715e45acface073359faa AS gen
 LABEL org.opencontainers.image.title="Sheetlight" \
       org.opencontainers.image.description="Simulator of laser triangulation with subsurface scattering, and a dataset factory around it" \
       org.opencontainers.image.licenses="MIT OR Apache-2.0"

@@ -38,7 +38,7 @@ fn versions_are_that_of_the_crate() {
 fn toolchains_are_the_one_that_cargo_names() {
     let workflow = |name: &str| format!(".github/workflows/{name}.yml");
     for (path, before, after) in [
-        ("Dockerfile", "ARG RUST=", "\n"),
+        ("Dockerfile", "FROM rust:", "-"),
         (&workflow("ci"), "image: rust:", "-"),
         (&workflow("wheels"), "rust-toolchain: \"", "\""),
         (&workflow("wheels"), "rustup toolchain install ", " "),
@@ -49,6 +49,47 @@ fn toolchains_are_the_one_that_cargo_names() {
         for version in stated(path, before, after) {
             assert_eq!(version, env!("CARGO_PKG_RUST_VERSION"), "{path}, after `{before}`");
         }
+    }
+}
+
+/// Guards all that others could change under us: each action and each image is named by the digest of its content, with the
+/// version beside it for people, and a file renews them.
+#[test]
+fn actions_and_images_are_named_by_digest() {
+    let is_digest = |text: &str, digits: usize| text.len() == digits && text.bytes().all(|b| b.is_ascii_hexdigit());
+    let mut stages = Vec::new();
+    let (mut actions, mut images) = (0, 0);
+    let workflows = fs::read_dir(Path::new(ROOT).join(".github/workflows")).expect("workflows").flatten();
+    let mut files: Vec<PathBuf> = workflows.map(|entry| entry.path()).collect();
+    files.push("Dockerfile".into());
+    for file in files {
+        let content = text(&file);
+        for line in content.lines().map(str::trim) {
+            let line = line.strip_prefix("- ").unwrap_or(line);
+            if let Some(action) = line.strip_prefix("uses: ").filter(|action| !action.starts_with("./")) {
+                let (digest, version) =
+                    action.split_once('@').and_then(|(_, rest)| rest.split_once(" # v")).unwrap_or_default();
+                let good = is_digest(digest, 40) && version.starts_with(|c: char| c.is_ascii_digit());
+                assert!(good, "{}: `{line}` wants the digest of a commit and `# vX.Y.Z`", file.display());
+                actions += 1;
+            }
+            let image = line.strip_prefix("FROM ").or_else(|| line.strip_prefix("image: "));
+            if let Some(image) = image {
+                let (image, stage) = image.split_once(" AS ").unwrap_or((image, ""));
+                if !stages.contains(&image.to_owned()) {
+                    let digest = image.split_once("@sha256:").map_or("", |(_, digest)| digest);
+                    assert!(is_digest(digest, 64), "{}: `{line}` wants `@sha256:` and a digest", file.display());
+                    images += 1;
+                }
+                stages.push(stage.to_owned());
+            }
+            assert!(!line.starts_with("# syntax="), "{}: `{line}` names an image by its tag", file.display());
+        }
+    }
+    assert!(actions >= 18 && images >= 4, "only {actions} actions and {images} images were found");
+    let renewal: serde_json::Value = serde_json::from_str(&text(".github/renovate.json")).expect("it is JSON");
+    for preset in ["helpers:pinGitHubActionDigestsToSemver", "docker:pinDigests"] {
+        assert!(renewal["extends"].as_array().is_some_and(|all| all.contains(&preset.into())), "nothing has {preset}");
     }
 }
 
