@@ -1,10 +1,12 @@
 //! `gen completions`: what makes a shell complete commands, options and their values; `gen man`: the manual's pages.
 
+use std::path::PathBuf;
+
 use clap::{Args, Command};
 use clap_complete::{Shell, generate};
 use clap_mangen::Man;
 
-use super::{CommandResult, DONE, UsageError, print};
+use super::{CommandResult, DONE, UsageError, output, print};
 
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
@@ -26,15 +28,27 @@ pub(super) fn run(arguments: &CompletionsArgs, command: &mut Command) -> Command
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   gen man | man -l -                               the page of gen itself
-  gen man export coco > gen-export-coco.1          that of a command")]
+  gen man export coco > gen-export-coco.1          that of a command
+  gen man --all ~/.local/share/man/man1            those of all commands, for `man gen-export-coco`")]
 pub(super) struct ManArgs {
     /// The command [default: gen itself]
+    #[arg(conflicts_with = "all")]
     command: Vec<String>,
+    /// Write the pages of all commands into this folder
+    #[arg(long, value_name = "DIR", value_parser = output::folder())]
+    all: Option<PathBuf>,
 }
 
-/// Prints the page of a command.
+/// Prints the page of a command, or writes all.
 pub(super) fn manual(arguments: &ManArgs, mut command: Command) -> CommandResult {
     command.build();
+    if let Some(folder) = &arguments.all {
+        let remedy = "name a folder that is there and can be written with --all";
+        for command in with_commands_below(&command) {
+            output::write_or(&folder.join(format!("{}.1", title(command))), &page(command)?, remedy)?;
+        }
+        return Ok(DONE);
+    }
     let mut found = &command;
     for name in &arguments.command {
         found = found.find_subcommand(name).ok_or_else(|| {
@@ -43,9 +57,23 @@ pub(super) fn manual(arguments: &ManArgs, mut command: Command) -> CommandResult
             UsageError(format!("`{}` has no command `{name}`: {remedy}", found.get_name()))
         })?;
     }
-    let title = found.get_bin_name().unwrap_or("gen").replace(' ', "-");
-    let mut page = Vec::new();
-    Man::new(found.clone()).title(title).render(&mut page)?;
-    print(&String::from_utf8(page)?)?;
+    print(&String::from_utf8(page(found)?)?)?;
     Ok(DONE)
+}
+
+/// A command and all below it, but for those that only print help.
+fn with_commands_below(command: &Command) -> Vec<&Command> {
+    let below = command.get_subcommands().filter(|below| below.get_name() != "help");
+    std::iter::once(command).chain(below.flat_map(with_commands_below)).collect()
+}
+
+fn title(command: &Command) -> String {
+    command.get_bin_name().unwrap_or("gen").replace(' ', "-")
+}
+
+/// The page of a command [bytes of roff].
+fn page(command: &Command) -> std::io::Result<Vec<u8>> {
+    let mut page = Vec::new();
+    Man::new(command.clone()).title(title(command)).render(&mut page)?;
+    Ok(page)
 }

@@ -22,12 +22,7 @@ use recipe::Recipe;
 const MAX_THREADS: (usize, usize) = (4, 16);
 
 pub(super) fn run(arguments: &GenerateArgs, console: &Console) -> CommandResult {
-    let Some(name) = &arguments.recipe else {
-        return Err(UsageError(
-            "--recipe is missing: name a YAML file or a built-in recipe, for instance --recipe wood.yaml".into(),
-        )
-        .into());
-    };
+    let name = arguments.recipe.get()?;
     let threads = threads(arguments.threads)?;
     let samples = requested_samples(arguments)?;
     let loaded = super::load(name, &arguments.changes.set, console)?;

@@ -34,7 +34,7 @@ use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 use crate::api::{LoadedRecipe, holds_dataset};
 use crate::preview;
 use ::recipe::asset::AssetSource;
-use ::recipe::{Change, Recipe};
+use ::recipe::{Change, Recipe, nearest_spelling};
 use console::{Console, ConsoleArgs, say, shown};
 use progress::Progress;
 
@@ -46,7 +46,7 @@ use progress::Progress;
   gen --recipe wood.yaml --n 10000 --estimate                  what it would take
   gen --recipe wood.yaml --n 10000 --out planks                make it, or continue it
   gen --recipe wood.yaml --n 10000 --out planks --part 0/4     every fourth shard, for four machines
-  gen --recipe wood -n 40 --set camera.tilt_deg=30 -o steep    a key of the recipe changed
+  gen wood -n 40 --set camera.tilt_deg=30 -o steep             a key of the recipe changed
   gen validate planks                                          check every file and label
   gen rig wood                                                 field of view, resolution, line, exposure, noise
   gen list                                                     the datasets below out
@@ -132,15 +132,16 @@ enum Command {
 /// Arguments of a generating run.
 #[derive(Debug, Args)]
 pub(crate) struct GenerateArgs {
-    /// Recipe: a YAML file, a built-in one (wood, wood-small, blister, ...), the folder of a dataset to continue, or - for
-    /// standard input
-    #[arg(long, value_name = "FILE")]
-    recipe: Option<String>,
+    #[command(flatten)]
+    recipe: RecipeName,
     #[command(flatten)]
     changes: Changes,
     /// Samples that the dataset shall have; a larger number later extends it
     #[arg(short, long, value_name = "N", value_parser = whole::<u64>)]
     n: Option<u64>,
+    /// What other programs call `-n`.
+    #[arg(long, hide = true, aliases = ["count", "number", "num-samples", "num"], value_name = "N", value_parser = not_n)]
+    samples: Option<u64>,
     /// Folder of the dataset [default: the one that --recipe names, else out/<recipe name>]
     #[arg(short, long, value_name = "DIR", value_parser = output::folder())]
     out: Option<PathBuf>,
@@ -182,12 +183,36 @@ struct Changes {
     set: Vec<Change>,
 }
 
+/// The name of a recipe, as a word or behind `--recipe`.
+#[derive(Debug, Args)]
+struct RecipeName {
+    /// Recipe: a YAML file, a built-in one (wood, wood-small, blister, ...), the folder of a dataset, or - for standard input
+    #[arg(id = "recipe_word", value_name = "RECIPE", conflicts_with = "recipe")]
+    word: Option<String>,
+    /// The same, behind an option
+    #[arg(id = "recipe", long = "recipe", value_name = "FILE")]
+    option: Option<String>,
+}
+
+impl RecipeName {
+    fn given(&self) -> Option<&str> {
+        self.word.as_deref().or(self.option.as_deref())
+    }
+
+    fn get(&self) -> Result<&str, UsageError> {
+        self.given().ok_or_else(|| {
+            let remedy =
+                "name a YAML file or a built-in one, for instance --recipe wood.yaml; gen recipe list has them";
+            UsageError(format!("which recipe? {remedy}"))
+        })
+    }
+}
+
 /// A recipe, and changes to it.
 #[derive(Debug, Args)]
 struct RecipeArgs {
-    /// Recipe: a YAML file, a built-in one, the folder of a dataset, or - for standard input
-    #[arg(long, value_name = "FILE")]
-    recipe: String,
+    #[command(flatten)]
+    name: RecipeName,
     #[command(flatten)]
     changes: Changes,
 }
@@ -231,7 +256,9 @@ const UNUSABLE: u8 = 2;
 /// Reads the arguments, of which the first is the name of the program, does what they say, and returns the exit status. Only
 /// Ctrl-C, which is listened to from here on, ends the process.
 pub fn run_from(arguments: impl IntoIterator<Item = OsString>) -> u8 {
-    let outcome = command().try_get_matches_from(arguments).and_then(|found| Cli::from_arg_matches(&found));
+    let arguments: Vec<OsString> = arguments.into_iter().collect();
+    let outcome = misspelt_command(&arguments).map_or_else(|| command().try_get_matches_from(arguments), Err);
+    let outcome = outcome.and_then(|found| Cli::from_arg_matches(&found));
     let outcome = match outcome {
         Ok(cli) => {
             let console = Console::new(&cli.console, cli.generate.events);
@@ -256,6 +283,22 @@ pub fn run_from(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     })
 }
 
+/// The fault of a first word that is no command and no recipe, and is spelt like a command.
+fn misspelt_command(arguments: &[OsString]) -> Option<clap::Error> {
+    let word = arguments.get(1)?.to_str().filter(|word| !word.starts_with('-'))?;
+    let command = command();
+    if command.find_subcommand(word).is_some() || word == "help" || Path::new(word).exists() {
+        return None;
+    }
+    // A recipe of that name, or of one that is as near, was meant.
+    let recipes = Recipe::embedded().map(|known| known.name.rsplit('/').next().unwrap_or(known.name));
+    let names = command.get_subcommands().map(clap::Command::get_name);
+    let meant = nearest_spelling(word, recipes.chain(names))?;
+    let meant = command.find_subcommand(meant)?.get_name().to_owned();
+    let text = format!("`{word}` is neither a command nor a recipe; did you mean `gen {meant}`?\n");
+    Some(clap::Error::raw(clap::error::ErrorKind::InvalidSubcommand, text).with_cmd(&command))
+}
+
 fn obey(cli: Cli, console: &Console) -> CommandResult {
     console.listen();
     match cli.command {
@@ -277,7 +320,7 @@ fn obey(cli: Cli, console: &Console) -> CommandResult {
         Some(Command::Schema { what }) => schema_command(what),
         Some(Command::Completions(arguments)) => completions::run(&arguments, &mut command()),
         Some(Command::Man(arguments)) => completions::manual(&arguments, command()),
-        None if cli.generate.recipe.is_none() && cli.generate.n.is_none() => {
+        None if cli.generate.recipe.given().is_none() && cli.generate.n.is_none() => {
             // Nobody asked for anything: the help, and the status of a usage error.
             print(&command().render_help().to_string()).map(|()| UNUSABLE)
         }
@@ -322,7 +365,7 @@ fn printed(result: std::io::Result<()>) -> Result<(), Box<dyn std::error::Error 
 impl RecipeArgs {
     /// The recipe, changed.
     fn load(&self, console: &Console) -> Result<LoadedRecipe, Box<dyn std::error::Error + Send + Sync>> {
-        load(&self.recipe, &self.changes.set, console)
+        load(self.name.get()?, &self.changes.set, console)
     }
 }
 
@@ -406,6 +449,11 @@ fn whole<T: FromStr>(text: &str) -> Result<T, String> {
     let too_great = !text.is_empty() && text.bytes().all(|digit| digit.is_ascii_digit());
     text.parse()
         .map_err(|_| if too_great { most } else { "give a whole number that is not negative, for instance 100".into() })
+}
+
+/// Refuses what other programs call `-n`, which names it.
+fn not_n(text: &str) -> Result<u64, String> {
+    Err(format!("samples are asked for with -n: give -n {text}"))
 }
 
 fn parse_part(text: &str) -> Result<(u64, u64), String> {

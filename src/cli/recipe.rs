@@ -4,7 +4,7 @@ use clap::{Args, Subcommand};
 use serde_json::{Value, json};
 
 use super::console::Console;
-use super::{Changes, CommandResult, DONE, load, print};
+use super::{CommandResult, DONE, RecipeArgs, print};
 use recipe::Recipe;
 
 #[derive(Debug, Subcommand)]
@@ -29,10 +29,8 @@ pub(super) struct RecipeListArgs {
 
 #[derive(Debug, Args)]
 pub(super) struct ShowArgs {
-    /// Recipe: a built-in one, a YAML file, the folder of a dataset, or - for standard input
-    recipe: String,
     #[command(flatten)]
-    changes: Changes,
+    recipe: RecipeArgs,
     /// Print everything that it means, defaults included, as JSON, which is a recipe too
     #[arg(long)]
     json: bool,
@@ -42,7 +40,7 @@ pub(super) fn run(command: &RecipeCommand, console: &Console) -> CommandResult {
     match command {
         RecipeCommand::List(arguments) => list(arguments),
         RecipeCommand::Show(arguments) => {
-            let recipe = load(&arguments.recipe, &arguments.changes.set, console)?.recipe;
+            let recipe = arguments.recipe.load(console)?.recipe;
             print(&if arguments.json { recipe.canonical_json() } else { recipe.text().to_owned() })?;
             Ok(DONE)
         }

@@ -3,7 +3,7 @@
 use clap::Args;
 
 use super::console::Console;
-use super::{Changes, CommandResult, DONE, load, print, whole};
+use super::{CommandResult, DONE, RecipeArgs, print, whole};
 use study::rig::report;
 
 #[derive(Debug, Args)]
@@ -14,10 +14,8 @@ use study::rig::report;
 
 Numbers that the recipe draws are those of one sample. docs/instrument.md explains the bench.")]
 pub(super) struct RigArgs {
-    /// Recipe: a YAML file, a built-in one, the folder of a dataset, or - for standard input
-    recipe: String,
     #[command(flatten)]
-    changes: Changes,
+    recipe: RecipeArgs,
     /// Which sample's draws
     #[arg(long, default_value_t = 0, value_parser = whole::<u64>)]
     index: u64,
@@ -30,7 +28,7 @@ pub(super) struct RigArgs {
 }
 
 pub(super) fn run(arguments: &RigArgs, console: &Console) -> CommandResult {
-    let loaded = load(&arguments.recipe, &arguments.changes.set, console)?;
+    let loaded = arguments.recipe.load(console)?;
     let seed = loaded.seed(arguments.seed);
     let report = report(&loaded.recipe.draw(seed, arguments.index));
     if arguments.json {

@@ -40,9 +40,9 @@ fn numbers_that_cannot_be() {
     for (arguments, words) in cases {
         refused(&place, 2, &format!("--recipe tiny.yaml --out set {arguments}"), words);
     }
-    refused(&place, 2, "--n 4 --out set", &["--recipe is missing", "wood.yaml"]);
+    refused(&place, 2, "--n 4 --out set", &["which recipe?", "--recipe wood.yaml", "gen recipe list"]);
     refused(&place, 2, "--recipe tiny.yaml --n 4 --out set --seed 1.5", &["1.5", "--seed"]);
-    refused(&place, 2, "tiny.yaml --n 4 --out set", &["tiny.yaml", "--help"]);
+    refused(&place, 2, "tiny.yaml --recipe tiny.yaml --n 4 --out set", &["--recipe", "[RECIPE]", "--help"]);
     refused(&place, 2, "preview --recipe tiny.yaml --index x", &["'x'", "--index"]);
     refused(&place, 2, "preview --recipe tiny.yaml --index -1", &["-1"]);
     refused(&place, 2, "schema recipes", &["recipes", "recipe, dataset"]);

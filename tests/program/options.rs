@@ -190,3 +190,86 @@ fn shells_get_their_completions() {
     assert!(place.done("man export coco").out.contains("run\\-length"), "the page of a command");
     unusable(&place, "man export none", &["no command `none`", "coco"]);
 }
+
+/// Guards pages that list commands by hand: the program writes a page for each command that it has, and the guide asks it to.
+#[test]
+fn manual_pages_are_those_of_all_commands() {
+    let place = Place::new();
+    fs::create_dir(place.path("man1")).expect("a folder");
+    place.done("man --all man1");
+    let mut expected = vec!["gen.1".to_owned()];
+    let commands = |page: &str| -> Vec<String> {
+        let help = place.done(&format!("{page} --help")).out;
+        let (_, list) = help.split_once("\nCommands:\n").unwrap_or_default();
+        let named = list.lines().take_while(|line| !line.is_empty()).filter(|line| !line.starts_with("    "));
+        named
+            .filter_map(|line| line.split_whitespace().next())
+            .filter(|name| *name != "help")
+            .map(String::from)
+            .collect()
+    };
+    for command in commands("") {
+        expected.push(format!("gen-{command}.1"));
+        expected.extend(commands(&command).iter().map(|below| format!("gen-{command}-{below}.1")));
+    }
+    expected.sort();
+    let entries = fs::read_dir(place.path("man1")).expect("the folder").flatten();
+    let mut pages: Vec<String> = entries.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
+    pages.sort();
+    assert!(expected.len() > 25, "only {expected:?}");
+    assert_eq!(pages, expected);
+    let page = fs::read_to_string(place.path("man1/gen-export-coco.1")).expect("a page");
+    assert_eq!(page, place.done("man export coco").out);
+    place.run("man --all none").refused(&["none", "cannot write", "folder"]);
+    let guide = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/install.md")).expect("the guide");
+    for words in ["gen man --all ", "rustup", "glibc 2."] {
+        assert!(guide.contains(words), "docs/install.md lacks `{words}`");
+    }
+}
+
+/// Guards commands that take a recipe in one of two ways only: as a word and behind `--recipe` it is the same one.
+#[test]
+fn a_recipe_is_a_word_or_an_option() {
+    let place = Place::with(&[]);
+    for (before, after) in
+        [("rig", "--json"), ("recipe show", ""), ("preview", "--out -"), ("", "--n 2 --out set --estimate --json")]
+    {
+        let run = |recipe: &str| place.command(&format!("{before} {recipe} {after}")).output().expect("it runs");
+        let [word, option] = [run("tiny.yaml"), run("--recipe tiny.yaml")];
+        assert!(word.status.success(), "gen {before} tiny.yaml {after}: {}", String::from_utf8_lossy(&word.stderr));
+        if before.is_empty() {
+            assert!(option.status.success(), "{before}");
+        } else {
+            assert_eq!(word.stdout, option.stdout, "gen {before}");
+        }
+    }
+    place.done("tiny.yaml -n 1 --out word");
+    place.done("--recipe tiny.yaml -n 1 --out option");
+    assert_same(&place.tree("word"), &place.tree("option"), "the same dataset");
+    for command in ["rig", "recipe show", "preview", "fit --real word"] {
+        unusable(&place, command, &["which recipe?", "--recipe wood.yaml"]);
+    }
+}
+
+/// Guards words that are near to something else: what is meant is named.
+#[test]
+fn what_was_meant_is_named() {
+    let place = Place::with(&[]);
+    unusable(&place, "valdate set", &["valdate", "did you mean `gen validate`?"]);
+    unusable(&place, "--recipe tiny.yaml --samples 5", &["-n 5"]);
+    unusable(&place, "tiny.yaml --count 5", &["-n 5"]);
+    place.run("recipe show oak").refused(&["did you mean `species/oak`?"]);
+    place.run("oak -n 1").refused(&["did you mean `species/oak`?"]);
+    for (word, key) in [
+        ("QE", "exposure.quantum_efficiency"),
+        ("aperture", "camera.f_number"),
+        ("bit_depth", "exposure.bits"),
+        ("resolution", "scan.columns"),
+        ("gain", "exposure.full_well_e"),
+        ("species", "species/oak"),
+    ] {
+        for place_of in [word.to_owned(), format!("camera.{word}")] {
+            place.run(&format!("rig tiny.yaml --set {place_of}=1")).refused(&[word, key]);
+        }
+    }
+}

@@ -233,7 +233,7 @@ fn meant(subject: Option<Subject>, name: &str) -> String {
     if let [parameter] = named.as_slice() {
         return format!("did you mean `{}`?", parameter.path());
     }
-    if let Some(home) = keys::home(subject, last).filter(|_| parameter(None, name).is_some()) {
+    if let Some(home) = keys::home(subject, last, &[]).filter(|_| parameter(None, name).is_some()) {
         return home;
     }
     let paths: Vec<_> = keys::parameters(subject).map(Parameter::path).collect();

@@ -93,7 +93,9 @@ pub(super) fn text(name: &str) -> Result<(String, AssetSource), RecipeError> {
         Some(known) => Ok((known.text.to_owned(), AssetSource::BuiltIn)),
         None => {
             let known: Vec<_> = EMBEDDED.iter().map(|known| known.name).collect();
-            let nearest = nearest_spelling(stem(name), known.iter().copied()).map(str::to_owned);
+            let last = |known: &&str| known.rsplit('/').next() == Some(stem(name));
+            let in_folder = known.iter().copied().find(last);
+            let nearest = in_folder.or_else(|| nearest_spelling(stem(name), known.iter().copied())).map(str::to_owned);
             Err(RecipeError::NotFound { name: name.to_owned(), known, nearest })
         }
     }

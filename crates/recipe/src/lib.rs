@@ -53,7 +53,7 @@ pub use self::reference::reference_markdown;
 pub use self::schema::schema;
 pub use self::subject::{Plan, Subject};
 pub use wood_picture::{BoardPicture, WoodVolume};
-pub use yaml::{YamlFault, YamlFaults};
+pub use yaml::{YamlFault, YamlFaults, nearest_spelling};
 
 /// What a dataset is made from; every number in it is in range.
 #[derive(Debug, Clone, PartialEq)]

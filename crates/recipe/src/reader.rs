@@ -117,7 +117,7 @@ fn recipe(yaml: &mut YamlReader, root: &YamlNode, files: &AssetSource) -> Option
         .chain(sections)
         .chain([SAMPLING, CORRELATIONS, "classes", SET])
         .collect();
-    top.close(yaml, &known, &|name| keys::home(subject, name));
+    top.close(yaml, &known, &|name| keys::home(subject, name, &known));
 
     for setting in keys::settings(subject) {
         // What has no effect names no file, though it may have a default.
@@ -267,7 +267,7 @@ fn section_keys(yaml: &mut YamlReader, node: &YamlNode, section: &keys::RecipeSe
     map.close(yaml, &known, &|name| {
         let setting = in_class && section.settings.iter().any(|setting| setting.name == name);
         let fixed = || format!("`{}.{name}` is the same for all classes: set it at the top level", section.path);
-        if setting { Some(fixed()) } else { keys::home(into.subject, name) }
+        if setting { Some(fixed()) } else { keys::home(into.subject, name, &known) }
     });
 }
 
@@ -341,7 +341,7 @@ fn class(
         if fixed {
             Some(format!("`{name}` is the same for all classes: set it at the top level"))
         } else {
-            keys::home(subject, name)
+            keys::home(subject, name, &known)
         }
     });
     // What repeats the top level has no meaning of its own and leaves the hash as it is.

@@ -127,12 +127,9 @@ pub(super) fn run(arguments: &FitArgs, console: &Console) -> CommandResult {
     output::write(&page, found.page(recipe.text(), &text).as_bytes())?;
     // What is found is written: the scans have done their work.
     fs::remove_file(&store).map_err(|e| Fault::at(&store, format!("it cannot be removed: {e}"), "remove it"))?;
-    if recipe.files().next().is_some() && out.parent() != Path::new(&arguments.recipe.recipe).parent() {
-        console.note(&format!(
-            "note: {} names files that lie beside {}; keep both in one folder",
-            out.display(),
-            arguments.recipe.recipe
-        ));
+    let name = arguments.recipe.name.get()?;
+    if recipe.files().next().is_some() && out.parent() != Path::new(name).parent() {
+        console.note(&format!("note: {} names files that lie beside {name}; keep both in one folder", out.display()));
     }
     if found.rounds[0] < found.rounds[1] {
         console.note(&format!(

@@ -4,6 +4,7 @@
 //! samples and declared in [`settings`].
 
 pub(super) mod alternatives;
+mod datasheet_words;
 pub(super) mod idle;
 pub(crate) mod setting_type;
 pub(super) mod settings;
@@ -170,8 +171,11 @@ pub(super) fn unit(name: &str) -> &'static str {
     UNITS.iter().find(|(end, _)| name.ends_with(end)).map_or("", |(_, unit)| unit)
 }
 
-/// Where a key that stands in the wrong section, or in a recipe about another subject, belongs.
-pub(super) fn home(subject: Option<Subject>, name: &str) -> Option<String> {
+/// Where a key that stands in the wrong section, or in a recipe about another subject, belongs, and what says the same as a word
+/// of data sheets, unless it is one of the `known` keys there without its unit.
+pub(super) fn home(subject: Option<Subject>, name: &str, known: &[&str]) -> Option<String> {
+    let lacks_end = |key: &&str| key.strip_prefix(name).is_some_and(|end| end.starts_with('_'));
+    let said = || if known.iter().any(lacks_end) { None } else { datasheet_words::keys_for(name) };
     let has = |section: &&RecipeSection| {
         section.parameters.iter().any(|p| p.name == name) || section.settings.iter().any(|s| s.name == name)
     };
@@ -190,10 +194,11 @@ pub(super) fn home(subject: Option<Subject>, name: &str) -> Option<String> {
     if let Some(other) = SECTIONS.iter().filter(foreign).find(|s| s.path == name) {
         return Some(format!("`{name}` {}", remedy(other)));
     }
-    listed(sections(subject).filter(has).collect()).or_else(|| {
+    let of_others = || {
         let section = SECTIONS.iter().filter(foreign).find(has)?;
         Some(format!("`{name}` of `{}` {}", section.path, remedy(section)))
-    })
+    };
+    listed(sections(subject).filter(has).collect()).or_else(of_others).or_else(said)
 }
 
 /// Documentation without the blanks that `///` leaves in front of its lines.
