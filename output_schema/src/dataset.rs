@@ -285,7 +285,7 @@ impl DatasetHead {
         range_form(&self.images.range).map_or("mm", |form| form.unit)
     }
 
-    /// Whether the rows of this dataset have a column of [`crate::ROW`].
+    /// Whether the rows of this dataset have a column that rows of the newest version have.
     pub fn has(&self, column: &Column) -> bool {
         match column.kind {
             ColumnKind::Image(_) => self.images.png.iter().any(|name| name == column.name),

@@ -1,21 +1,13 @@
 //! Light transport inside matter: where light that enters a body leaves it again, and in which directions.
 //!
-//! Three models answer the same question about plane layers and are asked by name ([`model`]), from the slowest and
-//! truest to the fastest:
+//! The kernel answers for plane layers ([`kernel::solve`]), for the surface of a body, point by point, and for films over
+//! something ([`kernel::film_stack`]): Gaussians over path length, from tables that were measured once. It is what datasets
+//! are rendered with. The models that it is held to (Monte Carlo, diffusion, and the method of the thesis) answer the same
+//! questions, a [`stack::Stack`] and an [`answer::Question`], in the crate `reference`.
 //!
-//! - [`path`]: Monte Carlo of the transport equation, the reference
-//! - [`diffusion`]: a tensor of diffusion, in layers or on voxels
-//! - [`kernel`]: Gaussians over path length, what datasets are rendered with
-//!
-//! A fourth, [`thesis`], is light that spreads in a picture, the method of the thesis, kept to compare with. It knows no
-//! layers and answers lines of light on a body and points in a plane alone.
-//!
-//! [`stack`] is the matter in plane layers and [`answer`] what is said of it; [`line`] is a line of light on a body.
-//! docs/physics.md has the equations, their sources and where each model fails.
-//!
-//! Production needs [`stack`], [`answer`], [`phase`], [`fresnel`], [`line`] and [`kernel`], which use neither [`path`],
-//! [`diffusion`], [`thesis`] nor [`model`]; those may use them. Tables of the kernel are laid out by the kernel and measured
-//! by [`path::measure`].
+//! [`stack`] is matter in plane layers and [`answer`] what is said of it; [`line`] is a line of light on a body; [`phase`] and
+//! [`fresnel`] are the laws that all models share. docs/physics.md has the equations, their sources and where each model
+//! fails.
 
 pub mod answer;
 pub mod fresnel;
