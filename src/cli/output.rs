@@ -9,7 +9,7 @@ use image::RgbImage;
 
 use super::UsageError;
 use dataset::atomic_file::{self, FileError};
-use dataset::enclosed;
+use dataset::{enclosed, own_remedy};
 use output_schema::file::{DATASET, REPORTS, TEMPORARY};
 
 /// A folder that a command fills with results.
@@ -62,7 +62,10 @@ impl<'a> ResultFolder<'a> {
     pub(super) fn write(self, name: &str, content: &[u8], remedy: &str) -> Result<(), String> {
         let partial = self.relative(&format!("{TEMPORARY}{}-{name}", std::process::id()));
         let written = enclosed::write_by(self.parts().0, &partial, &self.relative(name), content);
-        written.map_err(|refused| format!("cannot write {}: {}; {remedy}", self.path(name).display(), refused.source))
+        written.map_err(|FileError { source, .. }| {
+            let remedy = own_remedy(&source).unwrap_or(remedy);
+            format!("cannot write {}: {source}; {remedy}", self.path(name).display())
+        })
     }
 
     /// A result of at most `most` bytes that lies there; `None` where there is none that can be read.
@@ -81,8 +84,9 @@ impl<'a> ResultFolder<'a> {
     }
 }
 
-fn told(refused: &FileError, remedy: &str) -> String {
-    format!("cannot {} {}: {}; {remedy}", refused.operation, refused.path.display(), refused.source)
+fn told(FileError { operation, path, source }: &FileError, remedy: &str) -> String {
+    let remedy = own_remedy(source).unwrap_or(remedy);
+    format!("cannot {operation} {}: {source}; {remedy}", path.display())
 }
 
 /// How arguments name standard output.
@@ -165,7 +169,10 @@ pub(super) fn write(path: &Path, content: &[u8]) -> Result<(), String> {
 
 /// The same for a path that follows from other arguments; `remedy` is what to do where it cannot be written.
 pub(super) fn write_or(path: &Path, content: &[u8], remedy: &str) -> Result<(), String> {
-    let error_text = |error: Error, first: &str| format!("cannot write {}: {error}; {first}{remedy}", path.display());
+    let error_text = |error: Error, first: &str| {
+        let remedy = own_remedy(&error).map_or_else(|| format!("{first}{remedy}"), str::to_owned);
+        format!("cannot write {}: {error}; {remedy}", path.display())
+    };
     let Some(name) = path.file_name().filter(|_| !path.is_dir()) else {
         return Err(error_text(Error::from(ErrorKind::IsADirectory), "a folder has that name: "));
     };
@@ -270,19 +277,18 @@ pub(super) fn check_writable(path: &Path) -> Result<(), String> {
 
 /// The same for a path that follows from other arguments.
 pub(super) fn check_writable_or(path: &Path, remedy: &str) -> Result<(), String> {
-    let error_text =
-        |what: String, first: &str| Err(format!("cannot write {}: {what}; {first}{remedy}", path.display()));
+    let error_text = |what: String, remedy: String| Err(format!("cannot write {}: {what}; {remedy}", path.display()));
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     if path.is_dir() || path.file_name().is_none() {
-        return error_text("it is a folder".into(), "name a file: ");
+        return error_text("it is a folder".into(), format!("name a file: {remedy}"));
     }
     if !folder.is_dir() {
-        return error_text(format!("there is no folder {}", folder.display()), "make it first, or ");
+        return error_text(format!("there is no folder {}", folder.display()), format!("make it first, or {remedy}"));
     }
     let probe = folder.join(format!(".tmp-{}-probe", std::process::id()));
     // What is there under that name is not ours: it is neither written through nor kept.
     let _ = fs::remove_file(&probe);
     let made = File::create_new(&probe).map(|_| ());
     let _ = fs::remove_file(&probe);
-    made.or_else(|error| error_text(error.to_string(), ""))
+    made.or_else(|error| error_text(error.to_string(), own_remedy(&error).unwrap_or(remedy).into()))
 }

@@ -12,6 +12,7 @@ use serde_json::json;
 use super::console::{Console, say};
 use super::remaining_time::RemainingTime;
 use crate::generate::{DatasetRequest, GenerateEvent};
+pub(super) use dataset::describe_bytes;
 use dataset::validate::ValidationStep;
 use recipe::Recipe;
 
@@ -310,16 +311,6 @@ fn rounded(rate: f64) -> String {
 /// A number of things in words.
 pub(super) fn counted(n: u64, thing: &str) -> String {
     if n == 1 { format!("1 {thing}") } else { format!("{n} {thing}s") }
-}
-
-/// A size in words.
-pub(super) fn describe_bytes(n: u64) -> String {
-    let units = [("TB", 1e12), ("GB", 1e9), ("MB", 1e6), ("kB", 1e3)];
-    let n = n as f64;
-    units
-        .iter()
-        .find(|(_, size)| n >= *size)
-        .map_or(format!("{n} bytes"), |(unit, size)| format!("{:.1} {unit}", n / size))
 }
 
 /// A time in words.

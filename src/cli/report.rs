@@ -30,8 +30,9 @@ const ELSEWHERE: &str = "give another place with --out";
 Results that `gen validate --save` and `gen check --save` keep beside the dataset are shown too.
 A filter can be part of the address: report.html#class=rot&split=test
 
-Exit status: 0 done, 1 the dataset cannot be opened (the page says why) or the page not be written,
-2 unusable arguments. An unfinished dataset has a page that says what is missing.")]
+Exit status: 0 done, 1 the dataset is damaged or cannot be opened (the page says where and why), or the
+page cannot be written, 2 unusable arguments. An unfinished dataset is not damaged: status 0, and its page
+says what is missing.")]
 pub(super) struct ReportArgs {
     /// Folder of the dataset
     dir: PathBuf,
@@ -121,13 +122,11 @@ pub(super) fn run(arguments: &ReportArgs, console: &Console) -> CommandResult {
     let size = describe_bytes(page.html.len() as u64);
     console.note(&format!("{}: {size}, {} shown", out.display(), counted(page.shown, "sample")));
     if page.troubles > 0 {
-        say(&format!(
-            "gen: {} is unfinished or damaged; the page lists {}",
-            root.display(),
-            counted(page.troubles, "fault")
-        ));
+        let state = if page.damage > 0 { "damaged" } else { "unfinished" };
+        let listed = counted(page.troubles, "fault");
+        say(&format!("gen: {} is {state}; the page shows what can be read, and lists {listed}", root.display()));
     }
-    Ok(if folder.is_ok() { DONE } else { FAULTS })
+    Ok(if page.damage > 0 { FAULTS } else { DONE })
 }
 
 /// Why a page must not be written to `out`, which lies among the dataset's files or is a kept result.

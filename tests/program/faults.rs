@@ -1,8 +1,9 @@
 //! Bad command lines and bad recipes: refused with a status, a reason and a remedy, before anything is made.
 
 use std::fs;
+use std::process::Command;
 
-use test_support::program::{Place, assert_same, recipe};
+use test_support::program::{Place, assert_same, program, recipe};
 
 /// Runs a command that must be refused with all of `words`, and must leave no file behind.
 fn refused(place: &Place, code: i32, arguments: &str, words: &[&str]) {
@@ -131,4 +132,35 @@ fn another_dataset_in_the_folder() {
     refused(&place, 1, &order.replace("shard 2", "shard 3").replace("recipe", "recipe tiny.yaml"), &["2 -> 3"]);
     // A comment is no difference.
     place.done(&format!("{order} said.yaml"));
+}
+
+/// A limit of this process is called what it is. Guards refusals of the system that are no fault of a disk, a folder or a
+/// dataset: whoever looks for one there looks in vain.
+#[cfg(unix)]
+#[test]
+fn a_limit_of_open_files_is_called_so() {
+    let place = Place::with(&[]);
+    place.make("set", "--n 1");
+    let orders =
+        ["--recipe tiny.yaml --n 1 --out new", "report set --no-timing --frames 0", "export png set --out png"];
+    for order in orders {
+        let mut refusals = 0;
+        for limit in 4..8 {
+            let limited = format!("ulimit -n {limit}; exec \"$0\" \"$@\"");
+            let mut shell = Command::new("sh");
+            shell.args(["-c", &limited]).arg(program()).args(order.split_whitespace()).current_dir(place.path(""));
+            let output = shell.output().expect("sh starts");
+            let told = String::from_utf8_lossy(&output.stderr).into_owned();
+            // A reader of tables that runs out of files midway has no reason of the system any more.
+            if output.status.success() || told.contains("External") || !told.contains("gen: ") {
+                continue;
+            }
+            refusals += 1;
+            assert!(told.contains("Too many open files") && told.contains("`ulimit -n"), "{order}, {limit}: {told}");
+            for wrong in ["check the disk", "another place", "damaged", "made again"] {
+                assert!(!told.contains(wrong), "`{wrong}` of {order}, {limit}: {told}");
+            }
+        }
+        assert!(refusals > 0, "{order} needs fewer files than the lowest limit");
+    }
 }

@@ -4,7 +4,7 @@ use std::{collections::BTreeMap, fs};
 
 use parquet::record::Field;
 use serde_json::json;
-use test_support::pages::{between, page, planks_page, values};
+use test_support::pages::{between, page, page_of_damage, planks_page, values};
 use test_support::program::Place;
 
 /// What a saved validation calls itself.
@@ -160,7 +160,8 @@ fn clean_is_said_of_what_was_validated() {
     // The footer is cut off, the length stays, and no sum of a document changes.
     let damaged: Vec<u8> = whole.iter().take(whole.len() - 100).copied().chain([0; 100]).collect();
     place.write(&path, damaged);
-    let told = verdict();
+    let html = page_of_damage(&place, "planks", "--frames 0");
+    let told = between(&html, "<section id=\"validation\"", "</section>")[0];
     assert!(
         !told.contains(good) && told.contains("clean when it was validated") && told.contains("#troubles"),
         "{told}"
@@ -206,20 +207,22 @@ fn sizes_are_of_what_is_there() {
     let place = Place::of_each_subject(&[]).into_iter().next_back().expect("the mesh");
     place.make("part", "--n 2");
     let (asset, bytes) = place.tree("part/assets").into_iter().next().expect("the file of triangles");
-    let row = |kind: &str| {
-        let html = page(&place, "part", "--frames 0");
+    let row_of = |html: String, kind: &str| {
         let row =
             between(&html, &format!("<th scope=\"row\">{kind}</th>"), "</tr>").first().map(|row| (*row).to_owned());
         row.map(|row| between(&row, "<td class=\"n\">", "</td>")[..2].join(" ")).unwrap_or_default()
     };
-    assert_eq!(row("files of the recipe").split(' ').next(), Some("1"));
+    let whole = row_of(page(&place, "part", "--frames 0"), "files of the recipe");
+    assert_eq!(whole.split(' ').next(), Some("1"));
+    let row = |kind: &str| row_of(page_of_damage(&place, "part", "--frames 0"), kind);
     place.write(&format!("part/assets/{asset}"), &bytes[..100]);
     assert_eq!(row("files of the recipe"), "1 100 bytes");
     fs::remove_file(place.path(&format!("part/assets/{asset}"))).expect("a file");
     assert_eq!(row("files of the recipe"), "");
 }
 
-/// An unfinished or damaged dataset has a page that says what is missing; what is no dataset is refused.
+/// An unfinished or damaged dataset has a page that says what is missing, with status 1 where it is damaged: guards every result
+/// made of a part of the data that is told as if it were of all. What is no dataset is refused.
 #[test]
 fn damage_has_a_page_too() {
     let (place, _) = planks_page("--frames 0");
@@ -231,17 +234,17 @@ fn damage_has_a_page_too() {
     let manifest = fs::read_to_string(&newer).expect("a manifest");
     fs::write(&newer, manifest.replacen("\"schema_version\": [\n    1", "\"schema_version\": [\n    2", 1))
         .expect("it is written");
-    let html = page(&place, "planks", "--frames 0");
+    let html = page_of_damage(&place, "planks", "--frames 0");
     assert!(html.contains("newer") && html.contains("shards/00000.json") && html.contains("run gen validate"));
     fs::write(&newer, manifest).expect("it is written");
     let table = place.tree("planks/data").into_keys().find(|name| name.contains("00000")).expect("a table");
     let path = format!("planks/data/{table}");
     let bytes = fs::read(place.path(&path)).expect("the table is there");
     place.write(&path, &bytes[..bytes.len() / 2]);
-    let html = page(&place, "planks", "--frames 0");
+    let html = page_of_damage(&place, "planks", "--frames 0");
     assert!(html.contains("and should have") && html.contains(&table));
     fs::remove_file(place.path(&path)).expect("a table");
-    assert!(page(&place, "planks", "--frames 0").contains("is missing"));
+    assert!(page_of_damage(&place, "planks", "--frames 0").contains("is missing"));
 
     place.write("planks/dataset.json", "{\"format\": 1");
     let run = place.run("report planks --out page.html");

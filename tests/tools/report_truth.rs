@@ -4,7 +4,7 @@ use std::{fs, os::unix::fs::symlink};
 
 use parquet::record::Field;
 use serde_json::json;
-use test_support::pages::{between, page, planks_page, values};
+use test_support::pages::{between, page, page_of_damage, planks_page, values};
 use test_support::program::{self, Place, Sample};
 
 /// What a table says of a sample as a number.
@@ -188,7 +188,7 @@ fn a_validation_that_lists_the_damage_is_current() {
     let whole = fs::read(place.path(&path)).expect("the table is there");
     place.write(&path, &whole[..whole.len() / 2]);
     assert_ne!(place.run("validate planks --save --rerender 0").code, 0);
-    let html = page(&place, "planks", "--frames 0");
+    let html = page_of_damage(&place, "planks", "--frames 0");
     let section = between(&html, "<section id=\"validation\"", "</section>")[0];
     assert!(section.contains(&table) && !section.contains("Damaged since?"), "{section}");
     assert!(values(&html, "id").contains(&"troubles"));

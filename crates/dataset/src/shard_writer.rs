@@ -16,6 +16,7 @@ use super::folder::{DIRECTORIES, needed, shard_lock};
 use super::lock::Lock;
 use super::reader::to_document;
 use super::sample_rows::{row_batch, stack_batch};
+use super::shard_size::TABLES_BYTES;
 use super::table_writer::TableWriter;
 use super::{Dataset, Encoded, Fault};
 use bench::split::Split;
@@ -142,7 +143,7 @@ impl ShardWriter {
     pub fn push(&mut self, sample: Encoded) -> Result<(), Fault> {
         let (row, frames) = self.tabulate(&sample).map_err(|what| self.misfit(sample.index, what))?;
         let (bytes, done) = (sample.bytes(), self.samples.len() as u64);
-        let needed = (self.bytes + bytes) / (done + 1) * self.count.saturating_sub(done);
+        let needed = (self.bytes + bytes) / (done + 1) * self.count.saturating_sub(done) + TABLES_BYTES;
         self.write(sample, &row, frames.as_ref()).map_err(|error| Fault::of_file(error, Some(needed)))?;
         self.bytes += bytes;
         Ok(())

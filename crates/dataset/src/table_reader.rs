@@ -20,7 +20,7 @@ use parquet::arrow::ProjectionMask;
 use parquet::arrow::arrow_reader::{ParquetRecordBatchReader, RowSelection};
 use serde_json::{Map, Number, Value};
 
-use super::{Fault, Grey, TableBounds, check_lengths, enclosed, read_png_of};
+use super::{Fault, Grey, TableBounds, check_lengths, enclosed, own_remedy, read_png_of};
 use bench::split::Split;
 
 /// Rows that are read at once where they have no images.
@@ -93,8 +93,11 @@ impl Table {
         bounds: &TableBounds,
         query: &RowQuery,
     ) -> Result<Rows, Fault> {
+        let file = file.map_err(|e| match own_remedy(&e) {
+            Some(remedy) => Fault::at(path, e.to_string(), remedy),
+            None => Fault::damaged(path, e.to_string()),
+        })?;
         let open = || {
-            let file = file.map_err(|e| e.to_string())?;
             let builder = bounds.open(file, query.columns)?;
             let count = u64::try_from(builder.metadata().file_metadata().num_rows()).unwrap_or(0);
             let fields = builder.schema().fields().iter().enumerate();

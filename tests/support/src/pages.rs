@@ -19,6 +19,12 @@ pub fn page(place: &Place, folder: &str, arguments: &str) -> String {
     std::fs::read_to_string(place.path(&format!("{folder}/reports/report.html"))).expect("the page is there")
 }
 
+/// The same of a damaged dataset: its page is written, and the exit status is 1.
+pub fn page_of_damage(place: &Place, folder: &str, arguments: &str) -> String {
+    place.run(&format!("report {folder} --no-timing {arguments}")).refused(&[folder, "damaged", "the page", "lists"]);
+    std::fs::read_to_string(place.path(&format!("{folder}/reports/report.html"))).expect("the page is there")
+}
+
 /// Values of an attribute in the order of the page.
 pub fn values<'a>(page: &'a str, attribute: &str) -> Vec<&'a str> {
     let start = format!(" {attribute}=\"");

@@ -10,7 +10,7 @@ use sha2::{Digest, Sha256};
 
 use super::finding::{Code, Finding};
 use super::report::ValidationReport;
-use crate::{enclosed, hex, largest};
+use crate::{enclosed, hex, largest, own_remedy};
 
 /// Reads one file of a manifest, once; its bytes, where it is whole and of at most `most` bytes.
 pub(super) fn read(root: &Path, file: &ManifestFile, most: u64, report: &mut ValidationReport) -> Option<Vec<u8>> {
@@ -49,9 +49,10 @@ fn whole(root: &Path, file: &ManifestFile, most: u64, report: &mut ValidationRep
     }
 }
 
-/// The code of a file that could not be read: `otherwise`, unless it is there and may not be.
+/// The code of a file that could not be read: `otherwise`, unless it is there and may not be, or the system is at fault.
 pub(super) fn unread(e: &io::Error, otherwise: Code) -> Code {
-    if e.kind() == ErrorKind::PermissionDenied { Code::FileUnreadable } else { otherwise }
+    let is_there = e.kind() == ErrorKind::PermissionDenied || own_remedy(e).is_some();
+    if is_there { Code::FileUnreadable } else { otherwise }
 }
 
 fn fail(report: &mut ValidationReport, code: Code, file: &ManifestFile, what: &str) -> bool {

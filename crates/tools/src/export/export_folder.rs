@@ -9,7 +9,7 @@ use output_schema::file::{TEMPORARY, temporary};
 use serde_json::{Value, json};
 
 use super::Source;
-use dataset::{Fault, GENERATOR_VERSION};
+use dataset::{Fault, GENERATOR_VERSION, own_remedy};
 
 /// What is exported, while it is not finished.
 const UNFINISHED_MARKER: &str = ".unfinished-export.json";
@@ -293,7 +293,7 @@ pub(super) fn refused(path: &Path, error: &Error) -> Fault {
             format!("the disk is full ({error})"),
             "make room, then run the same command to continue: files that are written stay",
         ),
-        _ => (format!("it cannot be written: {error}"), "give another place with --out"),
+        _ => (format!("it cannot be written: {error}"), own_remedy(error).unwrap_or("give another place with --out")),
     };
     Fault::at(path, what, remedy)
 }

@@ -35,13 +35,16 @@ pub(super) struct Folder {
     pub troubles: Vec<Fault>,
     /// How much more is.
     pub more: u64,
+    /// How much of both is damage, not shards that are yet to be made.
+    pub damage: u64,
 }
 
 impl Folder {
     /// Looks at every file that the head and the manifests name, by size alone.
     pub fn look(dataset: &Dataset) -> Self {
         let (head, root) = (dataset.head(), dataset.root());
-        let mut found = Self { tables: Vec::new(), finished: 0, kinds: BTreeMap::new(), troubles: Vec::new(), more: 0 };
+        let mut found =
+            Self { tables: Vec::new(), finished: 0, kinds: BTreeMap::new(), troubles: Vec::new(), more: 0, damage: 0 };
         for name in ["dataset.json", "README.md", "croissant.json"] {
             if let Ok(bytes) = enclosed::length(root, name) {
                 found.count("documents", bytes);
@@ -75,10 +78,10 @@ impl Folder {
         let remedy = "run the command that began the dataset to finish it";
         match shards.end - shards.start {
             0 => {}
-            1 => self.trouble(manifest_path(shards.start), "is missing: the shard is not finished".into(), remedy),
+            1 => self.list(manifest_path(shards.start), "is missing: the shard is not finished".into(), remedy),
             n => {
                 let place = format!("shards {} to {}", shards.start, shards.end - 1);
-                self.trouble(place, format!("their {n} manifests are missing: the shards are not finished"), remedy);
+                self.list(place, format!("their {n} manifests are missing: the shards are not finished"), remedy);
             }
         }
     }
@@ -116,8 +119,13 @@ impl Folder {
         files.bytes += bytes;
     }
 
-    /// Notes what is wrong.
+    /// Notes what is damaged.
     pub fn trouble(&mut self, place: String, what: String, remedy: &'static str) {
+        self.damage += 1;
+        self.list(place, what, remedy);
+    }
+
+    fn list(&mut self, place: String, what: String, remedy: &'static str) {
         if self.troubles.len() < LISTED {
             self.troubles.push(Fault::new(place, what, remedy));
         } else {

@@ -76,13 +76,15 @@ pub struct DatasetPage {
     pub shown: u64,
     /// What is missing of the dataset or cannot be read.
     pub troubles: u64,
+    /// How much of it is damage: all but shards that are yet to be made.
+    pub damage: u64,
 }
 
 /// Makes the page of the dataset in `root`; one that cannot be opened has a page that says why.
 pub fn report(root: &Path, options: &ReportOptions) -> DatasetPage {
     let folder = match Dataset::open(root) {
         Ok(folder) => folder,
-        Err(error) => return DatasetPage { html: unreadable(root, &error), shown: 0, troubles: 1 },
+        Err(error) => return DatasetPage { html: unreadable(root, &error), shown: 0, troubles: 1, damage: 1 },
     };
     let head = folder.head();
     let mut found = Folder::look(&folder);
@@ -143,6 +145,7 @@ pub fn report(root: &Path, options: &ReportOptions) -> DatasetPage {
         html: page::page(&facts).into_string(),
         shown: facts.samples.len() as u64,
         troubles: facts.folder.troubles.len() as u64 + facts.folder.more,
+        damage: facts.folder.damage,
     }
 }
 
