@@ -178,14 +178,18 @@ pub(super) fn run(arguments: &CheckArgs, console: &Console) -> CommandResult {
 /// Makes the folder, or takes that of an earlier check; refuses a folder that holds other things.
 fn prepare(out: &Path) -> Result<(), UsageError> {
     let describe = |what: String| UsageError(format!("--out {}: {what}; give a new folder", out.display()));
-    if !out.exists() {
+    let (is_there, document) = (out.exists(), out.join(REPORT_FILE));
+    if is_there {
+        let mut entries = fs::read_dir(out).map_err(|e| describe(e.to_string()))?;
+        if entries.next().is_some() && !document.is_file() {
+            return Err(describe("it holds other things".into()));
+        }
+    }
+    output::check_replaceable(&document, output::Written::Json)?;
+    if !is_there {
         return fs::create_dir(out).map_err(|e| describe(format!("it cannot be made: {e}")));
     }
-    let mut entries = fs::read_dir(out).map_err(|e| describe(e.to_string()))?;
-    if entries.next().is_some() && !out.join(REPORT_FILE).is_file() {
-        return Err(describe("it holds other things".into()));
-    }
-    output::check_writable(&out.join(REPORT_FILE)).map_err(UsageError)
+    output::check_writable(&document).map_err(UsageError)
 }
 
 /// Sums of the dataset before the work, and whether its folder can be written; `None` where it is no dataset, which the

@@ -133,6 +133,7 @@ fn dataset_request(
         (None, Some(dataset)) => dataset.root().to_path_buf(),
         (None, None) => PathBuf::from("out").join(recipe.name()),
     };
+    super::output::check_outside_datasets(&out, true)?;
     let place = |path: &Path| path.canonicalize().ok();
     let named = loaded.dataset.as_ref().filter(|dataset| place(&out) == place(dataset.root()));
     let begun = holds_dataset(&out).then(|| Dataset::open(&out)).transpose()?;

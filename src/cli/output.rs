@@ -10,7 +10,7 @@ use image::RgbImage;
 use super::UsageError;
 use dataset::atomic_file::{self, FileError};
 use dataset::{enclosed, own_remedy};
-use output_schema::file::{DATASET, REPORTS, TEMPORARY};
+use output_schema::file::{REPORTS, TEMPORARY};
 
 /// A folder that a command fills with results.
 #[derive(Debug, Clone, Copy)]
@@ -262,11 +262,25 @@ pub(super) fn check_replaceable(path: &Path, written: Written) -> Result<(), Usa
     Ok(())
 }
 
+/// Refuses a folder in a dataset, however deep and whatever leads there: a file that no manifest names is a fault of the dataset.
+/// The folder itself `may_be_one`.
+pub(super) fn check_outside_datasets(out: &Path, may_be_one: bool) -> Result<(), UsageError> {
+    let Some(folder) = resolve(out) else { return Ok(()) };
+    match folder.ancestors().skip(may_be_one.into()).find(|folder| dataset::is_dataset(folder)) {
+        None => Ok(()),
+        Some(root) => Err(UsageError(format!(
+            "--out {}: it lies in the dataset {}, where nothing else may lie; choose a folder elsewhere",
+            out.display(),
+            root.display()
+        ))),
+    }
+}
+
 /// The dataset among whose own files a path lies.
 fn dataset_around(path: &Path) -> Option<PathBuf> {
     // A file takes the place of a link, not of what that leads to.
     let folder = resolve(&path.parent()?.join("."))?;
-    let root = folder.ancestors().find(|folder| folder.join(DATASET).is_file())?;
+    let root = folder.ancestors().find(|folder| dataset::is_dataset(folder))?;
     (!folder.starts_with(root.join(REPORTS))).then(|| root.to_path_buf())
 }
 

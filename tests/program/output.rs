@@ -85,6 +85,52 @@ fn nothing_is_written_over_what_is_none_of_its_own() {
     place.done("preview --recipe tiny.yaml --out new.png --index 1");
 }
 
+/// Guards every command that writes a folder or a file: nothing lands in the folder of a dataset, whatever path leads there,
+/// where it would be a fault of that dataset. `reports/` takes results, and no datasets.
+#[test]
+fn nothing_lands_in_a_dataset() {
+    let place = place();
+    place.make("other", "--n 1");
+    std::os::unix::fs::symlink("set/exr", place.path("link")).expect("linked");
+    let before = place.tree("set");
+    let orders = [
+        "--recipe tiny.yaml --n 1 --out OUT",
+        "--recipe tiny.yaml --n 1 --estimate --out OUT",
+        "--recipe other --n 1 --out OUT",
+        "export png other --out OUT",
+        "export coco set --out OUT",
+        "check other --model none.onnx --out OUT",
+        "study point --photons 100 --out OUT",
+        "preview --recipe tiny.yaml --out OUT.png",
+        "compare other other --out OUT.png",
+        "report other --no-timing --frames 0 --out OUT.html",
+        "transport --medium medium.yaml --model kernel --out OUT.json",
+        "fit --recipe tiny.yaml --real other --keys laser.waist_mm --out OUT.yaml",
+    ];
+    for order in orders {
+        for out in ["set/new", "set/exr/new", "link/new", "other/../set/data/../exr/new"] {
+            let order = order.replace("OUT", out);
+            let run = place.run(&order);
+            let is_told = run.err.contains("lies in the dataset") && run.err.contains("choose");
+            assert!(run.code == 2 && is_told, "gen {order}: {} {}", run.code, run.err);
+        }
+    }
+    for order in ["--recipe tiny.yaml --n 1", "export png other"] {
+        for out in ["set/reports/new", "other/../set/no/where/../new"] {
+            assert!(
+                place.run(&format!("{order} --out {out}")).err.contains("lies in the dataset"),
+                "gen {order}, {out}"
+            );
+        }
+    }
+    assert_same(&before, &place.tree("set"), "nothing was written");
+    place.done("validate set --rerender 0");
+    // A document of that name that is another program's makes no dataset of a folder.
+    fs::create_dir(place.path("mine")).expect("made");
+    place.write("mine/dataset.json", "{\"format\": \"another\"}");
+    place.done("--recipe tiny.yaml --n 1 --out mine/new");
+}
+
 #[test]
 fn names_do_not_reach_the_terminal_as_they_are() {
     let place = place();
@@ -108,7 +154,7 @@ fn a_head_with_fewer_classes_than_rows_is_told() {
     classes.truncate(1);
     fs::write(&path, format!("{head:#}\n")).expect("written");
     let run = place.run("report set --no-timing --frames 0");
-    assert!(run.code == 0 && run.err.contains("fault"), "{}", run.err);
+    assert!(run.code == 1 && run.err.contains("fault"), "{}", run.err);
     let page = fs::read_to_string(place.path("set/reports/report.html")).expect("the page");
     assert!(page.contains("dataset.json names 1 classes"), "the fault is on the page");
 }

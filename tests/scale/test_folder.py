@@ -82,6 +82,14 @@ def test_another_dataset_is_refused_with_each_difference(tmp_path):
     assert files(url) == before
 
 
+def test_no_dataset_is_begun_in_another_one(tmp_path):
+    run("begin", tmp_path / "planks", *tiny_arguments(2))
+    before = files(tmp_path / "planks")
+    said = run("begin", tmp_path / "planks" / "data" / "new", *tiny_arguments(2), status=2).stderr
+    assert "lies in the dataset" in said and "choose a folder elsewhere" in said
+    assert files(tmp_path / "planks") == before
+
+
 def test_another_version_is_refused(tmp_path, monkeypatch):
     """By whoever begins, and by each task."""
     url = tmp_path / "planks"

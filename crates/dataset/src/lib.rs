@@ -55,7 +55,7 @@ pub(crate) use folder::descriptions;
 pub use png::{Grey, range_numbers, read_png, read_png_of, rounded8, rounded16, write_png, write_png_as};
 pub(crate) use png::{PngSize, foreign_part, png_size};
 pub(crate) use reader::to_document;
-pub use reader::{Dataset, DatasetSums, ExrMaps, FinishedTables};
+pub use reader::{Dataset, DatasetSums, ExrMaps, FinishedTables, is_dataset};
 pub use sample_rows::row_batch;
 pub(crate) use sample_rows::{frame_numbers, image_path};
 pub use shard_size::{

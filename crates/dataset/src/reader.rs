@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use arrow_array::cast::AsArray;
 use output_schema::file::{DATASET, data_path, exr_path, manifest_path, stack_path};
-use output_schema::{AssetHead, DatasetHead, Manifest, ManifestSample, refuse_version};
+use output_schema::{AssetHead, DatasetHead, FORMAT, Manifest, ManifestSample, refuse_version};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use sha2::{Digest, Sha256};
@@ -408,6 +408,14 @@ struct Versioned {
     format: String,
     #[serde(default)]
     schema_version: [u32; 2],
+}
+
+/// Whether a folder is that of a dataset, be it damaged or of another version: not where its `dataset.json` is another program's.
+pub fn is_dataset(folder: &Path) -> bool {
+    match enclosed::read(folder, DATASET, largest::DOCUMENT_BYTES) {
+        Ok(text) => serde_json::from_slice::<serde_json::Value>(&text).map_or(true, |found| found["format"] == FORMAT),
+        Err(e) => enclosed::is_strange(&e),
+    }
 }
 
 /// A document with format and version, of at most `most` bytes; `None` where there is none.

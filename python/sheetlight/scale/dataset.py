@@ -57,7 +57,8 @@ def begin(
         `dataset.json`: "samples", "shards", "samples_per_shard", "seed", "recipe", "generator" and more.
 
     Raises:
-        Refusal: faults of the recipe; another dataset lies there, with each difference; the place cannot be written.
+        Refusal: faults of the recipe; another dataset lies there, with each difference; the place cannot be written, or lies in
+            a dataset.
         Interruption: the store does not answer, or the scratch folder is full.
     """
     store = Store(url)
@@ -73,6 +74,8 @@ def begin(
         asked += ["--samples-per-shard", str(samples_per_shard)]
     while True:
         there = store.read(DATASET)
+        if there is None:
+            store.refuse_inside_dataset()
         with scratch_folder(scratch) as folder:
             if there is not None:
                 (folder / DATASET).write_bytes(there)

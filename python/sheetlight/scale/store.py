@@ -6,6 +6,7 @@ is locked: whoever writes a file of a dataset writes the same bytes.
 
 import errno
 import itertools
+import json
 import logging
 import os
 import random
@@ -145,6 +146,17 @@ class Store:
         """Removes a file, which may be gone already."""
         self._again("remove", path, lambda: self._place.remove(path))
 
+    def refuse_inside_dataset(self) -> None:
+        """Refuses a folder in the folder of a dataset, where nothing else may lie; of buckets nothing is asked.
+
+        Raises:
+            Refusal: it lies in one.
+        """
+        if isinstance(self._place, _Folder):
+            for folder in self._place.root.resolve().parents:
+                if _holds_dataset(folder):
+                    raise Refusal(f"{self.url}: it lies in the dataset {folder}, where nothing else may lie; choose a folder elsewhere")
+
     def at(self, path: str) -> str:
         """The file in words."""
         return f"{self.url}/{path}" if path else self.url
@@ -196,6 +208,13 @@ NO_SYNC = {errno.EINVAL, errno.ENOTSUP, errno.EOPNOTSUPP, errno.ENOSYS, errno.EB
 
 FULL = {errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC)}
 """Error numbers of a disk, or one's share of it, that takes no more."""
+
+
+def _holds_dataset(folder: Path) -> bool:
+    try:
+        return json.loads((folder / "dataset.json").read_bytes())["format"] == "sheetlight-dataset"
+    except (OSError, ValueError, KeyError, TypeError):
+        return False
 
 
 def _is_final(fault: Exception) -> bool:

@@ -37,12 +37,7 @@ pub(super) fn run(format: &ExportCommand, console: &Console) -> CommandResult {
         }
         (_, split) => split.into_iter().collect(),
     };
-    if let Some(out) = output::resolve(&common.out)
-        && common.dir.canonicalize().is_ok_and(|dir| out.starts_with(dir))
-    {
-        let what = "it lies in the dataset, where nothing else may lie; choose a folder elsewhere";
-        return Err(UsageError(format!("--out {}: {what}", common.out.display())).into());
-    }
+    output::check_outside_datasets(&common.out, false)?;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads(common.threads)?).build()?;
     let source = Source::open(&common.dir, Selection { splits, indices: common.index.clone() })?;
     if let ExportCommand::Coco(CocoArgs { pictures, bits, .. }) = format
