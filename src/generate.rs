@@ -56,9 +56,40 @@ pub struct DatasetRequest {
     pub samples_per_shard: Option<u64>,
 }
 
+impl DatasetRequest {
+    /// Whether all of the dataset is asked for, so that no part of it is made elsewhere.
+    fn is_whole(&self) -> bool {
+        self.part == (0, 1)
+    }
+
+    /// The shards of the part in which the samples lie that are asked for; a dataset may have more.
+    fn shards(&self, head: &DatasetHead) -> impl Iterator<Item = u64> + use<> {
+        let (part, parts) = self.part;
+        let end = DatasetHead::shards_for(self.samples, head.samples_per_shard).min(head.shards);
+        (part..end).step_by(parts as usize)
+    }
+}
+
 /// What a run reports while it makes a dataset.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum GenerateEvent {
+    /// The dataset in the folder, of which nothing was made, is begun anew: with fewer samples than these, or in shards of another
+    /// size than this.
+    Anew {
+        /// Samples that it was begun with.
+        samples: u64,
+        /// Samples in each of its shards.
+        samples_per_shard: u64,
+    },
+    /// The dataset in the folder was begun with more samples than are asked for; shards are made whole.
+    Larger {
+        /// Samples that it was begun with.
+        samples: u64,
+        /// Samples to render.
+        to_make: u64,
+        /// Samples that are not asked for and not there.
+        left: u64,
+    },
     /// So many samples with so many profiles each will be rendered.
     Begin {
         /// Samples to render.
@@ -93,6 +124,8 @@ pub struct GenerateSummary {
     pub others: u64,
     /// Samples in the dataset when all parts are done.
     pub total: u64,
+    /// Samples of these that were not asked for and are not there.
+    pub left: u64,
     /// Samples rendered that fall short, in the order of [`Shortfall::ALL`].
     pub short: [u64; Shortfall::ALL.len()],
     /// Defects that the objects of rendered samples have, and how many of these show at least a pixel, by class.
@@ -265,7 +298,14 @@ pub fn generate(
     progress: &(dyn Fn(GenerateEvent) + Sync),
 ) -> Result<GenerateSummary, Fault> {
     let waits = || progress(GenerateEvent::WaitsForFolder);
-    let folder = Dataset::open_or_create_telling(&request.out, dataset_head(recipe, request, warnings), &waits)?;
+    let begun = Dataset::open(&request.out).ok();
+    let head = dataset_head(recipe, request, warnings);
+    let folder = Dataset::open_or_create_telling(&request.out, head, request.is_whole(), &waits)?;
+    if let Some(DatasetHead { samples, samples_per_shard, .. }) = begun.as_ref().map(Dataset::head)
+        && (*samples > folder.head().samples || *samples_per_shard != folder.head().samples_per_shard)
+    {
+        progress(GenerateEvent::Anew { samples: *samples, samples_per_shard: *samples_per_shard });
+    }
     for (file, asset) in recipe.files().zip(&folder.head().assets) {
         folder.keep(&asset.path, file.1.bytes(), &waits)?;
     }
@@ -273,14 +313,19 @@ pub fn generate(
         progress(GenerateEvent::NoLocks);
     }
     let head = folder.head();
-    let (part, parts) = request.part;
-    let mine: Vec<u64> = (part..head.shards).step_by(parts as usize).collect();
+    let mine: Vec<u64> = request.shards(head).collect();
     let remaining = folder.remaining(mine.iter().copied())?;
     let count = |shards: &[u64]| shards.iter().map(|&shard| head.span(shard).1).sum::<u64>();
-    progress(GenerateEvent::Begin { samples: count(&remaining), finished: count(&mine) - count(&remaining) });
+    let to_make = count(&remaining);
+    let beyond = DatasetHead::shards_for(request.samples, head.samples_per_shard)..head.shards;
+    let left = count(&folder.remaining(beyond)?);
+    if left > 0 {
+        progress(GenerateEvent::Larger { samples: head.samples, to_make, left });
+    }
+    progress(GenerateEvent::Begin { samples: to_make, finished: count(&mine) - to_make });
 
     let tiles = PatternCache::new(recipe.streams(request.seed).key());
-    let mut summary = GenerateSummary { total: head.samples, ..GenerateSummary::default() };
+    let mut summary = GenerateSummary { total: head.samples, left, ..GenerateSummary::default() };
     let making = Making { recipe, seed: request.seed, tiles: &tiles, progress };
     let busy = making.make(remaining, &|shard| ShardWriter::claim(&folder, shard), &mut summary)?;
     let when_free =

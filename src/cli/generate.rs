@@ -182,10 +182,11 @@ fn generate_dataset(
             (class.name().to_owned(), json!({ "defects": all, "shown": shown }))
         };
         let hidden: Map<String, Value> = summary.hidden_defects().map(counts).collect();
-        let GenerateSummary { samples, shards, others, total, .. } = summary;
+        let GenerateSummary { samples, shards, others, total, left, .. } = summary;
         let document = json!({
             "out": request.out.display().to_string(), "recipe": recipe.name(), "recipe_hash": recipe.hash(),
             "seed": request.seed, "samples": total, "made_samples": samples, "made_shards": shards, "shards_of_others": others,
+            "left_samples": left,
             "hidden_defects": hidden, "warnings": warned,
         });
         print(&format!("{document:#}\n"))?;
@@ -233,9 +234,16 @@ fn describe_summary(summary: &GenerateSummary, request: &DatasetRequest) -> Stri
             ", part {part}/{parts}; when all parts lie in one folder, run the command once more there, without --part"
         ),
     };
-    let dataset = format!("dataset of {}{part}", counted(summary.total, "sample"));
+    let left = match summary.left {
+        0 => String::new(),
+        left => format!(", {left} of them neither asked for nor made"),
+    };
+    let dataset = format!("dataset of {}{left}{part}", counted(summary.total, "sample"));
     let made = format!("{} in {} made", counted(summary.samples, "sample"), counted(summary.shards, "shard"));
     match summary.others {
+        0 if summary.shards == 0 && summary.left > 0 => {
+            format!("nothing to do, all that is asked for is there; {dataset}")
+        }
         0 if summary.shards == 0 => format!("nothing to do, all is there; {dataset}"),
         0 => format!("{made}; {dataset}"),
         n => format!("{made}, {} by other processes; {dataset}", counted(n, "shard")),
@@ -282,6 +290,10 @@ fn describe_estimate(
         head.shards,
         counted(head.samples_per_shard, "sample"),
     ));
+    if estimate.total > request.samples {
+        let begun = counted(estimate.total, "sample");
+        text.push_str(&format!("  begun  with {begun}: shards are made whole, those beyond --n are left\n"));
+    }
     for (class, splits) in &estimate.classes {
         let [train, validation, test] = splits;
         let all: u64 = splits.iter().sum();

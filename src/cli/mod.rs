@@ -136,7 +136,8 @@ pub(crate) struct GenerateArgs {
     recipe: RecipeName,
     #[command(flatten)]
     changes: Changes,
-    /// Samples that the dataset shall have; a larger number later extends it
+    /// Samples that the dataset shall have; a larger number later extends it. Of one that was begun with more, only the shards with
+    /// the first N are made; where nothing of it is made yet, it is begun anew
     #[arg(short, long, value_name = "N", value_parser = whole::<u64>)]
     n: Option<u64>,
     /// What other programs call `-n`.
@@ -168,8 +169,8 @@ pub(crate) struct GenerateArgs {
     /// Print the estimate, or what was made, as JSON
     #[arg(long)]
     json: bool,
-    /// For programs: all that is said on standard error is a JSON object a line, with `event` begin (samples, finished),
-    /// profiles (done, of; at most one a second), sample (bytes), shard, busy and waits (shard), note, fault and stopped (text)
+    /// For programs: all that is said on standard error is a JSON object a line, with `event` begin (samples, finished), anew
+    /// (samples, samples_per_shard: as it was begun) and larger (samples, to_make, left) of a dataset that is there, profiles (done, of; at most one a second), sample (bytes), shard, busy and waits (shard), note, fault and stopped (text)
     #[arg(long, conflicts_with = "quiet")]
     events: bool,
 }

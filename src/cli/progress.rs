@@ -1,6 +1,7 @@
 //! Progress on long work: a bar for people, plain lines where standard error is no terminal; and numbers in words.
 
 use std::io::IsTerminal;
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -186,7 +187,9 @@ pub(super) struct GenerateProgress<'c> {
     samples: AtomicU64,
     bytes: AtomicU64,
     hint: String,
-    folder_lock: String,
+    out: PathBuf,
+    /// Samples that are asked for.
+    asked: u64,
     /// When profiles were told to a program, last.
     told: Mutex<Instant>,
 }
@@ -202,7 +205,8 @@ impl<'c> GenerateProgress<'c> {
             samples: AtomicU64::new(0),
             bytes: AtomicU64::new(0),
             hint: format!("gen preview --recipe {name} --seed {}", request.seed),
-            folder_lock: request.out.join(format!("{LOCK}dataset")).display().to_string(),
+            out: request.out.clone(),
+            asked: request.samples,
             told: Mutex::new(Instant::now()),
         }
     }
@@ -217,6 +221,18 @@ impl<'c> GenerateProgress<'c> {
             }
         };
         match event {
+            GenerateEvent::Anew { samples, samples_per_shard } => note(&format!(
+                "{} was begun with {} in shards of {samples_per_shard}, of which nothing is made: it is begun anew",
+                self.out.display(),
+                counted(samples, "sample")
+            )),
+            GenerateEvent::Larger { samples, to_make, left } => note(&format!(
+                "{} was begun with {}, more than -n {} asks for: {to_make} are made now, in whole shards, and {left} are left; \
+                 -n {samples} makes all",
+                self.out.display(),
+                counted(samples, "sample"),
+                self.asked,
+            )),
             GenerateEvent::Begin { samples, finished } => {
                 self.total.store(samples, Ordering::Relaxed);
                 if finished > 0 {
@@ -240,7 +256,8 @@ impl<'c> GenerateProgress<'c> {
                 note(&format!("warning: {NO_LOCKS}"));
             }
             GenerateEvent::WaitsForFolder => {
-                note(&format!("waiting for another process, which holds {}", self.folder_lock));
+                let lock = self.out.join(format!("{LOCK}dataset"));
+                note(&format!("waiting for another process, which holds {}", lock.display()));
             }
             GenerateEvent::WaitsForShard(shard) => {
                 note(&format!("waiting for shard {shard}, which another process is making"));
@@ -251,6 +268,12 @@ impl<'c> GenerateProgress<'c> {
     /// The same for a program.
     fn tell(&self, event: GenerateEvent) {
         let document = || match event {
+            GenerateEvent::Anew { samples, samples_per_shard } => {
+                json!({ "event": "anew", "samples": samples, "samples_per_shard": samples_per_shard })
+            }
+            GenerateEvent::Larger { samples, to_make, left } => {
+                json!({ "event": "larger", "samples": samples, "to_make": to_make, "left": left })
+            }
             GenerateEvent::Begin { samples, finished } => {
                 json!({ "event": "begin", "samples": samples, "finished": finished })
             }

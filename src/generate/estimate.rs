@@ -2,6 +2,7 @@
 
 use std::time::{Duration, Instant};
 
+use output_schema::DatasetHead;
 use rayon::prelude::*;
 
 use super::{DatasetRequest, dataset_head, in_flight, render_sample};
@@ -20,6 +21,8 @@ fn is_large(recipe: &Recipe) -> bool {
 /// Time, space and samples that a dataset takes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GenerateEstimate {
+    /// Samples that the dataset then has: more than are asked for, where it was begun with more.
+    pub total: u64,
     /// Samples that this request still has to make.
     pub samples: u64,
     /// Shards that they fill.
@@ -69,21 +72,28 @@ impl GenerateEstimate {
 
     /// Counts what is to be made; size from the recipe's channels, no time and no classes.
     pub fn count(recipe: &Recipe, request: &DatasetRequest) -> Self {
-        let (part, parts) = request.part;
         let folder = Dataset::open(&request.out).ok();
         // Nothing but sizes is asked of it.
-        let head = dataset_head(recipe, request, Vec::new());
+        let mut head = dataset_head(recipe, request, Vec::new());
+        if let Some(folder) = &folder
+            && !(request.is_whole() && folder.manifests_named() == Ok(0))
+        {
+            // What was begun with more keeps its number once something of it is made.
+            head.samples = head.samples.max(folder.head().samples);
+            head.shards = DatasetHead::shards_for(head.samples, head.samples_per_shard);
+        }
         // The last shard of a dataset that grows has fewer samples on disk and is made again.
         let missing = |&shard: &u64| {
             let is_done = |f: &Dataset| f.head().span(shard) == head.span(shard) && f.is_done(shard) == Ok(true);
             !folder.as_ref().is_some_and(is_done)
         };
         let (mut samples, mut shards) = (0, 0);
-        for shard in (part..head.shards).step_by(parts as usize).filter(missing) {
+        for shard in request.shards(&head).filter(missing) {
             samples += head.span(shard).1;
             shards += 1;
         }
         Self {
+            total: head.samples,
             samples,
             shards,
             sample_bytes: estimated_bytes_per_sample(&recipe.output(), &recipe.size()),

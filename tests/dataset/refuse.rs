@@ -76,6 +76,33 @@ fn fewer_samples_remove_nothing() {
     assert_eq!(tree(place.path()), before);
 }
 
+/// A dataset is begun anew where nothing of it is made and nobody holds a shard, and where that may be: guards what others have
+/// made, or are making.
+#[test]
+fn nothing_that_is_made_is_begun_anew() {
+    let place = tempfile::tempdir().expect("a folder");
+    let begin = |samples, anew| {
+        let folder = Dataset::open_or_create_telling(place.path(), head(&output(), &SIZE, samples), anew, &|| ());
+        folder.expect("it opens").head().samples
+    };
+    assert_eq!(begin(10, true), 10);
+    assert_eq!(begin(2, false), 10, "others may have made parts elsewhere");
+    let folder = Dataset::open(place.path()).expect("it is a dataset");
+    let writer =
+        ShardWriter::claim(&folder, 2).expect("the folder can be written").granted().expect("the shard is free");
+    assert_eq!(begin(2, true), 10, "somebody is at work");
+    drop(writer);
+    // What a killed process leaves is nothing.
+    fs::write(place.path().join("shards/.lock-00002"), "").expect("written");
+    fs::write(place.path().join("data/.tmp-train-00002.parquet"), "").expect("written");
+    assert_eq!(begin(6, true), 6);
+    assert!(!place.path().join("data/.tmp-train-00002.parquet").exists());
+    let folder = Dataset::open(place.path()).expect("it is a dataset");
+    write_shard(&folder, 1, &output());
+    assert_eq!(begin(2, true), 6, "a shard is made");
+    assert_eq!(begin(7, true), 7, "more samples extend it");
+}
+
 #[test]
 fn many_may_begin_and_write_one_dataset() {
     let place = tempfile::tempdir().expect("a folder");

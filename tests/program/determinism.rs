@@ -72,6 +72,71 @@ fn grows(place: &Place) {
     assert_same(&before, &place.tree("grown"), "5 samples of 16");
 }
 
+/// Guards the number that is asked for: it rules, whoever began the dataset with whatever number, and what is made is said before.
+#[test]
+fn the_number_asked_for_rules() {
+    let place = Place::with(&[]);
+    let begin = "--recipe tiny.yaml --n 400 --samples-per-shard 2 --part";
+    // A part without a shard begins a dataset and makes nothing.
+    let of_none = |out: &str| place.done(&format!("{begin} 250/300 --out {out}"));
+    let manifests =
+        |out: &str| -> Vec<String> { place.tree(out).into_keys().filter(|name| name.starts_with("shards/")).collect() };
+    let samples = |out: &str| place.json(&format!("{out}/dataset.json"))["samples"].clone();
+
+    place.done(&format!("{begin} 1/200 --out some"));
+    let estimate = place.done("--recipe tiny.yaml --n 3 --out some --estimate").out;
+    assert!(estimate.contains("begun  with 400 samples"), "{estimate}");
+    let told = place.done("--recipe tiny.yaml --n 3 --out some").err;
+    for words in ["begun with 400 samples", "-n 3 asks", "2 are made now", "396 are left", "-n 400 makes all"] {
+        assert!(told.contains(words), "no `{words}` in {told}");
+    }
+    assert_eq!(
+        (manifests("some"), samples("some")),
+        (vec!["shards/00000.json".into(), "shards/00001.json".into()], 400.into())
+    );
+    let told = place.done("--recipe tiny.yaml --n 3 --out some --events --json");
+    assert!(
+        told.err.contains("\"event\":\"larger\"") && told.out.contains("\"left_samples\": 396"),
+        "{}{}",
+        told.err,
+        told.out
+    );
+    let told = place.done("--recipe tiny.yaml --n 3 --out some").err;
+    assert!(told.contains("all that is asked for is there; dataset of 400 samples, 396 of them"), "{told}");
+
+    // Nothing is made: the dataset is the one of the smaller number.
+    of_none("none");
+    let told = place.done("--recipe tiny.yaml --n 3 --out none").err;
+    assert!(told.contains("begun with 400 samples in shards of 2") && told.contains("begun anew"), "{told}");
+    place.make("three", "--n 3 --samples-per-shard 2");
+    assert_same(&place.tree("none"), &place.tree("three"), "begun anew with three samples");
+    // One of many parts knows nothing of the others.
+    of_none("part");
+    let told = place.done("--recipe tiny.yaml --n 3 --out part --part 1/2").err;
+    assert!(told.contains("396 are left") && samples("part") == 400 && manifests("part").len() == 1, "{told}");
+
+    // Somebody else's document asks for a hundred million.
+    of_none("foreign");
+    let mut head = place.json("foreign/dataset.json");
+    (head["samples"], head["samples_per_shard"], head["shards"]) = (100_000_000.into(), 1000.into(), 100_000.into());
+    place.write("foreign/dataset.json", format!("{head:#}\n"));
+    let told = place.done("--recipe foreign --n 3").err;
+    assert!(told.contains("begun with 100000000 samples") && samples("foreign") == 3, "{told}");
+    assert_eq!(place.samples("foreign").len(), 3);
+}
+
+/// A dataset keeps the size of its shards from its first finished shard on, not before.
+#[test]
+fn shards_have_another_size_while_none_is_made() {
+    let place = Place::with(&[]);
+    place.done("--recipe tiny.yaml --n 8 --samples-per-shard 4 --part 2/3 --out set");
+    place.make("set", "--n 8 --samples-per-shard 3");
+    place.make("threes", "--n 8 --samples-per-shard 3");
+    assert_same(&place.tree("set"), &place.tree("threes"), "begun anew in shards of three");
+    let refused = place.run("--recipe tiny.yaml --n 8 --samples-per-shard 2 --out set");
+    refused.refused(&["samples_per_shard: 3 -> 2", "from its first finished shard on"]);
+}
+
 #[test]
 fn shards_of_any_size_hold_the_same_samples() {
     let place = Place::with(&[]);

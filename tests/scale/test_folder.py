@@ -82,6 +82,12 @@ def test_another_dataset_is_refused_with_each_difference(tmp_path):
     assert files(url) == before
 
 
+def test_fewer_samples_than_it_was_begun_with_are_refused(tmp_path):
+    run("begin", tmp_path / "planks", *tiny_arguments(4))
+    said = run("generate", tmp_path / "planks", "--engine", "local", *tiny_arguments(2), status=2).stderr
+    assert "begun with 4 samples" in said and "2 are asked for" in said
+
+
 def test_no_dataset_is_begun_in_another_one(tmp_path):
     run("begin", tmp_path / "planks", *tiny_arguments(2))
     before = files(tmp_path / "planks")

@@ -28,14 +28,16 @@ impl Dataset {
     /// # Errors
     /// Where the folder holds another dataset or other files, each difference named, or a link, or cannot be written.
     pub fn open_or_create(path: &Path, head: DatasetHead) -> Result<Self, Fault> {
-        Self::open_or_create_telling(path, head, &|| ())
+        Self::open_or_create_telling(path, head, false, &|| ())
     }
 
-    /// The same; `waits` is called before it waits for another process that holds the folder.
+    /// The same; `waits` is called before it waits for another process that holds the folder. Where it may begin `anew`, a dataset
+    /// of which nothing is made, and nothing is being made, takes the sizes of `head`: a smaller number of samples, or shards of
+    /// another size. Not for one of many parts, which does not know what others have made elsewhere.
     ///
     /// # Errors
     /// As [`Dataset::open_or_create`].
-    pub fn open_or_create_telling(path: &Path, head: DatasetHead, waits: &dyn Fn()) -> Result<Self, Fault> {
+    pub fn open_or_create_telling(path: &Path, head: DatasetHead, anew: bool, waits: &dyn Fn()) -> Result<Self, Fault> {
         let foreign = |name: &String| *name != folder_lock() && !is_begun(name);
         if !is_there(path, DATASET)? && names(path, "")?.iter().any(foreign) && !is_there(path, DATASET)? {
             return Err(unusable(path, format!("it is not empty and holds no {DATASET}"), "choose an empty folder"));
@@ -46,21 +48,26 @@ impl Dataset {
         let mut new = head;
         if let Some(old) = &old {
             let reasons = differences::reasons_to_refuse(old, &new);
-            if !reasons.is_empty() {
-                let only_size = reasons.iter().all(|reason| reason.starts_with("samples_per_shard"));
-                let remedy = if only_size {
-                    "leave out --samples-per-shard, which a dataset keeps from its beginning, or choose another folder"
-                } else {
-                    "choose another folder, or run the recipe, seed and program that began this one"
-                };
-                return Err(unusable(path, shortened(reasons), remedy));
+            let only_size = reasons.iter().all(|reason| reason.starts_with("samples_per_shard"));
+            let is_other = !reasons.is_empty() || new.samples < old.samples;
+            if !(anew && only_size && is_other && Self::of(path, old.clone()).nothing_is_made(&lock)?) {
+                if !reasons.is_empty() {
+                    let remedy = if only_size {
+                        "leave out --samples-per-shard, which a dataset keeps from its first finished shard on, or choose \
+                         another folder"
+                    } else {
+                        "choose another folder, or run the recipe, seed and program that began this one"
+                    };
+                    return Err(unusable(path, shortened(reasons), remedy));
+                }
+                new.samples = new.samples.max(old.samples);
             }
-            new.samples = new.samples.max(old.samples);
             new.recipe = old.recipe.clone();
         }
         new.shards = DatasetHead::shards_for(new.samples, new.samples_per_shard);
         // The head comes first: whoever finds a folder with more than locks and temporary names finds it too.
-        if old.as_ref() != Some(&new) {
+        let is_same = old.as_ref() == Some(&new);
+        if !is_same {
             let document = to_document(&new);
             if document.len() as u64 > largest::DOCUMENT_BYTES {
                 let what = format!("{DATASET} would have {} bytes", document.len());
@@ -71,8 +78,7 @@ impl Dataset {
         for directory in DIRECTORIES.iter().filter(|&&name| needed(name, &new)) {
             enclosed::make_folder(path, directory)?;
         }
-        let extended = old.as_ref().is_none_or(|old| old.samples != new.samples);
-        if extended || !is_there(path, CARD)? || !is_there(path, CROISSANT)? {
+        if !is_same || !is_there(path, CARD)? || !is_there(path, CROISSANT)? {
             describe(&lock, &new, &Split::ALL, &ClassCounts::new())?;
         }
         let mut folder = Self::of(path, new);
@@ -109,8 +115,27 @@ impl Dataset {
         firsts.map(|first| shard_folder(directory, first)).collect()
     }
 
+    /// Whether nothing of its shards is made, or is being made by a process that holds one. Where there are no locks nobody knows.
+    fn nothing_is_made(mut self, lock: &Lock) -> Result<bool, Fault> {
+        if !lock.is_held() {
+            return Ok(false);
+        }
+        self.has_locks = Some(true);
+        self.sweep()?;
+        let folders: Vec<String> = DIRECTORIES.iter().flat_map(|name| self.parts_of(name)).collect();
+        for folder in &folders {
+            if names(self.root(), folder)?.iter().any(|name| !folders.contains(&format!("{folder}/{name}"))) {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    }
+
     /// How many shards have a manifest, told from the names alone.
-    fn manifests_named(&self) -> Result<u64, Fault> {
+    ///
+    /// # Errors
+    /// Where the folder cannot be listed.
+    pub fn manifests_named(&self) -> Result<u64, Fault> {
         let mut count = 0;
         for folder in self.parts_of("shards") {
             let own = |name: &&String| {

@@ -112,8 +112,11 @@ impl Dataset {
     /// Where it cannot be read, or is another dataset by now.
     pub(super) fn renewed(&self) -> Result<Self, Fault> {
         let now = Self { has_locks: self.has_locks, ..Self::open(&self.root)? };
-        let reasons = differences::reasons_to_refuse(&self.head, &now.head);
-        if reasons.is_empty() && now.head.samples >= self.head.samples {
+        let mut reasons = differences::reasons_to_refuse(&self.head, &now.head);
+        if now.head.samples < self.head.samples {
+            reasons.push(format!("samples: {} -> {}", self.head.samples, now.head.samples));
+        }
+        if reasons.is_empty() {
             return Ok(now);
         }
         let what = format!("its {DATASET} was changed meanwhile: {}", reasons.join("; "));

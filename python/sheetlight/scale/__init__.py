@@ -51,7 +51,7 @@ def generate(
 
     Args:
         recipe: a loaded one, or what `Recipe.load` takes: a YAML file, the name of a built-in recipe
-        n: samples of the whole dataset; a larger number later extends it
+        n: samples of the whole dataset; a larger number later extends it, a smaller one of an unfinished dataset is refused
         url: a folder (that all machines see), `s3://`, `gs://`, `az://` or `hf://buckets/`. Credentials come from the
             environment of each machine, as the store's own tools find them
         engine: "ray", or "local" for the processes of one machine
@@ -85,6 +85,11 @@ def generate(
         head = begin(recipe, n, url, seed=seed, samples_per_shard=samples_per_shard, overrides=overrides, scratch=scratch)
         store = Store(url)
         missing = dataset.missing_shards(store, head)
+        if missing and head["samples"] > n and left == ROUNDS - 1:
+            raise Refusal(
+                f"{store.url}: was begun with {head['samples']} samples, of which {len(missing)} shards are missing, and {n} are "
+                f"asked for; ask for {head['samples']}, or choose another place"
+            )
         there = head["shards"] - len(missing)
         seen.shards, seen.finished, seen.failed = head["shards"], there, 0
         show(seen)
