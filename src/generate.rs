@@ -236,9 +236,9 @@ fn described(found: check::RigWarning) -> RigWarning {
 
 /// The head of the dataset that `request` describes, with the warnings of the rig's check.
 pub fn dataset_head(recipe: &Recipe, request: &DatasetRequest, warnings: Vec<RigWarning>) -> DatasetHead {
-    let per_shard = request
-        .samples_per_shard
-        .unwrap_or_else(|| dataset::samples_per_shard(&recipe.output(), &recipe.size()) as u64);
+    let per_shard = request.samples_per_shard.unwrap_or_else(|| {
+        dataset::samples_per_shard(&recipe.output(), &recipe.size(), recipe.sample_seconds()) as u64
+    });
     let parameters = recipe.draw(request.seed, 0).values();
     let splits = recipe.splits();
     let subject = recipe.subject();

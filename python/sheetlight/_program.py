@@ -45,7 +45,7 @@ def generate(
             the dataset in `out`, else 0
         threads: None for all cores
         part: (k, m) makes every m-th shard from the k-th on, for several machines
-        samples_per_shard: None for what stays under about 500 MB
+        samples_per_shard: None for what stays under about 500 MB and about a minute's work of two cores
         strict: take warnings as errors
         progress: is called with samples that are done and samples of this run, by another thread
 

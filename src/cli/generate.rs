@@ -1,6 +1,8 @@
 //! `gen --recipe R --n N`: checks the request, estimates its cost, and generates the dataset.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use output_schema::{MAX_SAMPLES, MAX_SHARDS, RigWarning};
 use serde_json::{Map, Value, json};
@@ -160,11 +162,15 @@ fn generate_dataset(
     console: &Console,
 ) -> CommandResult {
     let out = request.out.clone();
-    console.on_stop(move || describe_stop(&out));
+    let unkept = Arc::new(AtomicU64::new(0));
+    console.on_stop({
+        let unkept = Arc::clone(&unkept);
+        move || describe_stop(&out, unkept.load(Ordering::Relaxed))
+    });
     let mut warned: Vec<String> = warnings.iter().map(described).collect();
     let known: Vec<String> = warnings.iter().map(|warning| warning.code.clone()).collect();
     let summary = {
-        let progress = GenerateProgress::new(console, name, recipe, request);
+        let progress = GenerateProgress::new(console, name, recipe, request, unkept);
         generate(recipe, request, warnings, &|event| progress.show(event))
     };
     let summary = summary?;
@@ -211,19 +217,23 @@ fn describe_short(shortfall: Shortfall, count: u64, summary: &GenerateSummary) -
     format!("{of} ({}); {}; `gen validate` names them", shortfall.code(), shortfall.remedy())
 }
 
-/// What is there after a run was stopped, and how to go on.
-fn describe_stop(out: &Path) -> String {
+/// What is there after a run was stopped, what is lost, and how to go on; `unkept` samples were finished in a shard that was not.
+fn describe_stop(out: &Path, unkept: u64) -> String {
     let Ok(dataset) = Dataset::open(out) else { return "no dataset is begun".into() };
     let shards = dataset.head().shards;
     let finished = (0..shards).filter(|shard| dataset.has_manifest(*shard)).count();
     let kept = format!("{finished} of {} in {} are finished and kept", counted(shards, "shard"), out.display());
-    let lost = match dataset.head().samples_per_shard {
+    let lost = match unkept {
+        0 => String::new(),
+        _ => format!(", {} of an unfinished shard are lost", counted(unkept, "finished sample")),
+    };
+    let sooner = match dataset.head().samples_per_shard {
         2.. if finished == 0 => {
-            "; samples are kept once their shard is whole, sooner with a smaller --samples-per-shard"
+            "; samples are kept once their shard is whole, sooner with a smaller --samples-per-shard, which can still be given"
         }
         _ => "",
     };
-    format!("{kept}; the same command goes on and makes the others{lost}")
+    format!("{kept}{lost}; the same command goes on and makes the others{sooner}")
 }
 
 /// What a run did, in words.

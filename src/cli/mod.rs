@@ -156,7 +156,8 @@ pub(crate) struct GenerateArgs {
     /// processes are making come last and are waited for; whatever they leave unfinished is made here
     #[arg(long, value_name = "K/M", value_parser = parse_part, default_value = "0/1", allow_hyphen_values = true)]
     part: (u64, u64),
-    /// Samples in a shard [default: those of a dataset that is continued, the recipe's, or what stays under about 500 MB]
+    /// Samples in a shard, which is kept as a whole or not at all [default: those of a dataset that is continued, the recipe's, or
+    /// what stays under about 500 MB and about a minute's work of two cores]
     #[arg(long, value_name = "S", value_parser = whole::<u64>)]
     samples_per_shard: Option<u64>,
     /// Take warnings of the rig's check (nothing in the field, hardly measured, saturated) as errors: nothing is written. Where

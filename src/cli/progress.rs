@@ -3,7 +3,7 @@
 use std::io::IsTerminal;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
@@ -185,6 +185,8 @@ pub(super) struct GenerateProgress<'c> {
     profiles_per_sample: u64,
     total: AtomicU64,
     samples: AtomicU64,
+    /// Samples of these whose shard is not finished: what is lost where the run is stopped.
+    unkept: Arc<AtomicU64>,
     bytes: AtomicU64,
     hint: String,
     out: PathBuf,
@@ -195,14 +197,21 @@ pub(super) struct GenerateProgress<'c> {
 }
 
 impl<'c> GenerateProgress<'c> {
-    /// For a run; nothing is counted before its first event.
-    pub(super) fn new(console: &'c Console, name: &str, recipe: &Recipe, request: &DatasetRequest) -> Self {
+    /// For a run; nothing is counted before its first event. `unkept` counts samples whose shard is not finished.
+    pub(super) fn new(
+        console: &'c Console,
+        name: &str,
+        recipe: &Recipe,
+        request: &DatasetRequest,
+        unkept: Arc<AtomicU64>,
+    ) -> Self {
         Self {
             progress: Progress::new(console, "profiles", None),
             console,
             profiles_per_sample: recipe.size().profiles as u64,
             total: AtomicU64::new(0),
             samples: AtomicU64::new(0),
+            unkept,
             bytes: AtomicU64::new(0),
             hint: format!("gen preview --recipe {name} --seed {}", request.seed),
             out: request.out.clone(),
@@ -246,9 +255,15 @@ impl<'c> GenerateProgress<'c> {
             GenerateEvent::Profiles(n) => self.progress.add(n),
             GenerateEvent::Sample(size) => {
                 let samples = self.samples.fetch_add(1, Ordering::Relaxed) + 1;
+                self.unkept.fetch_add(1, Ordering::Relaxed);
                 self.say(samples, self.bytes.fetch_add(size, Ordering::Relaxed) + size);
             }
-            GenerateEvent::Shard(shard) => self.console.detail(&format!("shard {shard} is finished")),
+            GenerateEvent::Shard(shard) => {
+                // Samples are written in the order of shards: those before its last one are kept.
+                self.unkept.store(0, Ordering::Relaxed);
+                self.say(self.samples.load(Ordering::Relaxed), self.bytes.load(Ordering::Relaxed));
+                self.console.detail(&format!("shard {shard} is finished"));
+            }
             GenerateEvent::Busy(shard) => {
                 note(&format!("shard {shard} is being made by another process; it is looked at again at the end"));
             }
@@ -300,7 +315,11 @@ impl<'c> GenerateProgress<'c> {
 
     fn say(&self, samples: u64, bytes: u64) {
         let total = self.total.load(Ordering::Relaxed);
-        self.progress.say(&format!("{samples}/{total} samples, {}", describe_bytes(bytes)));
+        let kept = match self.unkept.load(Ordering::Relaxed) {
+            0 => String::new(),
+            unkept => format!(" ({} kept)", samples - unkept.min(samples)),
+        };
+        self.progress.say(&format!("{samples}/{total} samples{kept}, {}", describe_bytes(bytes)));
     }
 }
 

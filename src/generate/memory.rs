@@ -54,7 +54,7 @@ impl MemoryEstimate {
         let together = in_flight_of(recipe, threads);
         let rendering = together.min(threads as u64);
         let waiting = (together - rendering) * (written * WRITTEN_BYTES + frames);
-        let per_shard = dataset::samples_per_shard(&output, &size) as u64;
+        let per_shard = dataset::samples_per_shard(&output, &size, recipe.sample_seconds()) as u64;
         let tables = dataset::open_tables_bytes(&output, &size, &recipe.splits(), per_shard);
         let patterns = MAX_CACHED_BYTES as u64 + together.min(threads as u64) * patterns(recipe);
         let needed = BASE_BYTES + tables + patterns + rendering * each + waiting + bands(recipe, threads);

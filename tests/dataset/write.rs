@@ -4,6 +4,7 @@ use std::fs;
 
 use bench::settings::{Output, SensorStack, Size};
 use dataset::{Claim, Dataset, ShardWriter, estimated_bytes_per_sample, samples_per_shard};
+use recipe::Recipe;
 use test_support::records::{SIZE, encoded, head, output, tree, write_dataset, write_shard};
 
 fn names(tree: &[(String, Vec<u8>)]) -> Vec<&str> {
@@ -121,10 +122,22 @@ fn shards_are_cut_by_size() {
     let large = Size { columns: 2560, rows: 1024, profiles: 2000 };
     let full = Output { samples_per_shard: None, sensor_stack: SensorStack::None, ..output() };
     let bytes = estimated_bytes_per_sample(&full, &large);
-    let count = samples_per_shard(&full, &large);
+    let count = samples_per_shard(&full, &large, 1.0);
     assert!(count as u64 * bytes <= 500_000_000 && (count + 1) as u64 * bytes > 500_000_000, "{count} x {bytes}");
-    assert_eq!(samples_per_shard(&full, &SIZE), 1000);
-    assert_eq!(samples_per_shard(&output(), &large), 4);
-    let stacked = Output { sensor_stack: SensorStack::All, ..full };
-    assert_eq!(samples_per_shard(&stacked, &large), 1);
+    assert_eq!(samples_per_shard(&full, &SIZE, 0.1), 1000);
+    assert_eq!(samples_per_shard(&output(), &large, 1.0), 4);
+    let stacked = Output { sensor_stack: SensorStack::All, ..full.clone() };
+    assert_eq!(samples_per_shard(&stacked, &large, 1.0), 1);
+    // No more than a minute's work of two cores, however long a sample takes.
+    for (seconds, count) in [(1.3, 92), (12.0, 10), (61.0, 1), (1e9, 1)] {
+        assert_eq!(samples_per_shard(&full, &SIZE, seconds), count, "{seconds} s a sample");
+    }
+    // What ships: boards by their bytes, packs by their work.
+    for (name, count) in
+        [("wood-train", 1000), ("wood-small", 627), ("wood", 4), ("blister-train", 90), ("blister", 11)]
+    {
+        let recipe = Recipe::load(name).unwrap_or_else(|faults| panic!("{faults}"));
+        let found = samples_per_shard(&recipe.output(), &recipe.size(), recipe.sample_seconds());
+        assert_eq!(found, count, "{name}");
+    }
 }

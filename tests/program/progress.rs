@@ -1,11 +1,11 @@
 //! Progress where standard error is no terminal, and what is said when Ctrl-C stops the work.
 
-use std::io::Read;
+use std::io::{BufRead, BufReader, Read};
 use std::process::Command;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use test_support::program::{FRAMES, Place};
+use test_support::program::{FRAMES, Place, assert_same};
 
 /// Long work tells how far it is: with no time between its lines, each command has some.
 #[test]
@@ -55,4 +55,31 @@ fn stopping_says_what_is_kept() {
     }
     let going_on = place.done("--recipe tiny.yaml --n 4 --out set --part 0/2000");
     assert!(going_on.err.contains("set: "), "{}", going_on.err);
+}
+
+/// What a stop loses is said: by progress, which tells what is kept of what is done, and at the stop. Guards counts that take for
+/// done what may be lost. Nothing is kept, so the shards may have another size.
+#[test]
+fn stopping_says_what_is_lost() {
+    let place = Place::with(&[]);
+    let order = "--recipe tiny.yaml --n 4000 --samples-per-shard 2000 --progress 0 --out set";
+    let mut child = place.command(order).spawn().expect("it starts");
+    let mut lines = BufReader::new(child.stderr.take().expect("a pipe"));
+    let mut told = String::new();
+    while !told.contains("/4000 samples (0 kept)") {
+        assert!(lines.read_line(&mut told).expect("it is text") > 0, "nothing is said to be unkept: {told}");
+    }
+    let interrupt = Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill runs");
+    assert!(interrupt.success());
+    lines.read_to_string(&mut told).expect("it is text");
+    assert_eq!(child.wait().expect("it ends").code(), Some(130), "{told}");
+    let last = told.lines().last().expect("the last words");
+    let words = ["stopped: 0 of 2 shards", "finished sample", "of an unfinished shard are lost", "can still be given"];
+    for word in words {
+        assert!(last.contains(word), "no `{word}` in {last}");
+    }
+    let again = place.done("--recipe tiny.yaml --n 4 --samples-per-shard 2 --out set");
+    assert!(again.err.contains("begun with 4000 samples in shards of 2000"), "{}", again.err);
+    place.make("whole", "--n 4 --samples-per-shard 2");
+    assert_same(&place.tree("set"), &place.tree("whole"), "begun anew after a stop");
 }

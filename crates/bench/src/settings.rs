@@ -73,7 +73,7 @@ pub struct Output {
     pub truth_maps: bool,
     /// Sensor frames kept.
     pub sensor_stack: SensorStack,
-    /// Samples in a shard; `None` keeps a shard under about 500 MB.
+    /// Samples in a shard; `None` keeps a shard under about 500 MB, and about a minute's work of two cores.
     pub samples_per_shard: Option<usize>,
     /// Bits of a digital number: 8, 10 or 12.
     pub bits: u32,

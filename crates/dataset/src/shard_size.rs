@@ -5,6 +5,8 @@ use bench::settings::{Channel, Output, SensorStack, Size, Splits};
 
 /// Largest shard that is aimed at [bytes]: it fits a download and a restart.
 const TARGET_SHARD_BYTES: u64 = 500_000_000;
+/// Work of a shard that is aimed at [core seconds]: a minute of two cores, all that a run loses which is stopped.
+const TARGET_SHARD_SECONDS: f64 = 120.0;
 /// Most samples in a shard, however small they are: manifests and folders stay readable.
 const MAX_SAMPLES_PER_SHARD: u64 = 1000;
 /// What numbers, objects and file headers take in a sample, on the large side [bytes].
@@ -80,9 +82,12 @@ pub fn open_tables_bytes(output: &Output, size: &Size, splits: &Splits, samples:
     rows.iter().take(samples as usize).sum::<u64>() + group(1.0, frames)
 }
 
-/// Samples in a shard: what the recipe asks for, else as many as stay under about 500 MB, at most 1000, at least 1.
-/// A pure function of sizes and output, so that every process cuts alike.
-pub fn samples_per_shard(output: &Output, size: &Size) -> usize {
-    let fitting = (TARGET_SHARD_BYTES / estimated_bytes_per_sample(output, size)).clamp(1, MAX_SAMPLES_PER_SHARD);
+/// Samples in a shard: what the recipe asks for, else as many as stay under about 500 MB and about a minute's work of two cores,
+/// at most 1000, at least 1; a sample takes `sample_seconds` of one core. A pure function of sizes, output and that, which is
+/// fixed too, so that every process cuts alike.
+pub fn samples_per_shard(output: &Output, size: &Size, sample_seconds: f64) -> usize {
+    let of_work = (TARGET_SHARD_SECONDS / sample_seconds) as u64;
+    let of_bytes = TARGET_SHARD_BYTES / estimated_bytes_per_sample(output, size);
+    let fitting = of_bytes.min(of_work).clamp(1, MAX_SAMPLES_PER_SHARD);
     output.samples_per_shard.unwrap_or(fitting as usize).max(1)
 }

@@ -21,6 +21,7 @@ mod measured_log;
 mod picture;
 mod reader;
 mod reference;
+mod sample_work;
 mod sampling;
 mod schema;
 mod slice_tar;
@@ -274,6 +275,11 @@ impl Recipe {
     /// What is written.
     pub fn output(&self) -> Output {
         self.settings.output()
+    }
+
+    /// What a sample takes on one core by a fixed rule, the same on every machine: where shards are cut follows from it [s].
+    pub fn sample_seconds(&self) -> f64 {
+        sample_work::core_seconds(self.subject, self.transport(), &self.size())
     }
 
     /// Shares of the splits.

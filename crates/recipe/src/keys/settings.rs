@@ -485,7 +485,7 @@ settings! {
             "Which sensor frames are kept: none, all, or every k-th from the first.",
             "free";
         samples_per_shard: Auto<Count>(Count(1, 100_000, "")) = None,
-            "Samples in a shard; `auto` keeps a shard under about 500 MB.",
+            "Samples in a shard; `auto` keeps a shard under about 500 MB, and about a minute's work of two cores.",
             "free";
     }
 

@@ -10,6 +10,7 @@ use crate::report::histogram::RunningRange;
 use crate::report::page_data::PageData;
 use crate::report::sheet_sample::MAPS;
 use dataset::samples_per_shard;
+use recipe::Recipe;
 
 /// The head.
 pub(super) fn header(facts: &PageData) -> Markup {
@@ -60,7 +61,8 @@ pub(super) fn header(facts: &PageData) -> Markup {
 /// The command that makes the dataset again, with the size of its shards where the recipe alone gives another.
 fn again(facts: &PageData) -> String {
     let head = facts.head;
-    let own = facts.recipe.as_ref().ok().map(|recipe| samples_per_shard(&recipe.output(), &recipe.size()) as u64);
+    let size_of = |recipe: &Recipe| samples_per_shard(&recipe.output(), &recipe.size(), recipe.sample_seconds()) as u64;
+    let own = facts.recipe.as_ref().ok().copied().map(size_of);
     let shards = match own {
         Some(own) if own == head.samples_per_shard => String::new(),
         _ => format!(" --samples-per-shard {}", head.samples_per_shard),
