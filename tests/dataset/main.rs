@@ -1,5 +1,6 @@
 //! Shards and folders as the writer leaves them.
 
+mod card;
 mod exact;
 /// Links are made as Unix makes them.
 #[cfg(unix)]

@@ -9,6 +9,7 @@ use output_schema::{ColumnKind, DatasetHead, Generator};
 use serde_json::Value;
 
 use super::limits::limits;
+use super::recipe_words::{is_entered_by_light, objects_in_words};
 use bench::split::Split;
 
 /// Samples of each class in each split.
@@ -224,12 +225,8 @@ fn entry(page: &mut String, name: &str, unit: &str, missing: &str, doc: &str) {
 
 /// What the dataset is, in two sentences.
 pub(super) fn description(head: &DatasetHead) -> String {
-    let what = match head.subject.as_str() {
-        "wood" => "sawn boards of softwood",
-        "blister" => "blister packs",
-        "sawtooth" => "a saw-tooth for calibration",
-        _ => "a part from a file of triangles",
-    };
+    let what = objects_in_words(head);
+    let light = if is_entered_by_light(head) { "; light spreads below the surface" } else { "" };
     let labels = if holds(head, "label") || holds(head, "instance") { " with pixel-exact labels" } else { "" };
     let maps: Vec<&str> = ["range", "reflectance", "scatter"].into_iter().filter(|name| holds(head, name)).collect();
     let maps = match &maps[..] {
@@ -240,7 +237,7 @@ pub(super) fn description(head: &DatasetHead) -> String {
         }
     };
     format!(
-        "{} simulated laser-triangulation scans of {what}{labels}, from the recipe {}. {maps}; light spreads below the surface.",
+        "{} simulated laser-triangulation scans of {what}{labels}, from the recipe {}. {maps}{light}.",
         head.samples, head.recipe.name
     )
 }
@@ -313,10 +310,11 @@ fn front_matter(page: &mut String, head: &DatasetHead, present: &[Split]) {
     ];
     page.push_str(&list("task_categories", &categories));
     page.push_str(&list("task_ids", &ids));
+    let scattering = if is_entered_by_light(head) { "\n- subsurface-scattering" } else { "" };
     add(
         page,
         &format!(
-            "tags:\n- synthetic\n- laser-triangulation\n- subsurface-scattering\n- {}\nsize_categories:\n- {sizes}",
+            "tags:\n- synthetic\n- laser-triangulation{scattering}\n- {}\nsize_categories:\n- {sizes}",
             head.subject
         ),
     );

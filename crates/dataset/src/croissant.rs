@@ -20,6 +20,7 @@ use serde_json::{Map, Value, json};
 use super::atomic_file::sha256;
 use super::limits::limits;
 use super::reader::to_document;
+use super::recipe_words::is_entered_by_light;
 use super::{GENERATOR_DATE, card};
 use bench::split::Split;
 
@@ -47,7 +48,10 @@ pub(super) fn croissant(head: &DatasetHead, present: &[Split], document: &[u8]) 
         "version": format!("{}+recipe.{hash}.seed.{}.n.{}", head.generator.version, head.seed, head.samples),
         "datePublished": GENERATOR_DATE,
         "keywords": keywords(head),
-        "rai:dataCollection": "Simulated: light transport in the object, exposure of every profile on a sensor, extraction of the maps from the frames.",
+        "rai:dataCollection": format!(
+            "Simulated: {}, exposure of every profile on a sensor, extraction of the maps from the frames.",
+            if is_entered_by_light(head) { "light transport in the object" } else { "reflection of light at the object" }
+        ),
         "rai:dataAnnotationProtocol": "Labels follow from the simulated object without errors of measurement; nobody drew them.",
         "rai:dataLimitations": limits(head),
         "distribution": distribution(head, present, document),
@@ -112,8 +116,9 @@ fn context() -> Value {
 fn keywords(head: &DatasetHead) -> Vec<&str> {
     let labels = card::holds(head, "label") || card::holds(head, "instance");
     let segmentation = labels.then_some("segmentation");
-    let first = ["synthetic", "laser triangulation", "subsurface scattering"];
-    first.into_iter().chain(segmentation).chain([head.subject.as_str()]).collect()
+    let scattering = is_entered_by_light(head).then_some("subsurface scattering");
+    let first = ["synthetic", "laser triangulation"].into_iter().chain(scattering);
+    first.chain(segmentation).chain([head.subject.as_str()]).collect()
 }
 
 fn distribution(head: &DatasetHead, present: &[Split], document: &[u8]) -> Vec<Value> {

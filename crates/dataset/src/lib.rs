@@ -33,6 +33,7 @@ mod limits;
 mod lock;
 mod png;
 mod reader;
+mod recipe_words;
 mod sample_rows;
 mod shard_size;
 mod shard_writer;
@@ -56,6 +57,7 @@ pub use png::{Grey, range_numbers, read_png, read_png_of, rounded8, rounded16, w
 pub(crate) use png::{PngSize, foreign_part, png_size};
 pub(crate) use reader::to_document;
 pub use reader::{Dataset, DatasetSums, ExrMaps, FinishedTables, is_dataset};
+pub use recipe_words::objects_in_words;
 pub use sample_rows::row_batch;
 pub(crate) use sample_rows::{frame_numbers, image_path};
 pub use shard_size::{

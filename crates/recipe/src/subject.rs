@@ -10,7 +10,7 @@ use bench::words;
 words! {
     /// What the objects are.
     Subject {
-        /// Sawn boards of softwood.
+        /// Boards of wood.
         Wood = "wood",
         /// Blister packs, film up.
         Blister = "blister",

@@ -9,7 +9,7 @@ use crate::report::folder::unfinished;
 use crate::report::histogram::RunningRange;
 use crate::report::page_data::PageData;
 use crate::report::sheet_sample::MAPS;
-use dataset::samples_per_shard;
+use dataset::{objects_in_words, samples_per_shard};
 use recipe::Recipe;
 
 /// The head.
@@ -24,7 +24,7 @@ pub(super) fn header(facts: &PageData) -> Markup {
             p.kind { "Dataset of simulated laser-triangulation scans" }
             h1 { (head.recipe.name) }
             p.lead {
-                (count(head.samples)) " scans of " (subject(&head.subject)) ", " (images.cols) " × " (images.rows) " px"
+                (count(head.samples)) " scans of " (objects_in_words(head)) ", " (images.cols) " × " (images.rows) " px"
                 @if cols.count > 0 { " (" (span(cols)) " × " (span(rows)) " mm)" }
                 (holds(head))
             }
@@ -86,16 +86,6 @@ fn holds(head: &DatasetHead) -> String {
         [first @ .., last] => {
             format!(": {} and {last} as a line-laser profiler measures them, {labels}.", first.join(", "))
         }
-    }
-}
-
-fn subject(name: &str) -> &str {
-    match name {
-        "wood" => "sawn wood",
-        "blister" => "blister packs",
-        "sawtooth" => "a saw-tooth calibration piece",
-        "mesh" => "a part from a file of triangles",
-        other => other,
     }
 }
 
