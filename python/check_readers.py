@@ -106,6 +106,8 @@ def check_datasets(root, head, splits, cache):
             expect(len(each["bbox"]) == 4, "bbox", each)
             name = head["pixel_classes"][each["class"]]
             expect(name == "pocket" or name in sample["defect_classes"], name, "is none of", sample["defect_classes"])
+        for name in sample["defect_classes"]:
+            expect(sample["class_area_px"][name] > 0, "no pixel shows", name)
         expect(list(sample["class_area_px"]) == [head["pixel_classes"][v] for v in head["label_values"]], sample)
     stream = load_dataset(str(root), split=splits[0], streaming=True, cache_dir=cache)
     expect(next(iter(stream))["id"] == found[splits[0]][0]["id"], "streaming differs")

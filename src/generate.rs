@@ -136,12 +136,10 @@ impl GenerateSummary {
     /// Counts a sample that is to be written.
     fn count(&mut self, sample: &Encoded) {
         self.samples += 1;
-        for class in &sample.defects {
-            self.defects.entry(*class).or_default()[0] += 1;
-        }
-        for object in &sample.objects {
-            if let Some([_, shown]) = self.defects.get_mut(&object.instance.class) {
-                *shown += 1;
+        for (classes, shown) in [(&sample.defects, 1), (&sample.unseen, 0)] {
+            for class in classes {
+                let counts = self.defects.entry(*class).or_default();
+                *counts = [counts[0] + 1, counts[1] + shown];
             }
         }
         for shortfall in sample.shares.shortfalls() {

@@ -13,7 +13,7 @@ pub const FORMAT: &str = "sheetlight-dataset";
 
 /// Version of everything in this crate: a new major number where old readers would misread, a new minor number where
 /// something was added.
-pub const SCHEMA_VERSION: [u32; 2] = [1, 6];
+pub const SCHEMA_VERSION: [u32; 2] = [1, 7];
 
 /// Most samples of a dataset.
 pub const MAX_SAMPLES: u64 = 100_000_000;
@@ -290,6 +290,7 @@ impl DatasetHead {
         match column.kind {
             ColumnKind::Image(_) => self.images.png.iter().any(|name| name == column.name),
             _ if SHARES.contains(&column.name) => self.schema_version >= [1, 4],
+            _ if column.name == "unseen_classes" => self.schema_version >= [1, 7],
             _ => match column.name.strip_prefix("range_offset_").or(column.name.strip_prefix("range_scale_")) {
                 Some(unit) => unit == self.range_unit(),
                 None => true,

@@ -63,7 +63,7 @@ pub const IMAGES: [&str; 5] = ["range", "reflectance", "scatter", "label", "inst
 ///
 /// `seed` is unsigned because it is: a signed column would change seeds from 2^63 on, and every reader that is tested
 /// here knows uint64. `index` is signed because frameworks index with int64.
-pub const ROW: [Column; 27] = [
+pub const ROW: [Column; 28] = [
     Column {
         name: "id",
         kind: ColumnKind::Text,
@@ -198,7 +198,15 @@ pub const ROW: [Column; 27] = [
         unit: "",
         range: "names of pixel classes",
         missing: "empty list",
-        doc: "Class of every defect that the object has, seen or not, by number.",
+        doc: "Class of every defect of which at least one pixel shows something, by number. Before 1.7 of every defect, seen or not.",
+    },
+    Column {
+        name: "unseen_classes",
+        kind: ColumnKind::PixelClassNames,
+        unit: "",
+        range: "names of pixel classes",
+        missing: "empty list",
+        doc: "Class of every defect that the object has and no pixel shows: inside, covered or beyond the field; by number. From 1.7 on.",
     },
     Column {
         name: "objects",

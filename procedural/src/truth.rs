@@ -152,6 +152,11 @@ impl Class {
         Self::LooseKnot,
     ];
 
+    /// Whether it is a defect: neither what surfaces show where all is well nor a pocket, tooth or part that is as it should be.
+    pub fn is_defect(self) -> bool {
+        !matches!(self, Self::Background | Self::Clear | Self::Flange | Self::Pocket | Self::Tooth | Self::Object)
+    }
+
     /// Whether pixels of boards can have it.
     pub fn is_of_wood(self) -> bool {
         // Every class is named, so that a new one has to be put on its side.

@@ -232,8 +232,13 @@ class Sample:
 
     @property
     def defect_classes(self) -> list[str]:
-        """Class of every defect that the object has, seen or not."""
+        """Class of every defect of which at least one pixel shows something; before schema 1.7 of every defect, seen or not."""
         return self._row["defect_classes"]
+
+    @property
+    def unseen_classes(self) -> list[str] | None:
+        """Class of every defect that the object has and no pixel shows; None before schema 1.7, which has them in `defect_classes`."""
+        return self._row.get("unseen_classes")
 
     @property
     def class_area_px(self) -> dict[str, int]:

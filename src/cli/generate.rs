@@ -208,7 +208,8 @@ fn describe_hidden(summary: &GenerateSummary) -> Option<String> {
     let one = |(class, [all, shown]): (Class, [u64; 2])| format!("{} of {all} {}", all - shown, class.name());
     let hidden: Vec<String> = summary.hidden_defects().map(one).collect();
     let told = format!("no pixel shows {}", hidden.join(", "));
-    (!hidden.is_empty()).then(|| format!("{told}; `defect_classes` of a row lists all, `objects` those that show"))
+    (!hidden.is_empty())
+        .then(|| format!("{told}; `unseen_classes` of a row lists them, `defect_classes` those that show"))
 }
 
 /// What is told of samples of this run that are of little use.

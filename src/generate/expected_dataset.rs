@@ -87,7 +87,6 @@ impl ExpectedDataset {
         let unlit = UnlitRow {
             derived: derived.map(|(name, value)| ((*name).to_owned(), *value)).collect(),
             grid: [record.row_mm, record.col_mm, record.range_offset, record.range_scale],
-            defects: record.defects.iter().map(|class| class.name().to_owned()).collect(),
             instances,
             rows,
         };

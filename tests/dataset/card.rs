@@ -13,13 +13,8 @@ use sheetlight::generate::{DatasetRequest, dataset_head};
 /// What is said of a dataset of one sample, which nobody rendered: the words for its objects, the card and the metadata.
 fn said(recipe: &Recipe) -> (String, String, Value) {
     let place = tempfile::tempdir().expect("a temporary folder");
-    let request = DatasetRequest {
-        samples: 1,
-        seed: 0,
-        out: place.path().to_owned(),
-        part: (0, 1),
-        samples_per_shard: Some(1),
-    };
+    let request =
+        DatasetRequest { samples: 1, seed: 0, out: place.path().to_owned(), part: (0, 1), samples_per_shard: Some(1) };
     let folder = Dataset::open_or_create(place.path(), dataset_head(recipe, &request, Vec::new())).expect("it opens");
     let head = folder.head();
     let sample = ManifestSample {
@@ -42,7 +37,8 @@ fn said(recipe: &Recipe) -> (String, String, Value) {
         samples: vec![sample],
     };
     fs::create_dir_all(place.path().join("shards")).expect("a folder");
-    fs::write(place.path().join(manifest_path(0)), serde_json::to_vec(&manifest).expect("plain data")).expect("written");
+    fs::write(place.path().join(manifest_path(0)), serde_json::to_vec(&manifest).expect("plain data"))
+        .expect("written");
     assert!(folder.complete().expect("documents are written"));
     let text = |name: &str| fs::read_to_string(place.path().join(name)).expect("it is there");
     (objects_in_words(head), text(CARD), serde_json::from_str(&text(CROISSANT)).expect("JSON"))

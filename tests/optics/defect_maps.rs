@@ -263,7 +263,8 @@ fn masks_are_where_maps_change() {
                 plain.insert(index, (scene.clone(), pipeline::render(&scene, tiles(), &|_| ())));
             }
             let without = &plain[&index].1;
-            let count = with.defects.iter().filter(|class| **class == kind.class).count();
+            let defects = with.defects.iter().chain(&with.unseen);
+            let count = defects.filter(|class| **class == kind.class).count();
             assert!(count > 0, "{:?} {index}: nothing was asked for", kind.class);
             compare(kind, &with, without, count, &mut seen);
         }

@@ -63,6 +63,7 @@ fn labels() {
     assert_eq!(with(|sample| sample.objects[0].instance.state = Class::Pocket), [ValueRange]);
     assert_eq!(with(|sample| _ = sample.defects.pop()), [ObjectDiffers]);
     assert_eq!(with(|sample| sample.defects.push(Class::Missing)), [ValueRange]);
+    assert_eq!(with(|sample| sample.unseen.push(Class::Missing)), [ValueRange]);
     let swap = |sample: &mut Encoded| sample.class_area_px.swap(1, 2);
     assert_eq!(with(swap), [ClassAreaDiffers]);
     assert_eq!(with(|sample| png(sample, Channel::Instance, |n| n[0] = 9)), [ObjectDiffers, ExrDiffers]);

@@ -43,8 +43,10 @@ pub struct Encoded {
     pub draws: Vec<(String, f64)>,
     /// Derived numbers, by name.
     pub physics: Vec<(&'static str, f64)>,
-    /// Classes of all defects, seen or not.
+    /// Classes of the defects of which at least one pixel shows something.
     pub defects: Vec<Class>,
+    /// Classes of the other defects.
+    pub unseen: Vec<Class>,
     /// Defects, pockets, teeth and parts of which at least one pixel shows something.
     pub objects: Vec<Object>,
     /// Pixels of each class [px].
@@ -141,6 +143,7 @@ pub fn encode_numbers(record: &Record, bits: u32) -> Encoded {
         draws: record.draws.clone(),
         physics: record.physics.clone(),
         defects: record.defects.clone(),
+        unseen: record.unseen.clone(),
         objects: record.objects.clone(),
         class_area_px,
         shares,

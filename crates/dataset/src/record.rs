@@ -192,8 +192,10 @@ pub struct Record {
     pub truth: Option<TruthMaps>,
     /// Defects, pockets, teeth and parts of which at least one pixel shows something, by number.
     pub objects: Vec<Object>,
-    /// Classes of all defects that the object has, seen or not, by number.
+    /// Classes of the defects among [`Record::objects`], by number.
     pub defects: Vec<Class>,
+    /// Classes of the other defects that the object has, which no pixel shows, by number.
+    pub unseen: Vec<Class>,
     /// Share of the object's convex outline, seen from above, that lies within the field of the images; NaN on a turntable [1].
     pub object_in_view: f64,
     /// Sensor frames that the recipe keeps, by profile.

@@ -51,7 +51,8 @@ pub fn row_batch(schema: &SchemaRef, head: &DatasetHead, sample: &Encoded) -> Re
             "calibration" => structure(field, sample.calibration.iter().map(|c| float64(known(c.1))).collect())?,
             "physics" => structure(field, sample.physics.iter().map(|p| float64(known(p.1))).collect())?,
             "objects" => objects(field, &sample.objects).map_err(|e| e.to_string())?,
-            "defect_classes" => defects(field, &sample.defects).map_err(|e| e.to_string())?,
+            "defect_classes" => class_names(field, &sample.defects).map_err(|e| e.to_string())?,
+            "unseen_classes" => class_names(field, &sample.unseen).map_err(|e| e.to_string())?,
             "class_area_px" => areas(field, head, sample)?,
             "measured_share" => float64(known(sample.shares.measured)),
             "saturated_share" => float64(known(sample.shares.saturated)),
@@ -180,9 +181,9 @@ fn areas(field: &Field, head: &DatasetHead, sample: &Encoded) -> Result<ArrayRef
     structure(field, listed.iter().map(|&value| int64(sample.class_area_px[value] as i64)).collect())
 }
 
-fn defects(field: &Field, classes: &[Class]) -> Result<ArrayRef, ArrowError> {
+fn class_names(field: &Field, classes: &[Class]) -> Result<ArrayRef, ArrowError> {
     let DataType::List(item) = field.data_type() else {
-        return Err(ArrowError::SchemaError("the column `defect_classes` is no list".into()));
+        return Err(ArrowError::SchemaError(format!("the column `{}` is no list", field.name())));
     };
     let names: StringArray = classes.iter().map(|class| Some(class.name())).collect();
     let lengths = OffsetBuffer::from_lengths([classes.len()]);

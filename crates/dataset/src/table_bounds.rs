@@ -154,7 +154,7 @@ impl TableBounds {
         let sides = if parts.iter().any(|part| part == "bbox") { 4 } else { 1 };
         let in_row = match root {
             "frame" if is_list => self.frame.max(1),
-            "objects" | "defect_classes" if is_list => MAX_LISTED as u64 * sides,
+            "objects" | "defect_classes" | "unseen_classes" if is_list => MAX_LISTED as u64 * sides,
             _ => 1,
         };
         let image = self.image_bytes();

@@ -143,6 +143,15 @@ pub fn objects(labels: &Labels, areas: &[f64], pixel_mm: [f64; 2], instances: &[
         .collect()
 }
 
+/// Classes of the defects among `objects`, and of those instances that no pixel shows; each by number.
+pub(crate) fn defects(objects: &[Object], instances: &[Instance]) -> (Vec<Class>, Vec<Class>) {
+    let shown = |own: &&Instance| objects.iter().any(|object| object.instance.id == own.id);
+    let defects = instances.iter().filter(|own| own.class.is_defect());
+    let (shown, unseen): (Vec<&Instance>, Vec<&Instance>) = defects.partition(shown);
+    let classes = |own: Vec<&Instance>| own.into_iter().map(|own| own.class).collect();
+    (classes(shown), classes(unseen))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

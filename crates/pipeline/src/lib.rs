@@ -16,7 +16,7 @@ use std::ops::Range;
 use procedural::blister::Pack;
 use procedural::solid::{self, Sawtooth};
 use procedural::wood::{BoardStreams, Plank, Stem};
-use procedural::{Body, Class, Mesh};
+use procedural::{Body, Mesh};
 use rayon::prelude::*;
 
 use crate::binning::Binning;
@@ -224,8 +224,7 @@ impl Scan {
         let turned = turn(&scene.bench.motion, scene.movement).is_some();
         let pixel_mm = [row_mm, col_mm].map(|side| if turned { f64::NAN } else { side });
         let objects = labels::objects(&labels, &areas, pixel_mm, instances);
-        let sound = [Class::Pocket, Class::Tooth, Class::Object];
-        let defects = instances.iter().map(|instance| instance.class).filter(|class| !sound.contains(class)).collect();
+        let (defects, unseen) = labels::defects(&objects, instances);
         let RangeScale { offset: range_offset, scale: range_scale } = range_scale(scene, &rig);
         // The middle of the columns that are averaged into the first.
         let x_first = grid.map_or(f64::NAN, |grid| grid.first_mm + 0.5 * (col_mm - pitch));
@@ -251,6 +250,7 @@ impl Scan {
             truth,
             objects,
             defects,
+            unseen,
             object_in_view: specimen.share_within(field_x, field_y),
             stack,
         }

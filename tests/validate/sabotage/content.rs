@@ -115,9 +115,9 @@ fn labels_of_pixels_and_objects() {
         object.class = if object.class == Class::SoundKnot { Class::DeadKnot } else { Class::SoundKnot };
         object.state = object.class;
         let class = object.class;
-        samples[a].defects.push(class);
+        samples[a].defects[0] = class;
     };
-    with(class, &[DrawDiffers, InstanceClass], &id, "the class of an object");
+    with(class, &[DrawDiffers, InstanceClass, ObjectDiffers], &id, "the class of an object");
     let number = |samples: &mut Vec<Encoded>| samples[a].objects[0].instance.id += 7;
     with(number, &[DrawDiffers, ObjectDiffers], &id, "an object with another number");
     with(|samples| samples[a].objects[0].bbox[0] += 1, &[ObjectDiffers], &id, "a box one pixel off");

@@ -16,7 +16,7 @@ fn copy(samples: &mut [Encoded], from: usize, to: usize, change: &dyn Fn(Channel
     let place = |i: usize| if mirrored { i / cols * cols + cols - 1 - i % cols } else { i };
     let target = &mut samples[to];
     (target.png, target.exr) = (source.png, source.exr);
-    (target.objects, target.defects) = (source.objects, source.defects);
+    (target.objects, target.defects, target.unseen) = (source.objects, source.defects, source.unseen);
     (target.range_offset, target.range_scale) = (source.range_offset, source.range_scale);
     for channel in [Channel::Range, Channel::Reflectance, Channel::Scatter] {
         png(target, channel, |numbers| {

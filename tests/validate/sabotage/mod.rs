@@ -10,4 +10,5 @@ mod flips;
 mod forgeries;
 mod place;
 mod review;
+mod tags;
 mod truth;

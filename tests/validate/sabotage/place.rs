@@ -230,6 +230,7 @@ pub fn relabel(sample: &mut Encoded, label: &[u16], instance: &[u16]) {
     sample.class_area_px = [0; Class::ALL.len()];
     label.iter().for_each(|&class| sample.class_area_px[usize::from(class)] += 1);
     let cols = sample.cols;
+    let mut shown = Vec::new();
     sample.objects.retain_mut(|object| {
         let own: Vec<(usize, usize)> =
             (0..instance.len()).filter(|&i| instance[i] == object.instance.id).map(|i| (i % cols, i / cols)).collect();
@@ -239,8 +240,17 @@ pub fn relabel(sample: &mut Encoded, label: &[u16], instance: &[u16]) {
         object.area_px = own.len() as u64;
         object.area_mm2 = own.len() as f64 * sample.row_mm * sample.col_mm;
         object.bbox = [left, top, right - left + 1, bottom - top + 1].map(|side| side as u32);
+        shown.push(object.instance.class);
         true
     });
+    shown.retain(|class| class.is_defect());
+    let mut unseen = std::mem::take(&mut sample.defects);
+    for class in &shown {
+        let place = unseen.iter().position(|known| known == class);
+        place.map(|place| unseen.remove(place));
+    }
+    unseen.append(&mut sample.unseen);
+    (sample.defects, sample.unseen) = (shown, unseen);
 }
 
 /// Label and instance of each pixel.

@@ -36,7 +36,8 @@ fn what_follows_without_light_is_held_to_the_recipe() {
     assert_eq!(with(|s| s.objects[0].instance.knot = Some(names)), [DrawDiffers]);
     assert_eq!(with(|s| s.objects[0].extent_mm[0] *= 2.0), [ObjectDiffers]);
     assert_eq!(with(|s| s.physics[0].1 = 3.0 * s.physics[0].1 + 1.0), [DrawDiffers]);
-    assert_eq!(with(|s| s.defects.extend(s.defects.clone())), [DrawDiffers]);
+    assert_eq!(with(|s| s.defects.extend(s.defects.clone())), [DrawDiffers, ObjectDiffers]);
+    assert_eq!(with(|s| s.unseen.push(Class::Pith)), [DrawDiffers]);
 }
 
 #[test]

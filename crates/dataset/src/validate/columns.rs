@@ -45,6 +45,8 @@ pub(super) struct StoredRow {
     pub(super) range_offset: f64,
     pub(super) range_scale: f64,
     pub(super) defects: Vec<String>,
+    /// Defects that no pixel shows; `None` where an older schema has them among the others.
+    pub(super) unseen: Option<Vec<String>>,
     pub(super) objects: Vec<StoredObject>,
     /// Drawn numbers in the order of the head's parameters.
     pub(super) numbers: Vec<f64>,
@@ -117,7 +119,10 @@ pub(super) fn stored_row(batch: &RecordBatch, head: &DatasetHead) -> Result<Stor
         col_mm: float64(&column("col_mm")?, "col_mm")?,
         range_offset: ranged("range_offset")?,
         range_scale: ranged("range_scale")?,
-        defects: names(&column("defect_classes")?)?,
+        defects: names(&column("defect_classes")?, "defect_classes")?,
+        unseen: (head.schema_version >= [1, 7])
+            .then(|| names(&column("unseen_classes")?, "unseen_classes"))
+            .transpose()?,
         objects: objects(&column("objects")?, head.schema_version >= [1, 5])?,
         numbers,
         derived,
@@ -133,10 +138,10 @@ const NUMBERS: [&str; 7] = ["area_mm2", "x_mm", "y_mm", "diameter_mm", "dive_deg
 /// Those that datasets have from schema 1.5 on.
 const LATER_NUMBERS: [&str; 3] = ["length_mm", "width_mm", "depth_mm"];
 
-fn names(column: &ArrayRef) -> Result<Vec<String>, String> {
-    let list = column.as_list_opt::<i32>().ok_or("`defect_classes` is no list")?.value(0);
-    let names = list.as_string_opt::<i32>().ok_or("`defect_classes` does not hold texts")?;
-    names.iter().map(|name| name.map(String::from).ok_or_else(|| "`defect_classes` holds nothing".to_owned())).collect()
+fn names(column: &ArrayRef, of: &str) -> Result<Vec<String>, String> {
+    let list = column.as_list_opt::<i32>().ok_or_else(|| format!("`{of}` is no list"))?.value(0);
+    let names = list.as_string_opt::<i32>().ok_or_else(|| format!("`{of}` does not hold texts"))?;
+    names.iter().map(|name| name.map(String::from).ok_or_else(|| format!("`{of}` holds nothing"))).collect()
 }
 
 /// The objects of a row; `measured` says that they have extents and names.

@@ -30,8 +30,6 @@ pub struct UnlitRow {
     pub derived: Vec<(String, f64)>,
     /// Distance between two rows and two columns [mm], then `range_offset` and `range_scale` in the unit of Range.
     pub grid: [f64; 4],
-    /// Names of all defects, seen or not.
-    pub defects: Vec<String>,
     /// Every instance of the body, by number from 1, seen or not.
     pub instances: Vec<Instance>,
     /// Some rows of the label image, and the body's heights there.

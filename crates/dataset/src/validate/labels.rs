@@ -3,14 +3,12 @@
 use std::collections::BTreeMap;
 
 use output_schema::PIXEL_CLASSES;
+use procedural::Class;
 
 use super::columns::StoredRow;
 use super::finding::{Code, Finding};
 use super::images::{DecodedImages, known_labels};
 use super::report::ValidationReport;
-
-/// The classes of objects that are no defects.
-const SOUND: [&str; 3] = ["pocket", "tooth", "object"];
 
 /// Rounding in a sum of as many areas as an image has pixels [1].
 const AREA: f64 = 1e-6;
@@ -81,17 +79,7 @@ pub(super) fn check(
             }
         }
     }
-    let class = |value: i64| usize::try_from(value).ok().and_then(|value| PIXEL_CLASSES.get(value)).copied();
-    let name_of = |name: &str| values.iter().any(|&value| class(value.into()) == Some(name));
-    for name in row.defects.iter().filter(|name| !name_of(name)) {
-        fault(Code::ValueRange, format!("the defect `{name}` is no pixel class of the subject"));
-    }
-    for object in row.objects.iter().filter(|object| !class(object.class).is_some_and(|name| SOUND.contains(&name))) {
-        let name = class(object.class).unwrap_or_default();
-        if !row.defects.iter().any(|defect| defect == name) {
-            fault(Code::ObjectDiffers, format!("object {} is a `{name}`, none of the defects", object.instance));
-        }
-    }
+    defects(row, values, place, report);
     if !known_labels(decoded, values, place, report) {
         return;
     }
@@ -106,6 +94,39 @@ pub(super) fn check(
     }
     if let Some(instance) = decoded.get("instance") {
         objects(row, instance, place, report);
+    }
+}
+
+/// The defects that the row lists against its objects and the areas of classes, which are those of the images.
+fn defects(row: &StoredRow, values: &[u8], place: &str, report: &mut ValidationReport) {
+    let mut fault = |code, what: String| report.faults.push(Finding::new(code, place, what));
+    let classes = || values.iter().filter_map(|&value| Class::ALL.get(usize::from(value)));
+    let mut is_known = true;
+    for name in row.defects.iter().chain(row.unseen.iter().flatten()) {
+        if !classes().any(|class| class.name() == name) {
+            is_known = false;
+            fault(Code::ValueRange, format!("the defect `{name}` is no pixel class of the subject"));
+        }
+    }
+    let class = |value: i64| usize::try_from(value).ok().and_then(|value| Class::ALL.get(value));
+    let shown = row.objects.iter().filter_map(|object| class(object.class)).filter(|class| class.is_defect());
+    let shown: Vec<&str> = shown.map(|class| class.name()).collect();
+    // Before 1.7 the list has the unseen ones too.
+    if row.unseen.is_none() {
+        for name in shown.iter().filter(|name| !row.defects.iter().any(|defect| defect == *name)) {
+            fault(Code::ObjectDiffers, format!("an object is a `{name}`, none of the defects"));
+        }
+        return;
+    }
+    if is_known && row.defects != shown {
+        let what = format!("`defect_classes` is {:?}, the objects' defects are {shown:?}", row.defects);
+        fault(Code::ObjectDiffers, what);
+    }
+    for (class, area) in classes().zip(&row.class_area_px).filter(|(class, _)| class.is_defect()) {
+        if shown.contains(&class.name()) != (*area > 0) {
+            let what = format!("{area} pixels show `{}`, the objects' defects are {shown:?}", class.name());
+            fault(Code::ObjectDiffers, what);
+        }
     }
 }
 

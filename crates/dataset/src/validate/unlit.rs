@@ -2,6 +2,8 @@
 //!
 //! What light decides stays with the other checks: which instances a pixel shows, their boxes and their areas.
 
+use procedural::Instance;
+
 use super::columns::{StoredObject, StoredRow};
 use super::expected::UnlitRow;
 use super::finding::{Code, Finding};
@@ -21,9 +23,7 @@ pub(super) fn check(row: &StoredRow, unlit: &UnlitRow, place: &str, report: &mut
     differences("", &stored, &made, &mut other);
     let known: Vec<(String, f64)> = unlit.derived.iter().filter(|number| !number.1.is_nan()).cloned().collect();
     differences("", &row.derived, &known, &mut other);
-    if row.defects != unlit.defects {
-        other.push(format!("the defects are {:?}, the recipe makes {:?}", row.defects, unlit.defects));
-    }
+    other.extend(defects(row, &unlit.instances));
     for object in &row.objects {
         objects(object, unlit, &mut other);
     }
@@ -36,6 +36,25 @@ pub(super) fn check(row: &StoredRow, unlit: &UnlitRow, place: &str, report: &mut
         let named = other.iter().take(MAX_NAMED_DIFFERENCES).map(String::as_str).collect::<Vec<_>>().join("; ");
         report.faults.push(Finding::new(Code::DrawDiffers, place, format!("{named}{more}")));
     }
+}
+
+/// Defects that show and those that do not, together those of the body; which of them show is decided by the images. What differs.
+fn defects(row: &StoredRow, instances: &[Instance]) -> Option<String> {
+    let unseen = row.unseen.as_ref()?;
+    let own = || instances.iter().filter(|own| own.class.is_defect());
+    let is_object = |own: &&Instance| row.objects.iter().any(|object| object.instance == i32::from(own.id));
+    let (shown, hidden): (Vec<&Instance>, Vec<&Instance>) = own().partition(is_object);
+    let names = |own: Vec<&Instance>| own.into_iter().map(|own| own.class.name().to_owned()).collect::<Vec<_>>();
+    let (mut stored, mut made) = (vec![row.defects.clone(), unseen.clone()], vec![names(shown), names(hidden)]);
+    // Where the list is not that of the objects, which is told elsewhere, both lists are compared as one.
+    if stored[0].len() != made[0].len() {
+        for lists in [&mut stored, &mut made] {
+            let mut all = lists.concat();
+            all.sort_unstable();
+            *lists = vec![all];
+        }
+    }
+    (stored != made).then(|| format!("the defects, shown and unseen, are {stored:?}, the recipe makes {made:?}"))
 }
 
 fn objects(object: &StoredObject, unlit: &UnlitRow, other: &mut Vec<String>) {

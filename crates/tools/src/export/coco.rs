@@ -175,7 +175,11 @@ fn image(sample: &Sample) -> Result<Value, Fault> {
         }
     }
     entry["sample_class"] = sample.class.clone().into();
-    entry["defect_classes"] = sample.row.values.get("defect_classes").cloned().unwrap_or_default();
+    for tags in ["defect_classes", "unseen_classes"] {
+        if let Some(classes) = sample.row.values.get(tags) {
+            entry[tags] = classes.clone();
+        }
+    }
     Ok(entry)
 }
 

@@ -157,8 +157,18 @@ pub(super) fn shares(rows: &RowBatch) -> Result<Vec<SampleShares>, String> {
 }
 
 fn wanted(name: &str) -> bool {
-    const OTHERS: [&str; 9] =
-        ["id", "seed", "split", "calibration", "defect_classes", "range", "reflectance", "scatter", "label"];
+    const OTHERS: [&str; 10] = [
+        "id",
+        "seed",
+        "split",
+        "calibration",
+        "defect_classes",
+        "unseen_classes",
+        "range",
+        "reflectance",
+        "scatter",
+        "label",
+    ];
     !OTHERS.contains(&name) && name != "instance" && !name.starts_with("range_")
 }
 
