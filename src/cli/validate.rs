@@ -13,7 +13,7 @@ use super::progress::{ValidationProgress, counted};
 use super::{CommandResult, DONE, FAULTS, print, whole};
 use crate::generate::ExpectedDataset;
 use dataset::record::AskedRows;
-use dataset::validate::{DeclaredLaws, Derive, Expect, ValidationOptions, ValidationReport, validate};
+use dataset::validate::{DeclaredLaws, Derive, Expect, TakeFrame, ValidationOptions, ValidationReport, validate};
 use dataset::{Dataset, DatasetSums};
 
 /// Name of the report that `--save` keeps.
@@ -31,6 +31,7 @@ const REPORT_FILE: &str = "validation.json";
 Chances: of a sample of which the share s of the rows is forged, its sums mended, K places (--rows K) see it with
 1 - (1 - s)^K or more, and of N samples that are forged alike they see one with 1 - (1 - s)^(K N): a map that is forged
 as a whole always, 1 % of the rows of one sample with 1 % by one place and 10 % by ten, of 300 samples with 95 % by one.
+Of n sensor frames that are kept, K see a single forged one with K / n; without --rows all are exposed, and see it surely.
 A sample that is rendered again (--rerender) is compared as a whole.
 
 docs/validate.md explains every check and fault.
@@ -48,8 +49,8 @@ pub(super) struct ValidateArgs {
     /// Take warnings, samples of little use, as faults: exit status 1
     #[arg(long)]
     strict: bool,
-    /// Places in each sample at which rows are exposed again and compared bit for bit, a row and up to 7 neighbours at each
-    /// [default: one for each 1000 rows]
+    /// Places in each sample at which rows are exposed again and compared bit for bit, a row and up to 7 neighbours at each; and how
+    /// many of its sensor frames, where these are kept [default: one place for each 1000 rows, all frames]
     #[arg(long, value_name = "K", value_parser = whole::<u64>)]
     rows: Option<u64>,
     /// Which rows these are follows from this number and the dataset; the report tells it [default: another one each time]
@@ -85,9 +86,9 @@ pub(super) fn run(arguments: &ValidateArgs, console: &Console) -> CommandResult 
     let expected_dataset = expected_dataset.as_ref().map_err(String::as_str);
     let declared: Option<DeclaredLaws> = expected_dataset.ok().map(ExpectedDataset::declared);
     let expect = expected_dataset.ok().map(|expected_dataset| |index: u64| expected_dataset.expected(index));
-    let derive = expected_dataset
-        .ok()
-        .map(|expected_dataset| |index: u64, asked: &AskedRows| expected_dataset.derived(index, asked));
+    let derive = expected_dataset.ok().map(|expected_dataset| {
+        |index, asked: &AskedRows, take: TakeFrame| expected_dataset.derived(index, asked, take)
+    });
     let seed = arguments.rows_seed.unwrap_or_else(unforeseen);
     let rows = expected_dataset.ok().map(|expected_dataset| expected_dataset.rows(arguments.rows, seed));
     if rows == Some(None) {

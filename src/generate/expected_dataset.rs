@@ -7,7 +7,7 @@ use super::{DatasetRequest, dataset_head, recipe_of, render_sample, rig_warnings
 use bench::settings::{Order, Transport};
 use bench::split::Split;
 use dataset::record::AskedRows;
-use dataset::validate::{DeclaredLaws, DerivedSample, ExpectedRow, ParameterLaws, RowChoice, UnlitRow};
+use dataset::validate::{DeclaredLaws, DerivedSample, ExpectedRow, ParameterLaws, RowChoice, TakeFrame, UnlitRow};
 use dataset::{Dataset, Encoded};
 use pipeline;
 use recipe::{Distribution, Recipe};
@@ -77,10 +77,10 @@ impl ExpectedDataset {
         }
     }
 
-    /// Expected numbers and labels of a sample that need no light, and the rows `asked`.
-    pub fn derived(&self, index: u64, asked: &AskedRows) -> DerivedSample {
+    /// Expected numbers and labels of a sample that need no light, and the rows `asked`; its sensor frames go to `take_frame`.
+    pub fn derived(&self, index: u64, asked: &AskedRows, take_frame: TakeFrame) -> DerivedSample {
         let scene = self.recipe.draw(self.head.seed, index);
-        let pipeline::Derived { unlit, exposed, frame } = pipeline::derived(&scene, &self.tiles, asked);
+        let pipeline::Derived { unlit, exposed } = pipeline::derived(&scene, &self.tiles, asked, take_frame);
         let pipeline::Unlit { record, instances, rows } = unlit;
         let in_view = ("object_in_view", record.object_in_view);
         let derived = record.calibration.iter().chain(&record.physics).chain([&in_view]);
@@ -90,18 +90,21 @@ impl ExpectedDataset {
             instances,
             rows,
         };
-        DerivedSample { unlit, exposed, frame }
+        DerivedSample { unlit, exposed }
     }
 
-    /// How many rows of each sample are exposed again, at `places` or as many as cost little; `seed` says which. `None` where
-    /// nobody asks for rows and one costs as much as thousands: by a model that answers one line at a time.
+    /// How many rows and sensor frames of each sample are exposed again: at `places` and as many frames, or as many rows as cost little and
+    /// all frames; `seed` says which. `None` where nobody asks for rows and one costs as much as thousands: by a model that answers
+    /// one line at a time.
     pub fn rows(&self, places: Option<u64>, seed: u64) -> Option<RowChoice> {
         let cheap = !matches!(self.recipe.transport(), Transport::Path { .. } | Transport::Diffusion { .. });
         let usual = || cheap.then(|| (self.head.images.rows as usize).div_ceil(ROWS_PER_PLACE).max(1) as u64);
+        // One forged frame among others is met by nothing but all of them.
+        let frames = places.unwrap_or(u64::MAX);
         let places = places.or_else(usual)?;
         // Neighbours have nothing in common where each line, or each frame, is made by itself.
         let alone = self.recipe.transport() != Transport::Kernel || self.recipe.postprocess().order != Order::Physical;
-        Some(RowChoice { places, strip: if alone { 1 } else { STRIP_ROWS }, seed })
+        Some(RowChoice { places, strip: if alone { 1 } else { STRIP_ROWS }, frames, seed })
     }
 
     /// How the rows are drawn.

@@ -28,7 +28,7 @@ fn forgeries_are_met_with_the_chance_that_is_promised() {
         let share = (0..100).filter(|row| forged(*row)).count() as f64 / 100.0;
         for places in [1, 3] {
             let met = |strip: u64| {
-                let choice = RowChoice { places, strip, seed: 17 };
+                let choice = RowChoice { places, strip, frames: 1, seed: 17 };
                 let meets = |index: &u64| choice.of(&head, *index).strips.into_iter().flatten().any(forged);
                 (0..samples).filter(meets).count() as f64 / samples as f64
             };
@@ -47,20 +47,23 @@ fn forgeries_are_met_with_the_chance_that_is_promised() {
 #[test]
 fn all_rows_and_frames_have_their_turn() {
     let head = head();
-    let choice = RowChoice { places: 2, strip: 8, seed: 1 };
+    let choice = RowChoice { places: 2, strip: 8, frames: 3, seed: 1 };
     let (mut rows, mut frames) = ([0; 100], [0; 100]);
     for index in 0..13_000 {
         let asked = choice.of(&head, index);
         asked.strips.into_iter().flatten().for_each(|row| rows[row] += 1);
-        frames[asked.frame.expect("frames are kept")] += 1;
+        assert!(asked.frames.len() == 3 && asked.frames.is_sorted_by(|a, b| a < b), "{:?}", asked.frames);
+        asked.frames.into_iter().for_each(|profile| frames[profile] += 1);
     }
     assert!(rows.iter().all(|count| *count > 0), "{rows:?}");
     for (profile, count) in frames.into_iter().enumerate() {
-        // 1000 each, standard deviation 30; four of them.
-        let expected = if profile % 8 == 0 { 880..1120 } else { 0..1 };
+        // 3000 each, standard deviation 48; four of them.
+        let expected = if profile % 8 == 0 { 2808..3192 } else { 0..1 };
         assert!(expected.contains(&count), "profile {profile}: {count}");
     }
     let other = RowChoice { seed: 2, ..choice };
     assert!((0..20).any(|index| choice.of(&head, index) != other.of(&head, index)));
+    let all: Vec<usize> = (0..100).step_by(8).collect();
+    assert_eq!(RowChoice { frames: u64::MAX, ..choice }.of(&head, 5).frames, all);
     assert!(RowChoice { places: 0, ..choice }.of(&head, 5).is_empty());
 }

@@ -125,14 +125,14 @@ pub struct TrueRow {
 pub struct AskedRows {
     /// Neighbouring rows of the images.
     pub strips: Vec<Range<usize>>,
-    /// The profile of a sensor frame.
-    pub frame: Option<usize>,
+    /// The profiles of sensor frames, rising.
+    pub frames: Vec<usize>,
 }
 
 impl AskedRows {
     /// Whether nothing is asked for.
     pub fn is_empty(&self) -> bool {
-        self.strips.is_empty() && self.frame.is_none()
+        self.strips.is_empty() && self.frames.is_empty()
     }
 }
 

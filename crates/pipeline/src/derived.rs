@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 use procedural::{Class, Instance};
 
-use super::exposed_rows::exposed_rows;
+use super::exposed_rows::{expose_frames, exposed_rows};
 use super::{Scan, binning, body, grid, set_up, truth_maps, truth_row};
 use crate::labels;
 use bench::settings::Movement;
@@ -38,21 +38,26 @@ pub struct Unlit {
 pub struct Derived {
     /// What follows without light.
     pub unlit: Unlit,
-    /// The rows that were asked for, exposed, and that of the sensor frame.
+    /// The rows that were asked for, exposed.
     pub exposed: Vec<ExposedRows>,
-    /// The sensor frame that was asked for.
-    pub frame: Option<StackFrame>,
 }
 
-/// What of a sample follows without light, and the rows `asked`: to the bit those of [`super::render`].
-pub fn derived(scene: &Scene, tiles: &PatternCache, asked: &AskedRows) -> Derived {
+/// What of a sample follows without light, and the rows and frames `asked`: to the bit those of [`super::render`]. Frames go to
+/// `take_frame` as they are made, in any order.
+pub fn derived(
+    scene: &Scene,
+    tiles: &PatternCache,
+    asked: &AskedRows,
+    take_frame: &(dyn Fn(StackFrame) + Sync),
+) -> Derived {
     let (sensor, specimen) = set_up(scene, body(scene), tiles);
-    let (exposed, frame) = exposed_rows(scene, &sensor, &specimen, asked);
+    let exposed = exposed_rows(scene, &sensor, &specimen, &asked.strips);
+    expose_frames(scene, &sensor, &specimen, &asked.frames, take_frame);
     let scan = Scan { maps: Maps::default(), labels: Labels::default(), truth: None, stack: Vec::new() };
     let instances = specimen.body().instances().to_vec();
     let rows = chosen(scene, &instances).into_iter().map(|row| true_row(scene, &sensor, &specimen, row)).collect();
     let unlit = Unlit { record: scan.record(scene, &sensor, &specimen), instances, rows };
-    Derived { unlit, exposed, frame }
+    Derived { unlit, exposed }
 }
 
 /// Rows of the image to make again: some that are evenly spread, and through each instance one, as far as it is known without

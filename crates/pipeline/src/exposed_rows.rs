@@ -1,4 +1,4 @@
-//! Some rows of a sample, exposed without the others.
+//! Some rows and sensor frames of a sample, exposed without the others.
 //!
 //! A profile depends on the scene and on its own number alone: noise is keyed by profile and pixel, speckle by the place of the
 //! object, and the light of the rows around it by their places. A band of a few profiles therefore holds to the bit what the
@@ -7,50 +7,62 @@
 
 use std::ops::Range;
 
+use rayon::prelude::*;
+
 use super::{BandMaps, Measurement, Scan, grid};
-use dataset::record::{AskedRows, ExposedRows, StackFrame, TruthMaps};
+use dataset::record::{ExposedRows, StackFrame, TruthMaps};
 use recipe::Scene;
 use scanner::optics::{Band, Sensor};
 use scanner::specimen::Specimen;
 
-/// The rows that are asked for, as far as the images have them, then that of the sensor frame; and the frame.
+/// Frames that are exposed one after the other, each with the rows of the one before as far as both look at them.
+const FRAMES_IN_TURN: usize = 16;
+
+/// The rows that are asked for, as far as the images have them.
 pub(super) fn exposed_rows(
     scene: &Scene,
     sensor: &Sensor,
     specimen: &Specimen,
-    asked: &AskedRows,
-) -> (Vec<ExposedRows>, Option<StackFrame>) {
-    let (bin, profiles) = (scene.output.bin_profiles, scene.size.profiles);
-    let rows = profiles / bin;
-    let frame = asked.frame.filter(|profile| *profile < profiles);
-    let strips = asked.strips.iter().map(|strip| strip.start..strip.end.min(rows)).filter(|strip| !strip.is_empty());
-    let mut strips: Vec<Range<usize>> = strips.collect();
-    if let Some(row) = frame.map(|profile| profile / bin)
-        && !strips.iter().any(|strip| strip.contains(&row))
-    {
-        strips.push(row..row + 1);
-    }
-
+    strips: &[Range<usize>],
+) -> Vec<ExposedRows> {
+    let (bin, rows) = (scene.output.bin_profiles, scene.size.profiles / scene.output.bin_profiles);
     let calibration = sensor.calibration();
     let grid = grid(scene, &calibration.rig);
-    let keeps = |profile: usize| frame == Some(profile);
-    let measurement = Measurement { scene, calibration: &calibration, grid: grid.as_ref(), keeps: &keeps };
+    let measurement = Measurement { scene, calibration: &calibration, grid: grid.as_ref(), keeps: &|_| false };
     let mut band = Band::default();
-    let (mut exposed, mut frames) = (Vec::new(), Vec::new());
-    for strip in strips {
-        let part = strip.start * bin..(strip.end * bin).min(profiles);
+    let mut exposed = Vec::new();
+    for strip in strips.iter().map(|strip| strip.start..strip.end.min(rows)).filter(|strip| !strip.is_empty()) {
+        let part = strip.start * bin..strip.end * bin;
         let mut scan = Scan::new(scene, part.len());
         band = sensor.band(specimen, part, band);
-        frames.extend(scan.whole().fill(&measurement, sensor, &band));
-        // The last profiles of a scan can be too few for a row: they have a sensor frame alone.
-        if strip.end <= rows {
-            let Scan { maps, labels, truth, .. } = scan.binned(scene, &sensor.camera().rig);
-            let cols = scene.size.columns / scene.output.bin_columns;
-            exposed.push(ExposedRows { first: strip.start, cols, maps, labels, truth });
-        }
+        scan.whole().fill(&measurement, sensor, &band);
+        let Scan { maps, labels, truth, .. } = scan.binned(scene, &sensor.camera().rig);
+        let cols = scene.size.columns / scene.output.bin_columns;
+        exposed.push(ExposedRows { first: strip.start, cols, maps, labels, truth });
     }
-    // Strips may lie over each other.
-    (exposed, frames.into_iter().next())
+    exposed
+}
+
+/// Exposes the sensor frames of `profiles`, rising, as far as the scan has them.
+pub(super) fn expose_frames(
+    scene: &Scene,
+    sensor: &Sensor,
+    specimen: &Specimen,
+    profiles: &[usize],
+    take: &(dyn Fn(StackFrame) + Sync),
+) {
+    let profiles = &profiles[..profiles.partition_point(|profile| *profile < scene.size.profiles)];
+    profiles.par_chunks(FRAMES_IN_TURN).for_each(|part| {
+        let mut band = Band::default();
+        for &profile in part {
+            band = sensor.band(specimen, profile..profile + 1, band);
+            let dn = match sensor.is_scripted() {
+                true => sensor.processed(&band, profile).dn,
+                false => sensor.full_frame(&band, profile),
+            };
+            take(StackFrame { profile: profile as u32, dn });
+        }
+    });
 }
 
 impl Scan {

@@ -246,7 +246,7 @@ fn faults_say_where() {
     let (first, others) = forged.split_at_mut(1);
     forge(&mut first[0], "Scatter", |map, _, _| map.iter_mut().for_each(|v| *v += 1.0), &others[0]);
     let made = read_png(&subject.samples[0].png[2].1).expect("an image").2.numbers();
-    let rows = RowChoice { places: 1, strip: 8, seed: 3 };
+    let rows = RowChoice { places: 1, strip: 8, frames: 1, seed: 3 };
     let strip = rows.of(&subject.head, 0).strips.remove(0);
     let [old, new] = subject.reports(forged, rows);
     assert!(old.is_clean() && new.codes() == [ProfileDiffers] && new.faults.len() == 1, "{old}\n{new}");

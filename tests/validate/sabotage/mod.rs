@@ -8,6 +8,7 @@ mod documents;
 mod files;
 mod flips;
 mod forgeries;
+mod frames;
 mod place;
 mod review;
 mod tags;

@@ -6,7 +6,7 @@ use std::sync::{Mutex, OnceLock};
 
 use bench::settings::Channel;
 use dataset::record::AskedRows;
-use dataset::validate::{Code, Derive, Expect, RowChoice, ValidationOptions, ValidationReport, validate};
+use dataset::validate::{Code, Derive, Expect, RowChoice, TakeFrame, ValidationOptions, ValidationReport, validate};
 use dataset::{Dataset, Encoded, ExrChannel, Grey, Samples, ShardWriter};
 use dataset::{read_exr, read_png, write_exr, write_png};
 use output_schema::{DatasetHead, RigWarning};
@@ -134,7 +134,7 @@ pub fn compare(root: &Path, again: Result<&ExpectedDataset, &str>) -> Validation
 /// The same with rows that are exposed again.
 pub fn compare_rows(root: &Path, again: Result<&ExpectedDataset, &str>, rows: Option<RowChoice>) -> ValidationReport {
     let expect = again.ok().map(|again| |index: u64| again.expected(index));
-    let derive = again.ok().map(|again| |index: u64, asked: &AskedRows| again.derived(index, asked));
+    let derive = again.ok().map(|again| |index, asked: &AskedRows, take: TakeFrame| again.derived(index, asked, take));
     let options = ValidationOptions {
         rows,
         expect_head: Some(again.map(ExpectedDataset::head)),

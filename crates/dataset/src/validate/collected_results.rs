@@ -90,7 +90,7 @@ impl CollectedResults {
 
     /// Sensor frames that are not what they are when they are exposed again.
     pub(super) fn other_frames(&self, task: &ShardTask) -> Vec<Finding> {
-        frames::check(task, self.rows.iter().filter_map(|(_, row)| row.frame).collect(), &self.frames)
+        frames::check(task, self.rows.iter().flat_map(|(_, row)| &row.frames).copied().collect(), &self.frames)
     }
 
     /// Samples whose id another one has.

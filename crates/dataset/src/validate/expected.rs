@@ -41,14 +41,16 @@ pub struct UnlitRow {
 pub struct DerivedSample {
     /// What follows without light.
     pub unlit: UnlitRow,
-    /// The rows that were asked for, exposed, and that of the sensor frame.
+    /// The rows that were asked for, exposed.
     pub exposed: Vec<ExposedRows>,
-    /// The sensor frame that was asked for.
-    pub frame: Option<StackFrame>,
 }
 
-/// Derives one sample: its index and the rows to expose -> what its row has to say beyond its draws, and these rows.
-pub type Derive<'a> = &'a (dyn Fn(u64, &AskedRows) -> DerivedSample + Sync);
+/// Takes sensor frames, in any order, as they are exposed: all of a sample can be more than memory holds.
+pub type TakeFrame<'a> = &'a (dyn Fn(StackFrame) + Sync);
+
+/// Derives one sample: its index, the rows and frames to expose, and who takes the frames -> what its row has to say beyond its draws,
+/// and these rows.
+pub type Derive<'a> = &'a (dyn Fn(u64, &AskedRows, TakeFrame) -> DerivedSample + Sync);
 
 /// Draws one sample: its index -> what its row has to say.
 pub type Expect<'a> = &'a (dyn Fn(u64) -> ExpectedRow + Sync);

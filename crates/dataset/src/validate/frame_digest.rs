@@ -30,10 +30,9 @@ impl FrameDigest {
     }
 }
 
-/// Whether a stored frame is to be compared.
-pub(super) fn is_asked(task: &ShardTask, index: i64, profile: i64) -> bool {
-    let (Ok(index), Ok(profile)) = (u64::try_from(index), usize::try_from(profile)) else { return false };
+/// The profiles of a sample's stored frames that are to be compared, rising.
+pub(super) fn asked(task: &ShardTask, index: i64) -> Vec<usize> {
     // Samples that are rendered again are compared as a whole.
-    let rows = task.rows.filter(|_| !task.chosen.contains(&index));
-    rows.is_some_and(|rows| rows.frame(task.head, index) == Some(profile))
+    let index = u64::try_from(index).ok().filter(|index| !task.chosen.contains(index));
+    index.zip(task.rows).map_or_else(Vec::new, |(index, rows)| rows.frames(task.head, index))
 }

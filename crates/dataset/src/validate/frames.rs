@@ -5,6 +5,7 @@
 
 use std::collections::HashMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::{Mutex, PoisonError};
 
 use output_schema::file::stack_path;
 
@@ -14,10 +15,10 @@ use super::shard_task::ShardTask;
 use super::stack;
 use crate::record::AskedRows;
 
-/// Frames of which a fault says where they differ; it takes as long as to expose them.
-const MAX_SHOWN_FRAMES: usize = 8;
+/// Samples of whose frames a fault says where they differ; it takes as long as to expose one.
+const MAX_SHOWN_SAMPLES: usize = 8;
 
-/// What is wrong with the frames that were exposed again; those that are not there are told by another rule.
+/// What is wrong with the frames that were exposed again, one fault for each sample; those that are not there are told by another rule.
 pub(super) fn check(task: &ShardTask, mut made: Vec<FrameDigest>, stored: &[FrameDigest]) -> Vec<Finding> {
     let stored: HashMap<(u64, u64), u128> =
         stored.iter().map(|frame| ((frame.index, frame.profile), frame.digest)).collect();
@@ -25,16 +26,19 @@ pub(super) fn check(task: &ShardTask, mut made: Vec<FrameDigest>, stored: &[Fram
         |frame: &FrameDigest| stored.get(&(frame.index, frame.profile)).is_some_and(|digest| *digest != frame.digest);
     made.retain(differs);
     made.sort_unstable_by_key(|frame| (frame.index, frame.profile));
-    let finding = |(count, frame): (usize, &FrameDigest)| {
-        let FrameDigest { index, profile, .. } = *frame;
+    let finding = |(count, frames): (usize, &[FrameDigest])| {
+        let FrameDigest { index, profile, .. } = frames[0];
         let shard = index / task.head.samples_per_shard.max(1);
         let task = ShardTask { number: shard, ..*task };
-        let shown = (count < MAX_SHOWN_FRAMES).then(|| caught(|| first_difference(&task, index, profile)));
+        let shown = (count < MAX_SHOWN_SAMPLES).then(|| caught(|| first_difference(&task, index, profile)));
         let first = shown.flatten().map_or(String::new(), |first| format!("; {first}"));
-        let what = format!("the sensor frame of profile {profile} is not what it is when it is exposed again{first}");
+        let others = frames.len() - 1;
+        let more = if others > 0 { format!("; nor are {others} of its other frames") } else { String::new() };
+        let what =
+            format!("the sensor frame of profile {profile} is not what it is when it is exposed again{first}{more}");
         Finding::new(Code::ProfileDiffers, format!("{}, sample {index}", stack_path(shard)), what)
     };
-    made.iter().enumerate().map(finding).collect()
+    made.chunk_by(|a, b| a.index == b.index).enumerate().map(finding).collect()
 }
 
 /// What a reader of another crate says, which may panic on content that was made to mislead.
@@ -44,8 +48,10 @@ fn caught(read: impl FnOnce() -> Option<String>) -> Option<String> {
 
 /// The first pixel in which a frame differs.
 fn first_difference(task: &ShardTask, index: u64, profile: u64) -> Option<String> {
-    let asked = AskedRows { strips: Vec::new(), frame: Some(profile as usize) };
-    let made = task.derive?(index, &asked).frame?;
+    let asked = AskedRows { strips: Vec::new(), frames: vec![profile as usize] };
+    let made = Mutex::new(None);
+    task.derive?(index, &asked, &|frame| *made.lock().unwrap_or_else(PoisonError::into_inner) = Some(frame));
+    let made = made.into_inner().unwrap_or_else(PoisonError::into_inner)?;
     let stored = stack::frames(task, index).ok()?.into_iter().find(|frame| u64::from(frame.profile) == profile)?;
     let pairs = || stored.dn.iter().zip(&made.dn);
     let count = pairs().filter(|(stored, made)| stored != made).count();

@@ -48,7 +48,7 @@ use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 
 pub use balance::{ALPHA, BalanceStatistics, BalanceTest, ClassCount, SplitCount};
-pub use expected::{Derive, DerivedSample, Expect, ExpectedRow, UnlitRow};
+pub use expected::{Derive, DerivedSample, Expect, ExpectedRow, TakeFrame, UnlitRow};
 pub use finding::{Code, Finding, fault_table};
 pub use report::ValidationReport;
 pub use row_choice::RowChoice;
@@ -193,19 +193,11 @@ pub fn statistics(
     balance::judge(&tally, samples)
 }
 
-/// `count` indices of the dataset, all sets of so many equally likely (Floyd; Bentley 1987), from `seed` and what the
-/// dataset is.
+/// `count` indices of the dataset, from `seed` and what the dataset is.
 fn chosen(head: &DatasetHead, count: u64, seed: u64) -> BTreeSet<u64> {
     let word = |place: u64| {
         let sum = Sha256::digest(format!("{}/{}/{}/{seed}/{place}", head.recipe.hash, head.seed, head.samples));
         sum.iter().take(8).fold(0, |word, byte| word << 8 | u64::from(*byte))
     };
-    let mut chosen = BTreeSet::new();
-    for last in head.samples - count.min(head.samples)..head.samples {
-        let place = word(last) % (last + 1);
-        if !chosen.insert(place) {
-            chosen.insert(last);
-        }
-    }
-    chosen
+    row_choice::subset(head.samples, count, word)
 }

@@ -1,6 +1,6 @@
 //! Sample: its row against file, manifest and images, and against itself when it is rendered again.
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use arrow_array::RecordBatch;
 use output_schema::file::exr_path;
@@ -17,15 +17,15 @@ use super::report::ValidationReport;
 use super::sample_counts::RowNumbers;
 use super::shard_task::ShardTask;
 use super::{expected, exr, images, labels, outline, pixels, stack, true_rows, unlit, usefulness};
-use crate::record::AskedRows;
+use crate::record::{AskedRows, StackFrame};
 use crate::{image_path, maps_sha256, row_batch};
 
 /// What later checks need of a row.
 pub(super) struct CheckedSample {
     pub(super) numbers: RowNumbers,
     pub(super) print: Option<NoisePrint>,
-    /// Its sensor frame that was exposed again.
-    pub(super) frame: Option<FrameDigest>,
+    /// Its sensor frames that were exposed again, in any order.
+    pub(super) frames: Vec<FrameDigest>,
 }
 
 /// Checks one row; `listed` is what the manifest says about it, `exr` its EXR file, where that is whole. What later checks
@@ -64,15 +64,20 @@ pub(super) fn check(
     // A sample that is rendered again is compared as a whole.
     let derive = task.derive.filter(|_| !task.chosen.contains(&listed.index));
     let asked = task.rows.map_or_else(AskedRows::default, |rows| rows.of(task.head, listed.index));
-    let derived = derive.map(|derive| derive(listed.index, &asked));
-    let (mut rows, mut exposed, mut frame, mut scale) = (Vec::new(), Vec::new(), None, [0.0; 2]);
-    if let Some(DerivedSample { unlit, exposed: lit, frame: made }) = derived {
+    let frames = Mutex::new(Vec::new());
+    let take = |frame: StackFrame| {
+        let digest = FrameDigest::of(listed.index, frame.profile.into(), &frame.dn);
+        frames.lock().unwrap_or_else(PoisonError::into_inner).push(digest);
+    };
+    let derived = derive.map(|derive| derive(listed.index, &asked, &take));
+    let frames = frames.into_inner().unwrap_or_else(PoisonError::into_inner);
+    let (mut rows, mut exposed, mut scale) = (Vec::new(), Vec::new(), [0.0; 2]);
+    if let Some(DerivedSample { unlit, exposed: lit }) = derived {
         unlit::check(&row, &unlit, &place, report);
         scale = [unlit.grid[2], unlit.grid[3]];
-        frame = made.map(|frame| FrameDigest::of(listed.index, frame.profile.into(), &frame.dn));
         (rows, exposed) = (unlit.rows, lit);
     }
-    report.frames += u64::from(frame.is_some());
+    report.frames += frames.len() as u64;
     report.unexposed += u64::from(exposed.is_empty() && !task.chosen.contains(&listed.index));
     // What the manifest lists was compared with the recipe where there is one.
     let named = expected.as_ref().map_or([&listed.id, &listed.split, &listed.class], |e| [&e.id, &e.split, &e.class]);
@@ -115,7 +120,7 @@ pub(super) fn check(
     }
     let class = usize::try_from(row.class).ok().filter(|class| *class < task.head.classes.len())?;
     let numbers = RowNumbers { index: listed.index, split: row.split, class, numbers: row.numbers };
-    Some(CheckedSample { numbers, print, frame })
+    Some(CheckedSample { numbers, print, frames })
 }
 
 /// `named` are the id, split and class that it should say.

@@ -53,8 +53,8 @@ pub(super) struct CheckedRow {
     pub(super) index: u64,
     pub(super) split: Option<Split>,
     pub(super) print: Option<Box<NoisePrint>>,
-    /// Its sensor frame that was exposed again.
-    pub(super) frame: Option<FrameDigest>,
+    /// Its sensor frames that were exposed again, in any order.
+    pub(super) frames: Vec<FrameDigest>,
 }
 
 /// Reads the manifest and lists the files; `None` where there is no manifest that can be read.

@@ -11,7 +11,7 @@ use output_schema::{DatasetHead, Manifest, ManifestFile, SCHEMA_VERSION};
 
 use super::duplicates::sum;
 use super::finding::{Code, Finding};
-use super::frame_digest::{FrameDigest, is_asked};
+use super::frame_digest::{self, FrameDigest};
 use super::report::ValidationReport;
 use super::shard_task::ShardTask;
 use crate::record::StackFrame;
@@ -122,6 +122,8 @@ fn read(task: &ShardTask, path: &str) -> Result<(Vec<FrameRow>, Vec<FrameDigest>
         return Err((Code::SchemaDiffers, "its columns are not those that are declared".into()));
     }
     let (mut rows, mut asked) = (Vec::new(), Vec::new());
+    // Frames of a sample follow on each other.
+    let (mut sample, mut profiles) = (None, Vec::new());
     for batch in builder.with_batch_size(8).build().map_err(|e| unreadable(e.to_string()))? {
         let batch = batch.map_err(|e| unreadable(e.to_string()))?;
         check_lengths(&batch).map_err(unreadable)?;
@@ -131,7 +133,10 @@ fn read(task: &ShardTask, path: &str) -> Result<(Vec<FrameRow>, Vec<FrameDigest>
         let frames = batch.column(3).as_fixed_size_list_opt().ok_or_else(wrong)?;
         for (i, key) in keys.into_iter().enumerate() {
             let dn = frame_numbers(&frames.value(i)).ok_or_else(wrong)?;
-            if is_asked(task, key.1, key.2) {
+            if sample != Some(key.1) {
+                (sample, profiles) = (Some(key.1), frame_digest::asked(task, key.1));
+            }
+            if usize::try_from(key.2).is_ok_and(|profile| profiles.binary_search(&profile).is_ok()) {
                 asked.push(FrameDigest::of(key.1.unsigned_abs(), key.2.unsigned_abs(), &dn));
             }
             let (least, most) = (dn.iter().min().copied(), dn.iter().max().copied());
