@@ -14,7 +14,9 @@ use super::progress::{Progress, counted, describe_duration};
 use super::{CommandResult, DONE, UsageError, output, print, whole};
 use bench::split::Split;
 use dataset::{Dataset, DatasetSums};
-use tools::check::{CheckError, CheckOptions, CheckReport, check};
+use output_schema::DatasetHead;
+use recipe::SampleNeeds;
+use tools::check::{CheckError, CheckOptions, CheckReport, SampleTest, check};
 
 /// Name of the document in the folder of pictures.
 const REPORT_FILE: &str = "check.json";
@@ -134,7 +136,7 @@ pub(super) fn run(arguments: &CheckArgs, console: &Console) -> CommandResult {
         pictures: arguments.out.is_some() || arguments.save,
     };
     let progress = Progress::new(console, "windows", None);
-    let report = check(&options, &|done, all| progress.set(done, all));
+    let report = check(&options, &sample_test, &|done, all| progress.set(done, all));
     let (windows, is_drawn) = (progress.done(), progress.is_drawn());
     drop(progress);
     let report = report.map_err(|error| match error {
@@ -173,6 +175,13 @@ pub(super) fn run(arguments: &CheckArgs, console: &Console) -> CommandResult {
         _ if !failed.is_empty() => Err(failed.join("; ").into()),
         _ => Ok(DONE),
     }
+}
+
+/// What the number at `path` describes, as the dataset's recipe says.
+fn sample_test(head: &DatasetHead, path: &str) -> Option<SampleTest> {
+    let needs = SampleNeeds::new(&head.recipe.canonical, path)?;
+    let deciders = needs.deciders().to_vec();
+    Some(SampleTest { deciders, is_lacking: Box::new(move |values| needs.are_unmet(values)) })
 }
 
 /// Makes the folder, or takes that of an earlier check; refuses a folder that holds other things.

@@ -1,9 +1,13 @@
-//! Every key of every object at another value: it changes the object, or it is refused or noted with what to do.
+//! Every key of every object at another value: it changes the object, or it is refused or noted with what to do. And of every
+//! object alone: what it is said to lack changes nothing, so nothing is said to be lacking that is there (the whole kind of "none"
+//! for a sample that has the thing: all kinds of knots, of rot, of other defects, on boards from anywhere, and packs).
 
+use std::collections::BTreeMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
 
-use procedural::{Body, Parameter};
-use recipe::{Recipe, Subject};
+use procedural::{Body, Parameter, Stream};
+use rand::RngExt;
+use recipe::{Plan, Recipe, SampleNeeds, Scene, Subject};
 
 /// A recipe of a subject with every default but those of `keys`, and one class.
 fn recipe(subject: Subject, keys: &[(&Parameter, f64)]) -> Result<Recipe, String> {
@@ -116,4 +120,115 @@ fn what_cannot_show_is_told() {
         assert!(notes.len() == 1 && notes[0].contains(note), "{keys}: {notes:?}");
     }
     assert!(recipe("anatomy: {pores_per_mm2: 72}").notes().is_empty());
+}
+
+/// The scene with other values of some numbers of its object.
+fn with_values(scene: &Scene, changed: &BTreeMap<String, f64>) -> Scene {
+    let old: BTreeMap<String, f64> = scene.plan.values().into_iter().map(|(p, value)| (p.path(), value)).collect();
+    let value = &mut |p: &'static Parameter| changed.get(&p.path()).copied().unwrap_or(old[&p.path()]);
+    Scene { plan: Plan::from_values(scene.plan.subject(), value), ..scene.clone() }
+}
+
+/// Random objects, each with a few of the things that the numbers are of: numbers of what one lacks change nothing of it.
+#[test]
+fn what_an_object_is_said_to_lack_changes_nothing() {
+    let board = "subject: wood\nboard: {width_mm: 60, length_mm: 90}\nlog: {pith_depth_mm: 4, pith_offset_mm: 0}\n\
+                 stem: {board_radius_mm: 20, whorl_spacing_mm: 40}\n";
+    let of_stem = board.replace("pith_depth_mm: 4, pith_offset_mm: 0", "source: stem");
+    let board = board.split("stem:").next().expect("it has one");
+    let mut rng = Stream::root(3).child("what they lack").rng();
+    for (object, least) in [(board, 95), (&of_stem, 80), ("subject: blister\n", 3), ("subject: sawtooth\n", 3)] {
+        let text = format!("name: a\nclasses: {{one: {{share: 1}}}}\n{object}");
+        let recipe = Recipe::parse("a.yaml", &text).unwrap_or_else(|error| panic!("{error}"));
+        let canonical = recipe.canonical();
+        let usual = recipe.draw(3, 0);
+        let conditional: Vec<(&Parameter, SampleNeeds)> = usual
+            .plan
+            .values()
+            .into_iter()
+            .filter_map(|(p, _)| Some((p, SampleNeeds::new(&canonical, &p.path())?)))
+            .collect();
+        assert!(conditional.len() >= least, "{} numbers of {object}", conditional.len());
+        let mut deciders: Vec<&str> = conditional
+            .iter()
+            .flat_map(|(_, needs)| needs.deciders())
+            .copied()
+            .filter(|path| !path.starts_with("tablet.") && !path.starts_with("pocket."))
+            .collect();
+        deciders.sort_unstable();
+        deciders.dedup();
+        // How often each is lacking, and how often not.
+        let mut counts = vec![[0_u32; 2]; conditional.len()];
+        for trial in 0..24 {
+            let mut drawn = BTreeMap::new();
+            for path in &deciders {
+                let parameter = usual.plan.values().into_iter().map(|(p, _)| p).find(|p| p.path() == *path);
+                let Some(p) = parameter else { continue };
+                let none = if p.name.ends_with("_ratio") { 1.0 } else { 0.0 };
+                let some = if p.integer { 3.0 } else { (p.min + 0.4 * (p.max - p.min)).min(12.0) };
+                drawn.insert(p.path(), if rng.random::<f64>() < 0.2 { some.max(p.min) } else { none });
+            }
+            let scene = with_values(&usual, &drawn);
+            let number = |path: &str| scene.plan.values().into_iter().find(|(p, _)| p.path() == path).map(|(_, v)| v);
+            let mut lacking = Vec::new();
+            for ((p, needs), counts) in conditional.iter().zip(&mut counts) {
+                let values: Vec<_> = needs.deciders().iter().map(|path| number(path)).collect();
+                let is_lacking = needs.are_unmet(&values);
+                counts[usize::from(is_lacking)] += 1;
+                if is_lacking {
+                    lacking.push(*p);
+                }
+            }
+            let before = answers(&pipeline::body(&scene));
+            let changed = |numbers: &[&Parameter]| -> bool {
+                let other = |p: &&Parameter| {
+                    let value = number(&p.path()).expect("it is of the object");
+                    let end = if p.max - value > value - p.min { p.max } else { p.min };
+                    let other = value + 0.4 * (end - value);
+                    (p.path(), if p.integer { other.round() } else { other })
+                };
+                let other = with_values(&scene, &numbers.iter().map(other).collect());
+                answers(&pipeline::body(&other)) != before
+            };
+            if changed(&lacking) {
+                let which: Vec<_> = lacking.iter().filter(|p| changed(&[p])).map(|p| p.path()).collect();
+                panic!("trial {trial} of {object}with {drawn:?} is said to lack what these are of: {which:?}");
+            }
+        }
+        for ((p, _), counts) in conditional.iter().zip(counts) {
+            let path = p.path();
+            assert!(counts.iter().all(|n| *n > 0) || path.starts_with("tablet."), "{path} of {object}: {counts:?}");
+        }
+    }
+}
+
+/// Counts say themselves that there is nothing; what boards from elsewhere have is not asked of counts that these don't have.
+#[test]
+fn counts_are_never_lacking() {
+    let of = |source: &str, path: &str| {
+        let canonical = serde_json::json!({"subject": "wood", "log": {"source": source}});
+        SampleNeeds::new(&canonical, path)
+    };
+    for source in ["placed", "stem", "measured", "picture", "slices"] {
+        for path in
+            ["knots.sound_count", "knots.dead_count", "knots.hole_count", "knots.loose_count", "rot.pocket_count"]
+        {
+            assert!(of(source, path).is_none(), "{path} of {source}");
+        }
+        for path in ["rot.heart_mm", "rot.reach_mm", "exposure.time_us", "physics.speckle_volume", ""] {
+            assert!(of(source, path).is_none(), "{path} of {source}");
+        }
+        if source != "placed" {
+            for path in
+                ["knots.width_mm", "knots.hole_depth_mm", "knots.loose_gap_mm", "knots.flow_ratio", "media.knot_n_eff"]
+            {
+                assert!(of(source, path).is_none(), "{path} of {source}");
+            }
+        }
+    }
+    let needs = of("placed", "knots.width_mm").expect("there may be no knot");
+    assert_eq!(needs.deciders().len(), 4);
+    assert!(needs.are_unmet(&[Some(0.0); 4]) && !needs.are_unmet(&[Some(0.0), None, Some(2.0), None]));
+    // A dataset of before such knots were there has none of them.
+    assert!(needs.are_unmet(&[None, None, Some(0.0), None]));
 }

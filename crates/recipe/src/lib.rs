@@ -47,6 +47,7 @@ use bench::split::Split;
 pub use self::canonical::differences;
 pub use self::changes::{Change, changed_text};
 pub use self::class::Class;
+pub use self::constraints::of_samples::SampleNeeds;
 pub use self::distribution::Distribution;
 pub use self::embedded::{BuiltInRecipe, RecipeError};
 pub use self::log_group::LogBoard;

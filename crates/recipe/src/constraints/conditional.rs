@@ -19,7 +19,7 @@ use yaml::YamlReader;
 
 /// What a parameter needs to have an effect.
 #[derive(Debug, Clone, Copy)]
-enum ParameterNeeds {
+pub(super) enum ParameterNeeds {
     /// A movement of the object.
     Movement(Movement),
     /// One of some shapes of the laser's line.
@@ -454,21 +454,24 @@ impl ParameterNeeds {
             }
             Self::Filter(wanted) => unmet(("camera", "filter"), settings.camera.filter, &[wanted], Wording::While),
             Self::Transport(wanted) => unmet(("transport", "model"), settings.transport.model, wanted, Wording::While),
+            Self::Log(wanted) => unmet(("log", "source"), settings.log.source, wanted, Wording::While),
             Self::Facets => no_facets(subject?, scene).map(no_matter),
             Self::Fibres => no_fibres(subject?, scene).map(no_matter),
-            Self::Amount(path) => is_zero(scene, path)
-                .then(|| (format!("has no effect while `{path}` is 0"), format!("give `{path}` too, or remove it"))),
-            Self::Factor(path) => (scene.ends(path) == [1.0, 1.0])
-                .then(|| (format!("has no effect while `{path}` is 1"), format!("give `{path}` too, or remove it"))),
-            Self::AnyKnots(sources, _) if sources.contains(&settings.log.source) => None,
-            Self::Log(wanted) => unmet(("log", "source"), settings.log.source, wanted, Wording::While),
-            Self::Any(paths) | Self::AnyKnots(_, paths) => paths.iter().all(|path| is_zero(scene, path)).then(|| {
+            Self::RoomToStand => no_room_to_stand(scene),
+            _ if !self.is_unmet(subject, settings.log.source, scene) => None,
+            Self::Amount(path) => {
+                Some((format!("has no effect while `{path}` is 0"), format!("give `{path}` too, or remove it")))
+            }
+            Self::Factor(path) => {
+                Some((format!("has no effect while `{path}` is 1"), format!("give `{path}` too, or remove it")))
+            }
+            Self::Any(paths) | Self::AnyKnots(_, paths) => {
                 // What boards from elsewhere alone can have is no remedy.
                 let open = paths.iter().copied().filter(|path| has_room_in(path, settings.log.source));
                 let open: Vec<_> = if subject == Some(Subject::Wood) { open.collect() } else { paths.to_vec() };
                 let Some(first) = open.first() else {
                     let problem = format!("has no effect while `log.source` is `{}`", settings.log.source.name());
-                    return (problem, "remove it".to_owned());
+                    return Some((problem, "remove it".to_owned()));
                 };
                 let named = if open.len() > 3 { &open[..1] } else { &open };
                 let (zero, other) = match open.len() {
@@ -477,21 +480,76 @@ impl ParameterNeeds {
                     _ => (" are 0", ", or another of them"),
                 };
                 let problem = format!("has no effect while `{}`{zero}", named.join("` and `"));
-                (problem, format!("give `{first}` too{other}, or remove it"))
-            }),
-            Self::RoomToStand => no_room_to_stand(scene),
+                Some((problem, format!("give `{first}` too{other}, or remove it")))
+            }
+            Self::Outline => {
+                let what = "has no effect: an ellipse and a stadium that are as long as wide are the same circle";
+                Some((what.to_owned(), "give another `tablet.width_mm`, or remove it".to_owned()))
+            }
+        }
+    }
+
+    /// Whether one sample may meet it and another not; else all samples of a dataset do, or none does.
+    pub(super) fn is_of_samples(self, subject: Subject, source: LogSource) -> bool {
+        match self {
+            Self::Facets | Self::Fibres => matches!(subject, Subject::Sawtooth | Subject::Mesh),
+            Self::AnyKnots(sources, _) => !sources.contains(&source),
+            _ => !self.deciders().is_empty(),
+        }
+    }
+
+    /// Paths of the parameters whose draws say whether it is met; none where settings do.
+    pub(super) fn deciders(self) -> Vec<&'static str> {
+        match self {
+            Self::Movement(_)
+            | Self::Profile(_)
+            | Self::Fan(_)
+            | Self::Scheimpflug(_)
+            | Self::Filter(_)
+            | Self::Transport(_)
+            | Self::Log(_) => Vec::new(),
+            Self::Facets => vec!["material.gloss", "material.reflectance"],
+            Self::Fibres => vec!["material.k_per_mm"],
+            Self::Amount(path) | Self::Factor(path) => vec![path],
+            Self::Any(paths) | Self::AnyKnots(_, paths) => paths.to_vec(),
+            Self::RoomToStand => [&ROOM[..], &STANDING[..]].concat(),
+            Self::Outline => vec!["tablet.length_mm", "tablet.width_mm", "tablet.shape"],
+        }
+    }
+
+    /// Whether draws within `scene` never meet it; what settings decide counts as met.
+    pub(super) fn is_unmet(self, subject: Option<Subject>, source: LogSource, scene: &DrawBounds) -> bool {
+        match self {
+            Self::Movement(_)
+            | Self::Profile(_)
+            | Self::Fan(_)
+            | Self::Scheimpflug(_)
+            | Self::Filter(_)
+            | Self::Transport(_)
+            | Self::Log(_) => false,
+            Self::Facets => subject.is_some_and(|subject| no_facets(subject, scene).is_some()),
+            Self::Fibres => subject.is_some_and(|subject| no_fibres(subject, scene).is_some()),
+            Self::Amount(path) => is_zero(scene, path),
+            Self::Factor(path) => scene.ends(path) == [1.0, 1.0],
+            Self::AnyKnots(sources, _) if sources.contains(&source) => false,
+            Self::Any(paths) | Self::AnyKnots(_, paths) => paths.iter().all(|path| is_zero(scene, path)),
+            Self::RoomToStand => no_room_to_stand(scene).is_some(),
             Self::Outline => {
                 let [length, width] = ["tablet.length_mm", "tablet.width_mm"].map(|path| scene.ends(path));
-                let is_round = length == width && length[0] == length[1] && scene.most("tablet.shape") < 2.0;
-                let what = "has no effect: an ellipse and a stadium that are as long as wide are the same circle";
-                is_round.then(|| (what.to_owned(), "give another `tablet.width_mm`, or remove it".to_owned()))
+                length == width && length[0] == length[1] && scene.most("tablet.shape") < 2.0
             }
         }
     }
 }
 
+/// What the parameter `path` needs.
+pub(super) fn needs(path: &str) -> impl Iterator<Item = ParameterNeeds> {
+    let of = CONDITIONAL.iter().chain(NOTED).filter(move |(conditional, _)| *conditional == path);
+    of.flat_map(|(_, needs)| *needs).copied()
+}
+
 /// Whether boards of a source can have the parameter `path`.
-fn has_room_in(path: &str, source: LogSource) -> bool {
+pub(super) fn has_room_in(path: &str, source: LogSource) -> bool {
     let needs = CONDITIONAL.iter().filter(|(conditional, _)| *conditional == path).flat_map(|(_, needs)| *needs);
     needs.into_iter().all(|need| !matches!(need, ParameterNeeds::Log(wanted) if !wanted.contains(&source)))
 }
@@ -516,12 +574,16 @@ fn is_zero(scene: &DrawBounds, path: &str) -> bool {
     scene.least(path) == 0.0 && scene.most(path) == 0.0
 }
 
+/// What a tablet that stands has room in, and what stands.
+const ROOM: [&str; 3] = ["tablet.thickness_mm", "pocket.headroom_mm", "pocket.dome_mm"];
+const STANDING: [&str; 2] = ["tablet.length_mm", "tablet.width_mm"];
+
 /// Why no tablet has room to stand on its edge, and what to do: at its highest the film leaves the tablet's thickness, the room
 /// above it and the roof's dome, and a tablet that stands is as high as it is wide.
 fn no_room_to_stand(scene: &DrawBounds) -> Option<(String, String)> {
-    let room: f64 =
-        ["tablet.thickness_mm", "pocket.headroom_mm", "pocket.dome_mm"].map(|path| scene.most(path)).iter().sum();
-    let stands = scene.least("tablet.length_mm").min(scene.least("tablet.width_mm"));
+    let room: f64 = ROOM.map(|path| scene.most(path)).iter().sum();
+    let [length, width] = STANDING.map(|path| scene.least(path));
+    let stands = length.min(width);
     (stands > room).then(|| {
         let what =
             format!("has no effect: a tablet that stands is {stands} mm high, and a pocket has room for {room:.1} mm");

@@ -6,6 +6,7 @@ pub(super) mod conditional;
 mod laser;
 mod motion;
 mod object;
+pub(super) mod of_samples;
 mod picture;
 mod postprocess;
 mod slices;

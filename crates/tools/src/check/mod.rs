@@ -5,13 +5,12 @@
 //!     -> ClassificationMetrics, slices, misclassifications -> CheckReport
 //! ```
 //!
-//! [`accuracy`], [`metrics`], [`slices`], [`conditional`], [`sampling`], [`window`], `prediction` and `evaluation_plan`
+//! [`accuracy`], [`metrics`], [`slices`], [`sampling`], [`window`], `prediction` and `evaluation_plan`
 //! are plain functions of numbers. Only [`model`] and [`onnxruntime`] know onnxruntime, `external_data` knows the files
 //! that a model names, and `split_samples` those of a dataset. docs/check.md says what is measured.
 
 pub mod accuracy;
 mod batches;
-pub mod conditional;
 pub(crate) mod evaluation_plan;
 pub(crate) mod external_data;
 pub mod metrics;
@@ -65,6 +64,20 @@ pub struct CheckOptions {
     /// Whether pictures of them are drawn.
     pub pictures: bool,
 }
+
+/// Whether a sample lacks something, by the values of the numbers that say so; `None` for one that the dataset does not have.
+pub type IsLacking = Box<dyn Fn(&[Option<f64>]) -> bool>;
+
+/// What a drawn number describes, where some samples lack it: the width of knots says nothing of a board without knots.
+pub struct SampleTest {
+    /// Paths of the drawn numbers that say whether a sample has it.
+    pub deciders: Vec<&'static str>,
+    /// Whether a sample lacks it, by their values.
+    pub is_lacking: IsLacking,
+}
+
+/// Says what the number at a path describes; `None` where no sample lacks it.
+pub type SampleTests<'a> = &'a dyn Fn(&DatasetHead, &str) -> Option<SampleTest>;
 
 /// Default slices: knot width, film pigment, exposure time.
 pub(crate) const DEFAULT_SLICES: [&str; 3] = ["knots.width_mm", "film.sigma_per_mm", "exposure.time_us"];

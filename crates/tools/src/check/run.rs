@@ -21,7 +21,7 @@ use super::sidecar::{OutputKind, Sidecar, beside};
 use super::slices::{SlicePoint, group_by_quantiles};
 use super::split_samples::{SampleFacts, SplitSamples};
 use super::window::NO_CLASS;
-use super::{CheckError, CheckOptions, DEFAULT_BATCH_BYTES, MAX_DEFAULT_BATCH, slice_paths};
+use super::{CheckError, CheckOptions, DEFAULT_BATCH_BYTES, MAX_DEFAULT_BATCH, SampleTests, slice_paths};
 use dataset::{Fault, hex};
 
 /// Most numbers of a batch's input, 4 GiB, and most pixels of an image.
@@ -29,11 +29,16 @@ const MAX_NUMBERS: usize = 1 << 30;
 /// Batches that may wait for the model.
 const MAX_WAITING_BATCHES: usize = 2;
 
-/// Checks the model on the dataset; `progress` takes windows done and windows in all.
+/// Checks the model on the dataset; `tests` says which samples lack what a number describes, `progress` takes windows done and
+/// windows in all.
 ///
 /// # Errors
 /// Where dataset, sidecar, model or library are not as they should be; each error says where, what and what to do.
-pub fn check(options: &CheckOptions, progress: &dyn Fn(u64, u64)) -> Result<CheckReport, CheckError> {
+pub fn check(
+    options: &CheckOptions,
+    tests: SampleTests,
+    progress: &dyn Fn(u64, u64),
+) -> Result<CheckReport, CheckError> {
     let samples = SplitSamples::open(&options.dir, options.split)?;
     let sidecar_path = options.sidecar.clone().map_or_else(|| beside(&options.model), Ok)?;
     let sidecar = Sidecar::load(&sidecar_path, samples.head())?;
@@ -41,7 +46,7 @@ pub fn check(options: &CheckOptions, progress: &dyn Fn(u64, u64)) -> Result<Chec
     let mut model = OnnxModel::open(&options.model, &sidecar, options.threads)?;
     let model_sha256 = sha256_with_weights(&options.model)?;
     let begun = Instant::now();
-    let facts = samples.facts(&numbers)?;
+    let facts = samples.facts(&numbers, tests)?;
     let all: Vec<&SampleFacts> = facts.iter().flatten().collect();
     let images = &samples.head().images;
     if images.rows.saturating_mul(images.cols) > MAX_NUMBERS as u64 {

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use output_schema::DatasetHead;
 
-use super::conditional::deciders;
 use super::window::{SampleMaps, StoredMap};
+use super::{SampleTest, SampleTests};
 use bench::split::Split;
 use dataset::{Dataset, ExrMaps, Fault, FinishedTables, Grey, RowBatch, RowQuery, Table};
 
@@ -61,20 +61,24 @@ impl SplitSamples {
         self.dataset.head()
     }
 
-    /// What the rows say, in the order of tables; `numbers` are paths of drawn and derived numbers.
+    /// What the rows say, in the order of tables; `numbers` are paths of drawn and derived numbers, of which `tests` say which
+    /// samples lack what they describe.
     ///
     /// # Errors
     /// Where a table is damaged.
-    pub(crate) fn facts(&self, numbers: &[String]) -> Result<Vec<Vec<SampleFacts>>, Fault> {
+    pub(crate) fn facts(&self, numbers: &[String], tests: SampleTests) -> Result<Vec<Vec<SampleFacts>>, Fault> {
+        let numbers: Vec<_> = numbers.iter().map(|path| (path.as_str(), tests(self.head(), path))).collect();
         let wanted = |name: &str| {
             let is_group = |path: &str| path.split_once('.').is_some_and(|(group, _)| group == name);
-            let group = |path: &String| is_group(path) || deciders(path).any(is_group);
-            ["index", "id", "class", "class_area_px", "objects"].contains(&name) || numbers.iter().any(group)
+            let is_needed = |(path, test): &(&str, Option<SampleTest>)| {
+                is_group(path) || test.as_ref().is_some_and(|test| test.deciders.iter().any(|path| is_group(path)))
+            };
+            ["index", "id", "class", "class_area_px", "objects"].contains(&name) || numbers.iter().any(is_needed)
         };
         let table = |table: &Table| {
             let mut facts = Vec::new();
             for batch in table.rows(&RowQuery::of(&wanted))? {
-                facts.extend(facts_of(&batch?, self.head(), numbers).map_err(|what| table.damaged(what))?);
+                facts.extend(facts_of(&batch?, self.head(), &numbers).map_err(|what| table.damaged(what))?);
             }
             Ok(facts)
         };
@@ -167,12 +171,17 @@ fn first<T>(values: Vec<T>, name: &str) -> Result<T, String> {
     values.into_iter().next().ok_or_else(|| format!("`{name}` is missing"))
 }
 
-/// What some rows say; `numbers` are paths of drawn and derived numbers.
-fn facts_of(rows: &RowBatch, head: &DatasetHead, numbers: &[String]) -> Result<Vec<SampleFacts>, String> {
+/// What some rows say; `numbers` are paths of drawn and derived numbers with what they describe.
+fn facts_of(
+    rows: &RowBatch,
+    head: &DatasetHead,
+    numbers: &[(&str, Option<SampleTest>)],
+) -> Result<Vec<SampleFacts>, String> {
     let (index, id, class) = (rows.integers("index")?, rows.ids()?, rows.integers("class")?);
     let area = |(value, name): (usize, &str)| Ok((value, rows.integers(&format!("class_area_px.{name}"))?));
     let areas = head.shown_classes().map(area).collect::<Result<Vec<_>, String>>()?;
-    let numbers = numbers.iter().map(|path| conditional_number(rows, path)).collect::<Result<Vec<_>, String>>()?;
+    let numbers = numbers.iter().map(|(path, test)| conditional_number(rows, path, test.as_ref()));
+    let numbers = numbers.collect::<Result<Vec<_>, String>>()?;
     let facts = |(row, objects): (usize, Vec<SampleObject>)| {
         let mut area = vec![0; head.pixel_classes.len()];
         areas
@@ -200,15 +209,16 @@ fn facts_of(rows: &RowBatch, head: &DatasetHead, numbers: &[String]) -> Result<V
 }
 
 /// The number `path` of some rows; NaN also where the sample lacks what the number describes, since it is drawn all the same.
-fn conditional_number(rows: &RowBatch, path: &str) -> Result<Vec<f64>, String> {
+fn conditional_number(rows: &RowBatch, path: &str, test: Option<&SampleTest>) -> Result<Vec<f64>, String> {
     let mut values = rows.numbers(path)?;
-    let deciders: Vec<_> = deciders(path).map(|decider| rows.numbers(decider)).collect();
-    let lacks = |row: usize| {
-        let is_zero = |counts: &Result<Vec<f64>, String>| counts.as_ref().is_ok_and(|counts| counts[row] == 0.0);
-        !deciders.is_empty() && deciders.iter().all(is_zero)
-    };
-    for (_, value) in values.iter_mut().enumerate().filter(|(row, _)| lacks(*row)) {
-        *value = f64::NAN;
+    let Some(SampleTest { deciders, is_lacking }) = test else { return Ok(values) };
+    // Datasets of before a number was declared don't have it.
+    let deciders: Vec<Option<Vec<f64>>> = deciders.iter().map(|path| rows.numbers(path).ok()).collect();
+    for (row, value) in values.iter_mut().enumerate() {
+        let of_row: Vec<_> = deciders.iter().map(|column| column.as_ref().map(|column| column[row])).collect();
+        if is_lacking(&of_row) {
+            *value = f64::NAN;
+        }
     }
     Ok(values)
 }
