@@ -9,6 +9,9 @@ use super::distribution::{DistributionDistance, EmpiricalDistribution};
 use super::noise::ScanDirection;
 use super::{Gap, ScanStatistics, plots};
 
+/// What stands in place of noise that interpolated heights do not tell.
+const UNTOLD: &str = "can't be told";
+
 /// Version of the document's layout.
 const SCHEMA_VERSION: u32 = 1;
 
@@ -84,7 +87,15 @@ impl Comparison {
         line("scatter at heights, p10 / p50 / p90 [DN]", sides.map(|side| whole(side.scatter)));
         for (i, direction) in ScanDirection::BOTH.into_iter().enumerate() {
             let direction = direction.describe();
-            line(&format!("range noise, {direction} [{thousandth}]"), sides.map(|side| number(side.noise[i], 2)));
+            let told = |side: &ScanStatistics| match side.noise[i] {
+                None if side.untold[i] > 0 => UNTOLD.into(),
+                noise => number(noise, 2),
+            };
+            line(&format!("range noise, {direction} [{thousandth}]"), sides.map(told));
+            if sides.iter().any(|side| side.untold[i] > 0) {
+                let count = |side: &ScanStatistics| format!("{} of {}", side.untold[i], side.frames);
+                line(&format!("  interpolated, {direction} [scans]"), sides.map(count));
+            }
             line(&format!("  edges left out, {direction} [%]"), sides.map(|side| percent(side.edges[i])));
             let one = |list: &[f64]| number(list.get(1).copied(), 3);
             line(&format!("  lag-1 correlation, {direction}"), sides.map(|side| one(&side.noise_correlation[i])));
@@ -169,6 +180,7 @@ fn side(side: &ScanStatistics) -> Value {
         "saturated_share": side.saturated,
         "scatter_dn": three(side.scatter),
         (format!("range_noise_{thousandth}")): pair(side.noise.map(|n| json!(n))),
+        "interpolated_scans": pair(side.untold.map(|n| json!(n))),
         "edge_share": pair(side.edges.map(|n| json!(n))),
         "range_noise_correlation": pair(side.noise_correlation.clone().map(|list| json!(list))),
         "speckle_contrast": three(side.contrast),

@@ -5,6 +5,10 @@
 //! and r2 at one and two pixels counts as s sqrt(1 - (4 r1 - r2) / 3). Differences beyond `EDGE_DEVIATIONS` robust
 //! deviations are edges of the object and are counted apart.
 //!
+//! **Interpolated heights** have no noise of their own: what was resampled onto another grid lies on the line between its
+//! neighbours, or repeats one of them, and second differences tell the interpolation. So it is where heights have steps more than
+//! twice as coarse as their noise. Both are found by exact means ([`is_noise_told`]), and no noise is told then.
+//!
 //! The correlation along one direction is that of second differences across the other: such a difference mixes no
 //! neighbours along the first, so the surface goes and the correlation stays.
 
@@ -15,6 +19,15 @@ use super::distribution::EmpiricalDistribution;
 pub(crate) const EDGE_DEVIATIONS: f64 = 4.0;
 /// Lags of correlations [px].
 pub(crate) const NOISE_LAGS: usize = 9;
+/// Share of heights exactly on the line between their neighbours from which on noise is not told [1]. Of noise s in steps q it is
+/// q / (6.14 s) nearly, so a third for steps of 2 s.
+const MOST_IN_LINE: f64 = 1.0 / 3.0;
+/// Longest period of interpolated heights that is looked for [px].
+const MOST_PERIOD: usize = 8;
+/// How much more heights of one place in a period may lie in line, or repeat their neighbour, than those of another [1].
+const MOST_BETWEEN_PHASES: f64 = 0.5;
+/// Fewest heights of a place in a period that tell something.
+const FEWEST_OF_A_PHASE: u32 = 100;
 /// Most second differences of a frame that enter its sample; more are left out evenly.
 const MAX_SAMPLED_DIFFERENCES: usize = 200_000;
 
@@ -106,6 +119,51 @@ impl SecondDifferences {
     pub(crate) fn is_noise(&self, second: f32) -> bool {
         (second - self.middle).abs() <= EDGE_DEVIATIONS as f32 * self.deviation
     }
+}
+
+/// Whether second differences of a frame tell noise: not where its heights are interpolated or repeated in that direction, or have
+/// steps that hide it. True of a frame without three neighbours.
+pub(super) fn is_noise_told(frame: &ScanMaps, direction: ScanDirection) -> bool {
+    let (cols, step) = (frame.cols, direction.step(frame.cols));
+    let place = |i: usize| if direction == ScanDirection::Along { i % cols } else { i / cols };
+    let length = if direction == ScanDirection::Along { cols } else { frame.rows };
+    // Place, second difference, first difference, and what rounding to single precision may leave of the second [mm or px].
+    let differences = || {
+        let inner = (0..frame.range.len()).filter(|&i| place(i) > 0 && place(i) + 1 < length);
+        inner.filter_map(|i| {
+            let [before, here, after] = [i - step, i, i + step].map(|i| frame.range[i]);
+            let second = (before - 2.0 * here + after).abs();
+            let rounding = 2.0 * f64::from(f32::EPSILON) * before.abs().max(here.abs()).max(after.abs());
+            second.is_finite().then(|| (place(i), second, (here - before).abs(), rounding))
+        })
+    };
+    let (all, in_line) = differences().fold((0_u64, 0_u64), |(all, in_line), (_, second, _, rounding)| {
+        (all + 1, in_line + u64::from(second <= rounding))
+    });
+    if in_line as f64 > MOST_IN_LINE * all as f64 {
+        return false;
+    }
+    // Interpolated heights that were rounded to steps leave their line by one step.
+    let beyond = differences().filter(|(_, second, _, rounding)| second > rounding);
+    let least = beyond.map(|(_, second, ..)| second).fold(f64::INFINITY, f64::min);
+    let differ = |counts: &[[u32; 2]]| {
+        let known = counts.iter().filter(|[_, all]| *all >= FEWEST_OF_A_PHASE);
+        let shares = known.map(|[near, all]| f64::from(*near) / f64::from(*all));
+        let [low, high] = shares.fold([1.0, 0.0], |[low, high]: [f64; 2], share| [low.min(share), high.max(share)]);
+        high - low > MOST_BETWEEN_PHASES
+    };
+    !(2..=MOST_PERIOD).any(|period| {
+        let (mut lines, mut repeats) = (vec![[0; 2]; period], vec![[0; 2]; period]);
+        for (place, second, first, rounding) in differences() {
+            for (counts, is_near) in
+                [(&mut lines, second <= rounding.max(least * (1.0 + 1e-6))), (&mut repeats, first <= rounding)]
+            {
+                let [near, all] = &mut counts[place % period];
+                (*near, *all) = (*near + u32::from(is_near), *all + 1);
+            }
+        }
+        differ(&lines) || differ(&repeats)
+    })
 }
 
 /// Sums for correlations at lags 0 to [`NOISE_LAGS`] - 1, over pairs of which both are noise.
@@ -211,6 +269,60 @@ mod tests {
         let expected = 10.0 * (1.0 - 4.0 * r1 / 3.0).sqrt();
         let found = f64::from(SecondDifferences::new(&frame, ScanDirection::Along).deviation);
         assert!((found / expected - 1.0).abs() < 3.9 * 1.167 * 1.5 / 20_000_f64.sqrt(), "{found}, not {expected}");
+    }
+
+    /// Heights of white noise on a slope, put on a grid of other places by a law, in steps [mm]; 0 for none.
+    fn resampled(law: impl Fn(f64, &dyn Fn(usize) -> f64) -> f64, ratio: f64, step: f64) -> ScanMaps {
+        let whole = frame("resampled", 0.015, 0.0);
+        let cols = ((whole.cols - 1) as f64 * ratio) as usize;
+        let at = |i: usize| {
+            let line = &whole.range[i / cols * whole.cols..][..whole.cols];
+            let height = law((i % cols) as f64 / ratio, &|x| line[x]);
+            if step > 0.0 { (height / step).round() * step } else { height }
+        };
+        let range = (0..cols * whole.rows).map(at).collect();
+        ScanMaps { cols, range, ..whole }
+    }
+
+    /// The whole kind of heights whose noise cannot be told: interpolated or repeated ones at whole ratios and others, as they are,
+    /// in single precision, in steps; and steps coarser than the noise. Noise in fine steps, on a grid of its own, is told, and so
+    /// is that across the interpolation.
+    #[test]
+    fn interpolated_heights_tell_no_noise() {
+        let linear = |x: f64, z: &dyn Fn(usize) -> f64| {
+            let i = x as usize;
+            z(i) + (x - i as f64) * (z(i + 1) - z(i))
+        };
+        let nearest = |x: f64, z: &dyn Fn(usize) -> f64| z((x + 0.499) as usize);
+        let single =
+            |frame: ScanMaps| ScanMaps { range: frame.range.iter().map(|&z| f64::from(z as f32)).collect(), ..frame };
+        let mut untold = Vec::new();
+        for step in [0.0, 0.001] {
+            for ratio in [2.0, 3.0, 4.0, 5.0, 8.0] {
+                untold.push((format!("linear {ratio}, {step}"), resampled(linear, ratio, step)));
+                untold.push((format!("nearest {ratio}, {step}"), resampled(nearest, ratio, step)));
+            }
+        }
+        for ratio in [2.0, 3.0] {
+            untold.push((format!("single {ratio}"), single(resampled(linear, ratio, 0.0))));
+        }
+        untold.push(("3.7".into(), resampled(linear, 3.7, 0.0)));
+        untold.push(("coarse steps".into(), resampled(linear, 1.0, 0.1)));
+        let level = ScanMaps { range: vec![20.0; 6000], cols: 100, rows: 60, ..ScanMaps::default() };
+        untold.push(("level".into(), level));
+        for (name, frame) in &untold {
+            assert!(!is_noise_told(frame, ScanDirection::Along), "{name}");
+        }
+        assert!(is_noise_told(&untold[0].1, ScanDirection::Across));
+        // Steps of a sixteenth, a half and all of the noise.
+        for step in [0.0, 0.001, 0.0075, 0.015] {
+            let frame = resampled(linear, 1.0, step);
+            assert!(ScanDirection::BOTH.iter().all(|way| is_noise_told(&frame, *way)), "{step}");
+            assert!(is_noise_told(&single(frame), ScanDirection::Along), "{step}");
+        }
+        for empty in [ScanMaps::default(), ScanMaps { cols: 1, rows: 1, range: vec![1.0], ..ScanMaps::default() }] {
+            assert!(is_noise_told(&empty, ScanDirection::Along) && is_noise_told(&empty, ScanDirection::Across));
+        }
     }
 
     /// Edges of the object and missing pixels do not change what is found.

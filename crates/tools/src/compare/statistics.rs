@@ -2,7 +2,7 @@
 
 use super::distribution::EmpiricalDistribution;
 use super::line_width::{full_width, line_deviation};
-use super::noise::{NOISE_LAGS, NoiseCorrelation, ScanDirection, SecondDifferences};
+use super::noise::{NOISE_LAGS, NoiseCorrelation, ScanDirection, SecondDifferences, is_noise_told};
 use super::power_spectrum::{PowerSpectrum, SpectrumPoint};
 use super::speckle::{
     CONTRAST_SIDE_PX, CORRELATION_SIDE_PX, SATURATED_DN, SPECKLE_LAGS, SpeckleCorrelation, contrast, patches,
@@ -36,6 +36,7 @@ pub struct StatisticsBuilder {
     pixels: u64,
     missing: u64,
     measured: u64,
+    untold: [u64; 2],
     edges: [[u64; 2]; 2],
     light: DnHistogram,
     scatter: Vec<f32>,
@@ -71,8 +72,10 @@ pub struct ScanStatistics {
     pub saturated: Option<f64>,
     /// Scatter beside heights at 10, 50 and 90 % [DN].
     pub scatter: Option<[f64; 3]>,
-    /// Robust deviation of heights from second differences [um or mpx].
+    /// Robust deviation of heights from second differences, of scans that tell it [um or mpx].
     pub noise: [Option<f64>; 2],
+    /// Scans that do not tell it: their heights are interpolated, repeated, or in steps that hide it.
+    pub untold: [u64; 2],
     /// Share of second differences that are edges, not noise [1].
     pub edges: [Option<f64>; 2],
     /// Correlation of the noise of heights at lags 0, 1, ... px [1].
@@ -140,11 +143,15 @@ impl StatisticsBuilder {
         }
         let seconds = ScanDirection::BOTH.map(|direction| SecondDifferences::new(frame, direction));
         for (i, second) in seconds.iter().enumerate() {
-            let all = second.sample.numbers();
-            let noise: Vec<f32> = all.iter().copied().filter(|&d| second.is_noise(d)).collect();
-            self.edges[i][0] += (all.len() - noise.len()) as u64;
-            self.edges[i][1] += all.len() as u64;
-            self.noise[i].extend(noise);
+            if is_noise_told(frame, ScanDirection::BOTH[i]) {
+                let all = second.sample.numbers();
+                let noise: Vec<f32> = all.iter().copied().filter(|&d| second.is_noise(d)).collect();
+                self.edges[i][0] += (all.len() - noise.len()) as u64;
+                self.edges[i][1] += all.len() as u64;
+                self.noise[i].extend(noise);
+            } else {
+                self.untold[i] += 1;
+            }
             // Along the line by differences across, and the other way round.
             self.correlation[1 - i].add(frame, second, ScanDirection::BOTH[1 - i]);
         }
@@ -195,6 +202,7 @@ impl StatisticsBuilder {
             saturated,
             scatter: three(&scatter_sample),
             noise: [along.robust_deviation(), across.robust_deviation()],
+            untold: self.untold,
             edges: self.edges.map(|[edges, all]| share(edges, all)),
             noise_correlation: self.correlation.map(|sums| (0..NOISE_LAGS).map_while(|lag| sums.at(lag)).collect()),
             contrast: three(&contrast_sample),
