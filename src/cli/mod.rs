@@ -99,7 +99,7 @@ enum Command {
         what: study::StudyCommand,
     },
     /// Put the statistics of a simulated and a real scan side by side: noise, speckle, distances, plots
-    Compare(compare::CompareArgs),
+    Compare(Box<compare::CompareArgs>),
     /// Turn scans of a real camera into a recipe: which values of its keys make simulated scans look like them
     Fit(Box<fit::FitArgs>),
     /// Run a trained model (ONNX) over a dataset: confusion, accuracy, calibration, slices, the worst answers

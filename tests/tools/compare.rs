@@ -42,6 +42,57 @@ fn a_dataset_is_like_itself() {
     assert!(both["sim"]["line_width_px"]["p50"].as_f64().is_some_and(|px| (1.0..30.0).contains(&px)));
 }
 
+/// The conveyor of a dataset does not count: three boards have the noise of their wood, whichever files their maps are in, and so
+/// has a region or a mask of it, on either side; all of the scan has several times as much, as two thirds of it are
+/// conveyor. The whole kind: statistics of a side are those of its object, and what counts is said.
+#[test]
+fn the_object_alone_counts() {
+    let place = Place::new();
+    place.done("--recipe wood-small --n 3 --out boards");
+    place.done("--recipe wood-small --n 3 --out rows --set output.exr=[] --set output.truth_maps=false");
+    let noise = |side: &Value| side["range_noise_um"]["along"].as_f64().expect("there is noise");
+    let both = json(&place, "compare boards rows --json");
+    for side in ["sim", "real"] {
+        assert!((25.0..45.0).contains(&noise(&both[side])), "{side}: {}", both[side]["range_noise_um"]);
+        assert_eq!(both[side]["part"], "object");
+    }
+    let whole = json(&place, "compare boards boards --json --whole");
+    assert!(noise(&whole["sim"]) > 60.0 && whole["sim"]["part"] == "all", "{}", whole["sim"]["range_noise_um"]);
+    // A region of the object's middle alone is nearly the same wood, of all pixels too.
+    let region = json(&place, "compare boards boards --json --whole --region 96,96,64,64");
+    assert_eq!((&region["sim"], &region["real"]["part"]), (&whole["sim"], &"region".into()));
+    assert!((20.0..50.0).contains(&noise(&region["real"])), "{}", region["real"]["range_noise_um"]);
+    assert_eq!((&region["real"]["columns"], &region["real"]["profiles"]), (&64.into(), &64.into()));
+    let sim = json(&place, "compare boards boards --json --whole --sim-region 96,96,64,64");
+    assert_eq!((&sim["sim"]["range_noise_um"], &sim["real"]), (&region["real"]["range_noise_um"], &whole["real"]));
+    // A mask of the same pixels: nothing else counts, so nothing else is measured or missing.
+    let inside = |i: u32| (96..160).contains(&(i % 256)) && (96..160).contains(&(i / 256));
+    let grey = |i| if inside(i) { 255 } else { 0 };
+    let mask = image::GrayImage::from_raw(256, 256, (0..256 * 256).map(grey).collect()).expect("its size");
+    mask.save(place.path("mask.png")).expect("the folder is ours");
+    let masked = json(&place, "compare boards boards --json --whole --mask mask.png");
+    assert_eq!(masked["sim"], whole["sim"]);
+    for key in ["missing_share", "saturated_share", "least_reflectance_dn", "heights_mm"] {
+        assert_eq!(masked["real"][key], region["real"][key], "{key}");
+    }
+    let table = place.done("compare boards boards --region 0,0,256,200").out;
+    assert!(table.contains("pixels that count") && table.contains("object in region"), "{table}");
+    // Without labels it is said.
+    place.done("--recipe wood-small --n 1 --out bare --set output.png=[range,reflectance] --set output.exr=[] --set output.truth_maps=false");
+    let bare = place.done("compare bare boards --json").out;
+    assert!(bare.contains("all: it has no labels"), "{bare}");
+    for (arguments, words) in [
+        ("--region 1,1", "LEFT,TOP,COLUMNS,PROFILES"),
+        ("--region 200,0,64,64", "reaches beyond its 256 columns"),
+        ("--region 0,0,18446744073709551615,64", "reaches beyond its 256 columns"),
+        ("--mask boards/dataset.json", "no PNG"),
+        ("--whole --sim-region 0,0,1,1 --region 0,0,1,1", "part of it that counts"),
+    ] {
+        let run = place.run(&format!("compare boards boards {arguments}"));
+        assert!(run.code != 0 && run.err.contains(words), "{arguments}: '{words}' is not in: {}", run.err);
+    }
+}
+
 /// A sample as EXR, as images of its row, and as files of the camera has the same statistics but for rounding.
 #[test]
 fn formats_agree() {

@@ -21,7 +21,7 @@ mod rounds;
 mod simulator;
 mod store;
 
-pub use observation::{RealScan, ScanMask, ScanRegion};
+pub use observation::RealScan;
 pub use prior::{FitKey, KeyFault, fit_keys};
 pub use recipe_text::{NewValue, with_new_values};
 pub use result::{Fit, FittedKey, KeyState, MapsOfScan, ScanFit, StatisticFit};

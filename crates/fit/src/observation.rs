@@ -2,7 +2,7 @@
 
 use dataset::Fault;
 use tools::compare::summary::{SummaryStatistic, summary};
-use tools::compare::{RangeUnit, ScanMaps};
+use tools::compare::{RangeUnit, ScanMaps, ScanMask, ScanRegion};
 
 /// Fewest pixels with a height.
 const FEWEST_HEIGHTS: usize = 2000;
@@ -12,30 +12,6 @@ const FEWEST_LINES: usize = 32;
 const MOST_SATURATED: f64 = 0.995;
 /// Largest relative difference of pitches that is taken for the same geometry.
 const SAME_PITCH: f64 = 0.02;
-
-/// A part of a scan: left, top, width, height [px].
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct ScanRegion {
-    /// First column.
-    pub left: usize,
-    /// First profile.
-    pub top: usize,
-    /// Columns.
-    pub columns: usize,
-    /// Profiles.
-    pub profiles: usize,
-}
-
-/// Pixels of a scan that count, as a picture of its size: those that are not black.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct ScanMask {
-    /// Columns.
-    pub cols: usize,
-    /// Profiles.
-    pub rows: usize,
-    /// Whether a pixel counts, `[rows, cols]`.
-    pub counts: Vec<bool>,
-}
 
 /// A real scan with its statistics.
 #[derive(Debug, Clone)]
@@ -59,27 +35,6 @@ pub struct MapGeometry {
     pub is_uncalibrated: bool,
 }
 
-impl ScanRegion {
-    /// `LEFT,TOP,COLUMNS,PROFILES`.
-    ///
-    /// # Errors
-    /// What is expected.
-    pub fn parse(text: &str) -> Result<Self, String> {
-        let expected = || "give LEFT,TOP,COLUMNS,PROFILES in pixels, for instance 100,0,256,256".to_owned();
-        let numbers: Vec<usize> =
-            text.split(',').map(|part| part.trim().parse().map_err(|_| expected())).collect::<Result<_, _>>()?;
-        match numbers[..] {
-            [left, top, columns, profiles] if columns > 0 && profiles > 0 => Ok(Self { left, top, columns, profiles }),
-            _ => Err(expected()),
-        }
-    }
-
-    fn cut<T: Clone>(self, map: &[T], cols: usize) -> Vec<T> {
-        let lines = self.top..self.top + self.profiles;
-        lines.flat_map(|y| map[y * cols + self.left..y * cols + self.left + self.columns].iter().cloned()).collect()
-    }
-}
-
 impl RealScan {
     /// A scan, or the part of it that counts.
     ///
@@ -93,31 +48,7 @@ impl RealScan {
                 "give scans, whose profiles were read",
             ));
         }
-        let mut ignored = None;
-        if let Some(mask) = mask {
-            if (mask.cols, mask.rows) != (maps.cols, maps.rows) {
-                let what =
-                    format!("it has {} x {} pixels, the mask {} x {}", maps.cols, maps.rows, mask.cols, mask.rows);
-                return Err(fault(what, "give a mask of the scan's size"));
-            }
-            ignored = Some(mask.counts.iter().map(|counts| !counts).collect::<Vec<bool>>());
-        }
-        if let Some(region) = region {
-            if region.left + region.columns > maps.cols || region.top + region.profiles > maps.rows {
-                let what = format!("the region reaches beyond its {} columns and {} profiles", maps.cols, maps.rows);
-                return Err(fault(what, "give a region that lies inside"));
-            }
-            let cols = maps.cols;
-            maps.range = region.cut(&maps.range, cols);
-            maps.reflectance = maps.reflectance.map(|map| region.cut(&map, cols));
-            maps.scatter = maps.scatter.map(|map| region.cut(&map, cols));
-            // With nothing ignored it is a part all the same, beside which of simulated scans the object alone counts.
-            ignored = Some(match ignored {
-                Some(map) => region.cut(&map, cols),
-                None => vec![false; region.columns * region.profiles],
-            });
-            (maps.cols, maps.rows) = (region.columns, region.profiles);
-        }
+        let ignored = maps.cut_to(None, region, mask)?;
         let fault = |what: String, remedy: &str| Fault::new(maps.name.clone(), what, remedy.to_owned());
         if maps.cols < FEWEST_LINES || maps.rows < FEWEST_LINES {
             let what = format!("{} columns and {} profiles tell nothing of noise between them", maps.cols, maps.rows);

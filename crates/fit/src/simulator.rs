@@ -86,8 +86,9 @@ impl<'a> ScanSimulator<'a> {
 fn scan_maps(record: Record, sensor_cols: usize, bits: u32) -> ScanMaps {
     let scale = to_eight_bits(u64::from(bits));
     let eight = |map: Vec<f32>| if scale == 1.0 { map } else { map.into_iter().map(|dn| dn * scale).collect() };
-    let frame = |StackFrame { dn, .. }: StackFrame| SensorFrame {
+    let frame = |StackFrame { profile, dn }: StackFrame| SensorFrame {
         cols: sensor_cols,
+        profile: Some(profile as usize),
         dn: dn.into_iter().map(|dn| (f32::from(dn) * scale).round() as u8).collect(),
     };
     ScanMaps {

@@ -1,5 +1,6 @@
 //! `gen compare`: a simulated and a real scan side by side.
 
+pub(super) mod part;
 pub(super) mod scale;
 
 use std::io::IsTerminal;
@@ -12,6 +13,7 @@ use super::list::shared_draws;
 use super::progress::Progress;
 use super::{CommandResult, DONE, UsageError, output, print};
 use dataset::{Dataset, Fault};
+use part::{CountedScan, PartArgs, SidePart};
 use scale::ScaleArgs;
 use tools::compare::{Comparison, Gap, GapJob, GapSide, GapStop, ScanSource, ScanStatistics, StatisticsBuilder};
 
@@ -31,12 +33,15 @@ const DEFAULT_PYTHON: &str = if cfg!(windows) { "python" } else { "python3" };
   gen compare planks scans/ --gap --python .venv/bin/python
                                                    how well a classifier tells them apart
   gen compare planks cloud.ply --mm-per-count 1    points of a scan
+  gen compare planks real.json --region 100,0,256,256
+                                                   a part of the real scan, which the object fills
 
 Either side is a dataset, a folder of scans, or one scan: .exr of a dataset, .xml with .dat of
 the real camera, .json as programs on the camera store it; or files of bare numbers, whose
 scale you state: grey .png and .tif, .csv of a grid or of points, .ply. Of these a file holds
-one map, and NAME.range.png finds NAME.reflectance.png and NAME.scatter.png. docs/compare.md
-explains every file and every number.")]
+one map, and NAME.range.png finds NAME.reflectance.png and NAME.scatter.png. Of a dataset the
+object alone counts, which its labels tell (--whole counts all); of other scans all, or a part
+that you give. docs/compare.md explains every file and every number.")]
 pub(super) struct CompareArgs {
     /// Simulated side: a dataset, a folder of scans, or a scan
     sim: PathBuf,
@@ -59,6 +64,8 @@ pub(super) struct CompareArgs {
     #[arg(long, value_name = "PROGRAM", requires = "gap")]
     python: Option<PathBuf>,
     #[command(flatten)]
+    part: PartArgs,
+    #[command(flatten)]
     scale: ScaleArgs,
 }
 
@@ -77,13 +84,15 @@ pub(super) fn run(arguments: &CompareArgs, console: &Console) -> CommandResult {
     let open = |path: &Path| ScanSource::open(path, arguments.scans, &stated);
     let mut sides = [open(&arguments.sim)?, open(&arguments.real)?];
     arguments.scale.apply(&stated, &mut sides, console)?;
+    let [sim_part, real_part] = arguments.part.sides(&sides)?;
     let [sim, real] = sides;
     let is_stated = [&sim, &real].map(|side| !side.stated_forms().is_empty());
     let mut windows = [&sim, &real].map(|side| arguments.gap.then(|| GapSide::new(side.len())));
     let [sim, real] = {
         let progress = Progress::new(console, "scans", Some((sim.len() + real.len()) as u64));
         let [ours, theirs] = windows.each_mut().map(Option::as_mut);
-        [statistics(&sim, &arguments.sim, ours, &progress)?, statistics(&real, &arguments.real, theirs, &progress)?]
+        let sim = statistics(&sim, &sim_part, &arguments.sim, ours, &progress)?;
+        [sim, statistics(&real, &real_part, &arguments.real, theirs, &progress)?]
     };
     let is_dark = |side: &ScanStatistics| side.least_reflectance.is_none() && side.scatter.is_none();
     if stated.bits.is_some() && [&sim, &real].into_iter().zip(is_stated).all(|(side, stated)| !stated || is_dark(side))
@@ -138,29 +147,34 @@ fn gap(arguments: &CompareArgs, sim: &GapSide, real: &GapSide, console: &Console
 
 fn statistics(
     source: &ScanSource,
+    part: &SidePart,
     path: &Path,
     mut windows: Option<&mut GapSide>,
     progress: &Progress,
 ) -> Result<ScanStatistics, Fault> {
     let mut builder = StatisticsBuilder::new(source.name());
-    let mut unit = None;
+    let (mut unit, mut is_object) = (None, false);
     for i in 0..source.len() {
-        let frame = source.frame(i)?;
+        let CountedScan { maps: frame, ignored, is_object: told } = part.scan(source, i)?;
         let this = frame.unit.thousandth();
         if !frame.range.is_empty() && unit.replace(this).is_some_and(|before| before != this) {
             let what = "it has sensor rows where other scans have heights, or the other way round";
             return Err(Fault::new(frame.name, what, "compare scans of one kind"));
         }
-        builder.add(&frame);
-        if let Some(windows) = &mut windows {
-            windows.add(&frame);
+        match &ignored {
+            Some(ignored) => builder.add_part(&frame, ignored),
+            None => builder.add(&frame),
         }
+        if let Some(windows) = &mut windows {
+            windows.add(&frame, ignored.as_deref());
+        }
+        is_object = told;
         progress.add(1);
     }
-    let found = builder.statistics();
-    if found.missing == Some(1.0) {
-        let what = "no height was measured in any scan";
-        return Err(Fault::at(path, what, "give scans in which the laser line is seen"));
+    let found = builder.of_part(&part.words(is_object)).statistics();
+    if found.frames > 0 && found.missing.is_none_or(|share| share == 1.0) {
+        let what = "no height was measured in any scan, or in the part of it that counts";
+        return Err(Fault::at(path, what, "give scans in which the laser line is seen, and a part on the object"));
     }
     Ok(found)
 }

@@ -6,19 +6,17 @@ use std::time::Duration;
 
 use clap::Args;
 
+use super::compare::part::mask;
 use super::compare::scale::ScaleArgs;
 use super::console::Console;
 use super::generate::threads;
 use super::progress::{Progress, counted};
 use super::{CommandResult, DONE, RecipeArgs, UsageError, output, print, whole};
 use dataset::Fault;
-use fit::{Fit, FitOptions, FitProgress, RealScan, ScanMask, ScanRegion, fit, fit_keys, with_new_values};
+use fit::{Fit, FitOptions, FitProgress, RealScan, fit, fit_keys, with_new_values};
 use recipe::Recipe;
 use recipe::asset::{AssetSource, KeptAsset};
-use tools::compare::ScanSource;
-
-/// Longest mask that is read [bytes].
-const MAX_MASK_BYTES: u64 = 1 << 28;
+use tools::compare::{ScanRegion, ScanSource};
 
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
@@ -193,21 +191,6 @@ fn real_scans(
         }
     }
     Ok(real)
-}
-
-/// The mask in a picture.
-fn mask(path: &Path) -> Result<ScanMask, Fault> {
-    let remedy = "give a grey PNG of the scan's size, black where nothing counts";
-    let bytes = dataset::atomic_file::read(path, MAX_MASK_BYTES)
-        .map_err(|e| Fault::at(path, format!("it cannot be read: {e}"), remedy))?;
-    let picture = image::load_from_memory_with_format(&bytes, image::ImageFormat::Png)
-        .map_err(|e| Fault::at(path, format!("it is no PNG that can be read: {e}"), remedy))?;
-    let grey = picture.to_luma16();
-    let counts: Vec<bool> = grey.pixels().map(|pixel| pixel.0[0] > 0).collect();
-    if !counts.contains(&true) {
-        return Err(Fault::at(path, "all of it is black: nothing counts", remedy));
-    }
-    Ok(ScanMask { cols: grey.width() as usize, rows: grey.height() as usize, counts })
 }
 
 /// The recipe's text with what was found, under a line that says so.

@@ -68,6 +68,7 @@ impl Comparison {
             let _ = writeln!(text, "{name:44}{:>24}{:>24}", words[0], words[1]);
         };
         line("", sides.map(|side| short(&side.name)));
+        line("pixels that count", sides.map(|side| side.part.clone()));
         line("scans", sides.map(|side| side.frames.to_string()));
         line("columns x profiles", sides.map(|side| format!("{} x {}", side.size.0, side.size.1)));
         let thousandth = self.thousandth();
@@ -170,6 +171,7 @@ fn side(side: &ScanStatistics) -> Value {
     let thousandth = unit.thousandth();
     json!({
         "name": side.name,
+        "part": side.part,
         "scans": side.frames,
         "columns": side.size.0,
         "profiles": side.size.1,

@@ -3,8 +3,12 @@
 use output_schema::{Manifest, ManifestSample};
 
 use super::{RangeUnit, ScanMaps, SensorFrame, exr_frame, to_eight_bits};
+use dataset::record::StackFrame;
 use dataset::{Dataset, Fault, RowBatch};
+use procedural::Class;
 
+/// Name of the label image.
+const LABEL: &str = "label";
 /// Most sensor frames of a sample that are read: the middle ones.
 const MAX_SENSOR_FRAMES: usize = 16;
 
@@ -47,10 +51,47 @@ pub(crate) fn frame_of(dataset: &Dataset, manifest: &Manifest, index: u64, expos
         let eight = |dn: u16| (scale * f32::from(dn)).round() as u8;
         let frames = dataset.sensor_frames(manifest, index, MAX_SENSOR_FRAMES)?.into_iter();
         let cols = head.images.sensor_cols as usize;
-        frame.exposures =
-            frames.map(|kept| SensorFrame { cols, dn: kept.dn.into_iter().map(eight).collect() }).collect();
+        frame.exposures = frames
+            .map(|StackFrame { profile, dn }| SensorFrame {
+                cols,
+                profile: Some(profile as usize),
+                dn: dn.into_iter().map(eight).collect(),
+            })
+            .collect();
     }
     Ok(frame)
+}
+
+/// Pixels of a sample that show no object, by its labels `[rows, cols]`; `None` where none are kept. What of its sensor frames shows
+/// none is darkened.
+///
+/// # Errors
+/// Where it is damaged.
+pub(super) fn beside_object(dataset: &Dataset, index: u64, frame: &mut ScanMaps) -> Result<Option<Vec<bool>>, Fault> {
+    let images = &dataset.head().images;
+    let manifest = dataset.manifest(dataset.shard_of(index))?;
+    let missing = || Fault::damaged(dataset.root(), format!("no manifest names sample {index}"));
+    let manifest = manifest.ok_or_else(missing)?;
+    let listed = manifest.samples.iter().find(|sample| sample.index == index).ok_or_else(missing)?;
+    let labels: Vec<u8> = if images.png.iter().any(|image| image == LABEL) {
+        let row = dataset.row(&manifest, listed, &|name| ["index", "id", LABEL].contains(&name))?;
+        let label = row.image(0, LABEL, images).map_err(|what| row.damaged(what))?;
+        label.grey.numbers().into_iter().map(|label| label as u8).collect()
+    } else if images.exr.iter().any(|image| image == LABEL) {
+        let maps = dataset.exr(dataset.shard_of(index), &listed.id)?;
+        let label = maps.channel(LABEL).ok_or_else(|| Fault::damaged(&maps.path, "it has no labels"))?;
+        label.numbers().into_iter().map(|label| label as u8).collect()
+    } else {
+        return Ok(None);
+    };
+    if labels.len() != frame.range.len() {
+        let what = format!("sample {index} has {} labels for {} pixels", labels.len(), frame.range.len());
+        return Err(Fault::damaged(dataset.root(), what));
+    }
+    let ignored: Vec<bool> = labels.iter().map(|label| *label == Class::Background as u8).collect();
+    let bin = dataset.head().recipe.canonical["output"]["bin"]["profiles"].as_u64().unwrap_or(1);
+    frame.darken_frames(&ignored, bin.max(1) as usize);
+    Ok(Some(ignored))
 }
 
 /// The maps of a row that holds images.

@@ -412,7 +412,7 @@ mod tests {
 
     fn side(scans: usize, cols: usize, rows: usize) -> GapSide {
         let mut side = GapSide::new(scans);
-        (0..scans).for_each(|_| side.add(&scan(cols, rows, |_, _| 0.0)));
+        (0..scans).for_each(|_| side.add(&scan(cols, rows, |_, _| 0.0), None));
         side
     }
 
@@ -493,16 +493,16 @@ mod tests {
         let told = refused(&side(4, 64, 64));
         assert!(told.starts_with("real: it has 16 windows of 32 x 32 px") && told.contains("--gap needs 40"), "{told}");
         let mut lone = GapSide::new(4);
-        (0..3).for_each(|_| lone.add(&scan(128, 96, |_, _| f64::NAN)));
-        lone.add(&scan(256, 256, |_, _| 0.0));
+        (0..3).for_each(|_| lone.add(&scan(128, 96, |_, _| f64::NAN), None));
+        lone.add(&scan(256, 256, |_, _| 0.0), None);
         let told = refused(&lone);
         assert!(told.contains("all of its windows are of 1 scan, --gap needs 2; give more scans"), "{told}");
         let mut dark = scan(400, 320, |_, _| 0.0);
         (dark.reflectance, dark.col_mm) = (None, Some(0.2));
         let mut other = GapSide::new(1);
-        other.add(&dark);
+        other.add(&dark, None);
         let mut pitched = enough.clone();
-        pitched.add(&ScanMaps { col_mm: Some(0.1), ..scan(128, 96, |_, _| 0.0) });
+        pitched.add(&ScanMaps { col_mm: Some(0.1), ..scan(128, 96, |_, _| 0.0) }, None);
         let noted = job(&pitched, &other).expect("there is enough");
         for words in [
             "the pitch along the line is 0.1000 mm in SIM and 0.2000 mm in REAL",

@@ -1,6 +1,6 @@
 //! Windows of scans for the classifier of [`super::gap`].
 //!
-//! **A window** is 32 x 32 pixels of which at least half have a height. What is missing beyond that is counted by the
+//! **A window** is 32 x 32 pixels of which at least half count (of the object, where that is known) and have a height. What is missing beyond that is counted by the
 //! share of missing heights, and would here only tell how much of the field the object fills; single missing pixels
 //! stay, as a mask. From its heights the plane through the measured ones (least squares) is taken out, for height and
 //! slope of a part say nothing about the instrument. Reflectance is rounded to whole digital numbers of 8 bits, which
@@ -82,8 +82,8 @@ impl GapSide {
         Self { scans, ..Self::default() }
     }
 
-    /// Cuts the windows of a scan.
-    pub fn add(&mut self, maps: &ScanMaps) {
+    /// Cuts the windows of a scan, of which pixels that `ignored` marks don't count, `[rows, cols]`.
+    pub fn add(&mut self, maps: &ScanMaps, ignored: Option<&[bool]>) {
         let scan = self.added;
         self.added += 1;
         if maps.range.is_empty() {
@@ -96,9 +96,10 @@ impl GapSide {
         let per_row = across.last().map_or(0, |(block, _)| block + 1);
         let rows = starts(maps.rows);
         let is_measured = |row: usize, col: usize| {
-            let known =
-                (row..row + WINDOW_SIDE_PX).flat_map(|row| &maps.range[row * maps.cols + col..][..WINDOW_SIDE_PX]);
-            2 * known.filter(|z| z.is_finite()).count() >= WINDOW_PIXELS
+            let pixels = (row..row + WINDOW_SIDE_PX)
+                .flat_map(|row| row * maps.cols + col..row * maps.cols + col + WINDOW_SIDE_PX);
+            let counts = |i: &usize| maps.range[*i].is_finite() && ignored.is_none_or(|ignored| !ignored[*i]);
+            2 * pixels.filter(counts).count() >= WINDOW_PIXELS
         };
         let places: Vec<[usize; 3]> = rows
             .iter()
@@ -228,7 +229,7 @@ pub(super) mod tests {
     fn a_plane_is_taken_out() {
         let mut side = GapSide::new(4);
         let tilted = |x: usize, y: usize| if x == 5 { f64::NAN } else { 40.0 + 0.2 * x as f64 - 0.05 * y as f64 };
-        side.add(&scan(40, 33, tilted));
+        side.add(&scan(40, 33, tilted), None);
         let [window] = side.windows.as_slice() else { panic!("{} windows", side.windows.len()) };
         for (i, z) in window.range.iter().enumerate() {
             let light = window.reflectance.as_ref().map(|dn| dn[i]);
@@ -243,7 +244,7 @@ pub(super) mod tests {
     fn blocks_keep_their_distance() {
         let cut = |scans: usize| {
             let mut side = GapSide::new(scans);
-            side.add(&scan(160, 96, |_, _| 0.0));
+            side.add(&scan(160, 96, |_, _| 0.0), None);
             side.windows.iter().map(|window| window.block).collect::<Vec<_>>()
         };
         assert_eq!(cut(4).len(), 15);
@@ -256,10 +257,10 @@ pub(super) mod tests {
     #[test]
     fn half_of_the_heights_are_needed() {
         let mut side = GapSide::new(2);
-        side.add(&scan(32, 32, |_, y| if y < 15 { 1.0 } else { f64::NAN }));
+        side.add(&scan(32, 32, |_, y| if y < 15 { 1.0 } else { f64::NAN }), None);
         assert_eq!(side.windows.len(), 0);
-        side.add(&scan(32, 32, |_, y| if y < 16 { 1.0 } else { f64::NAN }));
-        side.add(&scan(32, 32, |_, _| 1.0));
+        side.add(&scan(32, 32, |_, y| if y < 16 { 1.0 } else { f64::NAN }), None);
+        side.add(&scan(32, 32, |_, _| 1.0), None);
         let parts: Vec<_> = side.windows.iter().map(|window| (window.scan, window.block)).collect();
         assert_eq!(parts, [(1, 1), (2, 2)]);
     }

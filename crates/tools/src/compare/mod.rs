@@ -24,6 +24,7 @@ mod plots;
 mod ply_frame;
 mod point_grid;
 pub(crate) mod power_spectrum;
+mod scan_part;
 mod source;
 pub mod speckle;
 mod stated_frame;
@@ -36,6 +37,7 @@ pub(crate) use dataset_frame::frame_of;
 pub use gap::{Gap, GapAccuracy, GapJob};
 pub use gap_process::GapStop;
 pub use gap_windows::{GapPart, GapSide};
+pub use scan_part::{ScanMask, ScanRegion};
 pub use source::ScanSource;
 pub use stated_scale::{CountScale, CsvForm, MissingNumber, StatedForm, StatedScale};
 pub use statistics::{ScanStatistics, StatisticsBuilder};
@@ -45,6 +47,8 @@ pub use statistics::{ScanStatistics, StatisticsBuilder};
 pub struct SensorFrame {
     /// Columns [px].
     pub cols: usize,
+    /// Profile of the scan that it is of, where that is known.
+    pub profile: Option<usize>,
     /// Digital numbers `[rows, cols]`, row-major [DN of 8 bits].
     pub dn: Vec<u8>,
 }

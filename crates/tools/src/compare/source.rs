@@ -144,6 +144,25 @@ impl ScanSource {
         self.len() == 0
     }
 
+    /// Whether it is a dataset, whose labels tell the object.
+    pub fn is_dataset(&self) -> bool {
+        matches!(self.kind, ScanFiles::Dataset(..))
+    }
+
+    /// Frame number `i` with the pixels that show no object, `[rows, cols]`; `None` where no labels tell them. Sensor frames are dark
+    /// there.
+    ///
+    /// # Errors
+    /// Where it is damaged, or holds no heights.
+    pub fn object(&self, i: usize) -> Result<(ScanMaps, Option<Vec<bool>>), Fault> {
+        let mut maps = self.frame(i)?;
+        let ignored = match &self.kind {
+            ScanFiles::Dataset(dataset, chosen) => dataset_frame::beside_object(dataset, chosen[i], &mut maps)?,
+            ScanFiles::Described(_) | ScanFiles::Stated(..) => None,
+        };
+        Ok((maps, ignored))
+    }
+
     /// Frame number `i` below [`ScanSource::len`].
     ///
     /// # Errors
@@ -250,7 +269,7 @@ fn icon_file(path: &Path) -> Result<ScanMaps, Fault> {
     let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     match icon::open(path)? {
         Content::Image(image) => {
-            let exposures = vec![SensorFrame { cols: image.cols, dn: image.dn }];
+            let exposures = vec![SensorFrame { cols: image.cols, profile: None, dn: image.dn }];
             Ok(ScanMaps { name, exposures, ..ScanMaps::default() })
         }
         Content::Scan(mut reader) => {

@@ -28,6 +28,7 @@ impl Default for DnHistogram {
 #[derive(Clone, Default)]
 pub struct StatisticsBuilder {
     name: String,
+    part: String,
     frames: u64,
     unit: Option<RangeUnit>,
     sizes: Vec<(usize, usize)>,
@@ -54,6 +55,8 @@ pub struct StatisticsBuilder {
 pub struct ScanStatistics {
     /// What it is called.
     pub name: String,
+    /// Which pixels of its scans count, in words.
+    pub part: String,
     /// Scans.
     pub frames: u64,
     /// What Range is in the first scan; `None` where there is none. Noise is given in thousandths of it [um or mpx].
@@ -108,6 +111,19 @@ impl StatisticsBuilder {
     /// For frames that have a name together.
     pub fn new(name: &str) -> Self {
         Self { name: name.into(), ..Self::default() }
+    }
+
+    /// Says which pixels of the frames count, in words.
+    #[must_use]
+    pub fn of_part(self, part: &str) -> Self {
+        Self { part: part.into(), ..self }
+    }
+
+    /// Adds a frame without the pixels that `ignored` marks, `[rows, cols]`: they count neither as measured nor as missing.
+    pub fn add_part(&mut self, frame: &ScanMaps, ignored: &[bool]) {
+        self.add(&frame.without(ignored));
+        let left_out = ignored.iter().filter(|ignored| **ignored).count() as u64;
+        (self.pixels, self.missing) = (self.pixels - left_out, self.missing - left_out);
     }
 
     /// Adds a frame.
@@ -192,6 +208,7 @@ impl StatisticsBuilder {
             [self.scatter, self.contrast, self.widths, self.sigmas].map(EmpiricalDistribution::new);
         ScanStatistics {
             name: self.name,
+            part: self.part,
             frames: self.frames,
             unit: self.unit,
             size: self.sizes.first().copied().unwrap_or_default(),
@@ -239,6 +256,7 @@ fn light_sample(counts: &[u64; 256]) -> EmpiricalDistribution {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::compare::ScanRegion;
     use crate::compare::power_spectrum::FREQUENCIES;
 
     /// Shares by hand: two of eight missing, one of six saturated, the least number that has a height.
@@ -266,6 +284,35 @@ mod tests {
         assert_eq!(found.scatter.map(|[_, middle, _]| middle), Some(65.0));
     }
 
+    /// Pixels that don't count are neither measured nor missing, and leave no noise; their light counts nowhere.
+    #[test]
+    fn a_part_is_counted_alone() {
+        let height = |i: usize| if i % 80 < 40 { ((i * 7919) % 101) as f64 * 0.001 } else { ((i * 7919) % 89) as f64 };
+        let range: Vec<f64> = (0..80 * 60).map(|i| if i % 7 == 0 { f64::NAN } else { height(i) }).collect();
+        let reflectance = Some((0..80 * 60).map(|i| if i % 80 < 40 { 100.0 } else { 9.0 }).collect());
+        let frame = ScanMaps { cols: 80, rows: 60, range, reflectance, ..ScanMaps::default() };
+        let mut half = frame.clone();
+        let region = ScanRegion { left: 0, top: 0, columns: 40, profiles: 60 };
+        let inside = half.cut_to(None, Some(region), None).expect("it lies inside");
+        assert_eq!(inside, Some(vec![false; 40 * 60]));
+        let of = |frame: &ScanMaps, ignored: &[bool]| {
+            let mut builder = StatisticsBuilder::new("part");
+            builder.add_part(frame, ignored);
+            ScanStatistics { size: (0, 0), ..builder.statistics() }
+        };
+        let ignored: Vec<bool> = (0..80 * 60).map(|i| i % 80 >= 40).collect();
+        assert_eq!(of(&frame, &ignored).missing, of(&half, &[]).missing);
+        assert_eq!(of(&frame, &ignored).light_sample, of(&half, &[]).light_sample);
+        assert_eq!(of(&frame, &ignored).least_reflectance, Some(100.0));
+        assert_eq!((of(&frame, &[]).least_reflectance, of(&frame, &ignored).ends), (Some(9.0), of(&half, &[]).ends));
+        let nothing = of(&frame, &[true; 80 * 60]);
+        assert_eq!((nothing.missing, nothing.noise, nothing.ends), (None, [None; 2], None));
+        for (left, columns) in [(41, 40), (usize::MAX, 2)] {
+            let beyond = ScanRegion { left, columns, ..region };
+            assert!(half.cut_to(None, Some(beyond), None).is_err());
+        }
+    }
+
     /// A frame twice is what it is once; nothing at all says nothing.
     #[test]
     fn frames_add_up() {
@@ -274,7 +321,7 @@ mod tests {
         let range: Vec<f64> = (0..96 * 80).map(height).collect();
         let reflectance = Some((0..96 * 80).map(light).collect());
         let column = [0, 0, 0, 0, 50, 100, 50, 0, 0, 0];
-        let exposures = vec![crate::compare::SensorFrame { cols: 1, dn: column.to_vec() }];
+        let exposures = vec![crate::compare::SensorFrame { cols: 1, profile: None, dn: column.to_vec() }];
         let frame = ScanMaps { cols: 96, rows: 80, range, reflectance, exposures, ..ScanMaps::default() };
         let of = |times: usize| {
             let mut builder = StatisticsBuilder::new("n");

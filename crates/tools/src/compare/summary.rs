@@ -99,11 +99,7 @@ pub fn summary(maps: &ScanMaps, ignored: Option<&[bool]>) -> Vec<SummaryStatisti
     let whole;
     let (maps, counted) = match ignored {
         Some(ignored) => {
-            let mut cut = maps.clone();
-            for (z, _) in cut.range.iter_mut().zip(ignored).filter(|(_, ignored)| **ignored) {
-                *z = f64::NAN;
-            }
-            whole = cut;
+            whole = maps.without(ignored);
             (&whole, ignored.iter().filter(|ignored| !**ignored).count())
         }
         None => (maps, maps.range.len()),
