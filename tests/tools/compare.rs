@@ -218,6 +218,33 @@ fn the_page_is_a_picture() {
     assert!(page.width() > 1000 && page.height() > 700);
 }
 
+/// Files of any other kind are told as such, with a list of what can be read, on either side and by `gen fit` too; the list is of
+/// kinds that are read: each is refused for another reason.
+#[test]
+fn what_can_be_read_is_listed() {
+    let place = Place::with(&[]);
+    let all = "give a dataset, a folder of scans, or a scan (.exr, .xml with .dat, .json, .png, .tif, .tiff, .csv, .tsv, .txt, .asc, \
+               .xyz, .ply)";
+    for name in ["q.bmp", "q.npy", "q.pcd", "q.jpg", "q.BMP", "q.yaml", "q", "q.bmp.old"] {
+        place.write(name, "nothing");
+        for arguments in [format!("compare {name} {name}"), format!("fit --recipe tiny.yaml --real {name} --out a.yaml")] {
+            let run = place.run(&arguments);
+            assert!(run.code == 1 && run.err.contains(all), "gen {arguments}: {}", run.err);
+            assert!(run.err.contains(name) && !run.err.contains(".xml:"), "gen {arguments}: {}", run.err);
+        }
+    }
+    let recipe = place.run("compare tiny.yaml q.bmp");
+    assert!(recipe.err.contains("gen --recipe FILE --out DIR"), "{}", recipe.err);
+    let listed = all.split_once("a scan (").expect("it lists").1.trim_end_matches(')').split(", ");
+    for ending in listed.map(|words| words.split(' ').next().expect("an ending")) {
+        for name in [format!("a{ending}"), format!("a{}", ending.to_uppercase())] {
+            place.write(&name, "x x x\nx x x\n");
+            let run = place.run(&format!("compare {name} {name}"));
+            assert!(run.code == 1 && !run.err.contains("are not read"), "{name}: {}", run.err);
+        }
+    }
+}
+
 /// Whatever cannot be used is told with its place and a remedy, and nothing is left behind.
 #[test]
 fn faults_name_the_remedy() {
@@ -227,7 +254,7 @@ fn faults_name_the_remedy() {
     std::fs::create_dir(place.path("empty")).expect("the folder is ours");
     for (arguments, words) in [
         ("compare nowhere planks", "it is not there; name a dataset"),
-        ("compare planks empty", "no scan (.exr, .xml with .dat, .json, .png, .tif, .csv, .ply)"),
+        ("compare planks empty", "no scan (.exr, .xml with .dat, .json, .png, .tif, .tiff, .csv, .ply)"),
         ("compare planks no.json", "docs/compare.md"),
         ("compare planks no.exr", "copy it again"),
         ("compare planks planks --out nowhere/page.png", "there is no folder nowhere"),

@@ -253,6 +253,47 @@ fn ply_is_the_dataset() {
     assert_eq!(um["range_noise_um"], real["range_noise_um"]);
 }
 
+/// A surface as a Gocator exports it has the statistics of the dataset, with nothing stated; `.xyz` are points without being told.
+#[test]
+fn exports_say_what_they_are() {
+    let sample = Sample::new();
+    let [col, row] = sample.pitch;
+    let rows = sample.range.len() / sample.cols;
+    let number = |z: f64| if z.is_nan() { String::new() } else { z.to_string() };
+    let grid = |at: &dyn Fn(usize) -> String| {
+        let mut text = "Y\\X".to_owned();
+        (0..sample.cols).for_each(|i| text += &format!(",{}", (i as f64 - 7.0) * col));
+        for j in 0..rows {
+            text += &format!("\r\n{}", j as f64 * row);
+            (0..sample.cols).for_each(|i| text += &format!(",{}", at(j * sample.cols + i)));
+        }
+        text + "\r\nEnd\r\n"
+    };
+    let head = format!("Info\r\nCSV Version,XResolution,YResolution\r\n2,{col:.3},{row:.3}\r\nEnd\r\nFrame\r\n0\r\nEnd\r\nPart\r\n");
+    let range = head + "Frame,Source,Row Count,X Offset\r\n0,0,48,-0.5\r\n" + &grid(&|i| number(sample.height(i)));
+    let dn = |i: usize| if sample.range[i] > 0 { sample.reflectance[i].to_string() } else { String::new() };
+    sample.place.write("gocator.csv", &range);
+    sample.is_alike("gocator.csv", false);
+    sample.place.write("lit.csv", range.clone() + "PartIntensity\r\n" + &grid(&dn));
+    let [sim, real] = sample.compare("lit.csv");
+    for key in ["least_reflectance_dn", "saturated_share", "speckle_contrast"] {
+        assert_eq!(sim[key], real[key], "{key}");
+    }
+    let points: String = sample.points().iter().map(|[x, y, z]| format!("{x} {y} {z} 0 0 1\n")).collect();
+    sample.place.write("cloud.xyz", points);
+    sample.is_alike(&format!("cloud.xyz --mm-per-count 1 --cols {}", sample.cols), false);
+    for (arguments, words) in [
+        ("gocator.csv --mm-per-count 1", "names the unit of heights itself"),
+        ("gocator.csv --col-mm 0.1", "leave --col-mm away"),
+        ("gocator.csv --csv grid", "leave --csv away"),
+        ("gocator.csv --cols 64", "leave --cols away"),
+        ("lit.csv --reflectance maps/reflectance/00000000.png", "holds its own intensity"),
+        ("cloud.xyz", "--mm-per-count (1 where they are mm)"),
+    ] {
+        sample.refuses(arguments, 1, words);
+    }
+}
+
 /// Every option changes what it is about.
 #[test]
 fn every_option_has_an_effect() {
@@ -313,7 +354,7 @@ fn nothing_is_guessed() {
         (format!("{png} {counts} --reflectance wide.png"), 1, "give --bits, 8 to 16"),
         (format!("{png} {counts} --reflectance wide.png --bits 9"), 1, "no digital number of 9 bits"),
         (format!("{png} {counts} --reflectance other.png"), 1, "give maps on one grid"),
-        (format!("{png} {counts} --reflectance organised.ply"), 1, "cloud of points"),
+        (format!("{png} {counts} --reflectance organised.ply"), 1, "no map alone"),
         (format!("{png} {counts} --reflectance maps/reflectance/00000000.png --bits 12"), 1, "has 8 bits, not 12"),
         (format!("{png} {counts} --bits 8"), 2, "--bits: no effect"),
         (format!("{png} {counts} --csv grid"), 2, "--csv: no effect"),

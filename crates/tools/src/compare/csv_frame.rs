@@ -10,10 +10,12 @@
 //! The separator is the first of tab, semicolon, comma that the first line has, else blanks. Numbers have a decimal point. A
 //! header that names x, y and z makes the lines points; `reflectance` (or `intensity`) and `scatter` are read beside
 //! them, other names are not. A unit may follow a name: `x_mm`, `z [um]`. Lines without a header are a grid where they have six
-//! fields or more; three to five may be either, which the user has to state.
+//! fields or more; three to five may be either, which the user has to state. `.xyz` holds points by nature, of whose fields the
+//! first three count where there are more than five (normals, colours). What a Gocator exports is read as it is ([`gocator_frame`]).
 
 use std::path::Path;
 
+use super::gocator_frame::{self, GocatorSurface};
 use super::map_numbers::{MAX_PIXELS, MapNumbers, ScanPoints};
 use super::stated_scale::CsvForm;
 use dataset::{Fault, atomic_file};
@@ -32,6 +34,8 @@ pub(super) enum CsvContent {
     Grid(MapNumbers),
     /// Points.
     Points(ScanPoints),
+    /// A surface that says its scale itself.
+    Surface(GocatorSurface),
 }
 
 /// Reads a file; `form` is what the user says of its lines.
@@ -42,25 +46,26 @@ pub(super) fn read(path: &Path, form: Option<CsvForm>) -> Result<CsvContent, Fau
     let Ok(text) = std::str::from_utf8(&bytes) else {
         return Err(Fault::at(path, "it is no text in UTF-8", "save it as text in UTF-8"));
     };
-    content(text, form).map_err(|(what, remedy)| Fault::at(path, what, remedy))
+    let is_cloud = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("xyz"));
+    content(text, form, is_cloud).map_err(|(what, remedy)| Fault::at(path, what, remedy))
 }
 
 /// What is wrong, and what to do.
-type Refusal = (String, &'static str);
+pub(super) type Refusal = (String, &'static str);
 
 /// How fields of a line are divided.
 #[derive(Debug, Clone, Copy)]
-enum Separator {
+pub(super) enum Separator {
     Sign(char),
     Blanks,
 }
 
 impl Separator {
-    fn of(line: &str) -> Self {
+    pub(super) fn of(line: &str) -> Self {
         ['\t', ';', ','].into_iter().find(|sign| line.contains(*sign)).map_or(Self::Blanks, Self::Sign)
     }
 
-    fn fields(self, line: &str) -> impl Iterator<Item = &str> {
+    pub(super) fn fields(self, line: &str) -> impl Iterator<Item = &str> {
         let (signs, blanks) = match self {
             Self::Sign(sign) => (Some(line.split(sign)), None),
             Self::Blanks => (None, Some(line.split_whitespace())),
@@ -71,7 +76,7 @@ impl Separator {
 }
 
 /// A number; NaN where it is missing, `None` where the field is something else.
-fn number(field: &str) -> Option<f64> {
+pub(super) fn number(field: &str) -> Option<f64> {
     if field.is_empty() || ["nan", "na", "null"].iter().any(|word| field.eq_ignore_ascii_case(word)) {
         return Some(f64::NAN);
     }
@@ -105,7 +110,14 @@ fn number_with_comma(field: &str) -> bool {
     field.replacen(',', ".", 1).parse::<f64>().is_ok()
 }
 
-fn content(text: &str, form: Option<CsvForm>) -> Result<CsvContent, Refusal> {
+fn content(text: &str, form: Option<CsvForm>, is_cloud: bool) -> Result<CsvContent, Refusal> {
+    if gocator_frame::is_export(text) {
+        return match form {
+            None => gocator_frame::surface(text).map(CsvContent::Surface),
+            Some(_) => Err(("it is a Gocator's export, which says what its lines are".into(), "leave --csv away")),
+        };
+    }
+    let form = form.or(is_cloud.then_some(CsvForm::Points));
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let lines = text.lines().enumerate().map(|(i, line)| (i + 1, line));
     let mut lines = lines.filter(|(_, line)| !line.trim().is_empty() && !line.trim_start().starts_with('#')).peekable();
@@ -128,7 +140,7 @@ fn content(text: &str, form: Option<CsvForm>) -> Result<CsvContent, Refusal> {
             let remedy = "name them so, or give --csv grid where each line is a profile";
             return Err(("its header does not name x, y and z".into(), remedy));
         }
-        (None, Some(CsvForm::Points)) => Some(PointColumns::in_order(names.len())?),
+        (None, Some(CsvForm::Points)) => Some(PointColumns::in_order(names.len(), is_cloud)?),
         (None, Some(CsvForm::Grid)) => None,
         (None, None) if names.len() > FIELDS => None,
         (None, None) => {
@@ -201,14 +213,15 @@ impl PointColumns {
         Ok(Some(Self { fields: names.len(), at, unit_mm: units[0] }))
     }
 
-    /// Those of lines without a header.
-    fn in_order(fields: usize) -> Result<Self, Refusal> {
-        if !(3..=FIELDS).contains(&fields) {
+    /// Those of lines without a header; of clouds that have more than a scan has, x, y and z alone.
+    fn in_order(fields: usize, is_cloud: bool) -> Result<Self, Refusal> {
+        let is_longer = is_cloud && fields > FIELDS;
+        if !(3..=FIELDS).contains(&fields) && !is_longer {
             let what = format!("its lines have {fields} fields, and points are x, y, z, Reflectance and Scatter");
             return Err((what, "give three to five, or name them in a header"));
         }
         let mut at = [None; FIELDS];
-        at.iter_mut().take(fields).enumerate().for_each(|(field, at)| *at = Some(field));
+        at.iter_mut().take(if is_longer { 3 } else { fields }).enumerate().for_each(|(field, at)| *at = Some(field));
         Ok(Self { fields, at, unit_mm: None })
     }
 }
@@ -273,14 +286,14 @@ mod tests {
     use super::*;
 
     fn map(text: &str, form: Option<CsvForm>) -> MapNumbers {
-        match content(text, form) {
+        match content(text, form, false) {
             Ok(CsvContent::Grid(map)) => map,
             other => panic!("{other:?} is no grid of {text}"),
         }
     }
 
     fn cloud(text: &str, form: Option<CsvForm>) -> ScanPoints {
-        match content(text, form) {
+        match content(text, form, false) {
             Ok(CsvContent::Points(points)) => points,
             other => panic!("{other:?} are no points of {text}"),
         }
@@ -316,6 +329,21 @@ mod tests {
         assert_eq!((found.reflectance, found.scatter), (Some(vec![4.0]), Some(vec![5.0])));
     }
 
+    /// `.xyz` are points, whatever the number of their fields; what is stated holds all the same.
+    #[test]
+    fn clouds_are_points_by_nature() {
+        let places = |text: &str| match content(text, None, true) {
+            Ok(CsvContent::Points(points)) => (points.places[0], points.reflectance),
+            other => panic!("{other:?} are no points of {text}"),
+        };
+        assert_eq!(places("1 2 3\n4 5 6\n"), ([1.0, 2.0, 3.0], None));
+        assert_eq!(places("1 2 3 77\n"), ([1.0, 2.0, 3.0], Some(vec![77.0])));
+        assert_eq!(places("1 2 3 255 0 9\n"), ([1.0, 2.0, 3.0], None));
+        assert_eq!(places("1,2,3,0,0,1,9,9\n"), ([1.0, 2.0, 3.0], None));
+        assert!(matches!(content("1 2 3\n4 5 6\n", Some(CsvForm::Grid), true), Ok(CsvContent::Grid(_))));
+        assert!(content("1 2\n", None, true).is_err());
+    }
+
     /// What is wrong is told with line and field, what is ambiguous with the option that decides.
     #[test]
     fn faults_name_line_and_remedy() {
@@ -343,7 +371,7 @@ mod tests {
             ("1,2\n", Some(CsvForm::Points), "three to five"),
             ("a,b,c\n1,2,3\n", Some(CsvForm::Points), "does not name"),
         ] {
-            let (what, remedy) = content(text, form).expect_err(words);
+            let (what, remedy) = content(text, form, false).expect_err(words);
             let told = format!("{what}; {remedy}");
             assert!(told.contains(words), "'{words}' is not in: {told}");
         }

@@ -15,6 +15,7 @@ mod exr_frame;
 mod gap;
 mod gap_process;
 mod gap_windows;
+mod gocator_frame;
 mod grey_image;
 mod json_frame;
 pub(crate) mod line_width;

@@ -33,10 +33,44 @@ enum ScanFiles {
     Stated(Vec<MapFiles>, Box<StatedScale>),
 }
 
-/// Endings of files that hold a frame and say what its numbers are.
-const FRAME_EXTENSIONS: [&str; 3] = ["exr", "xml", "json"];
-/// Endings of files of bare numbers that are looked for in folders.
-const STATED_EXTENSIONS: [&str; 5] = ["png", "tif", "tiff", "csv", "ply"];
+/// How a file that says what its numbers are is read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum DescribedForm {
+    Exr,
+    Json,
+    Icon,
+}
+
+impl DescribedForm {
+    /// Endings of such files, how a list names them, and whether a folder of them is looked through for scans.
+    const ENDINGS: [(&'static str, Self, &'static str, bool); 4] = [
+        ("exr", Self::Exr, ".exr", true),
+        ("xml", Self::Icon, ".xml with .dat", true),
+        ("dat", Self::Icon, "", false),
+        ("json", Self::Json, ".json", true),
+    ];
+
+    /// That of a file by its ending; a name without one may stand for the two files of the camera.
+    fn of(path: &Path) -> Option<Self> {
+        let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
+        let known = Self::ENDINGS.iter().find(|(known, ..)| known.eq_ignore_ascii_case(ending));
+        known.map(|(_, form, ..)| *form).or_else(|| described_by(path).is_file().then_some(Self::Icon))
+    }
+}
+
+/// `NAME.xml` of a file of the camera that is given as `NAME`.
+fn described_by(path: &Path) -> PathBuf {
+    PathBuf::from(format!("{}.xml", path.display()))
+}
+
+/// The endings of all files that can be read, in words; of folders those that are looked for in them.
+fn readable(in_folders: bool) -> String {
+    let described = DescribedForm::ENDINGS.iter().filter(|(.., words, _)| !words.is_empty());
+    let described = described.filter(|(.., looked)| *looked || !in_folders).map(|(.., words, _)| (*words).to_owned());
+    let stated = StatedForm::ENDINGS.iter().filter(|(.., looked)| *looked || !in_folders);
+    described.chain(stated.map(|(ending, ..)| format!(".{ending}"))).collect::<Vec<_>>().join(", ")
+}
+
 /// Remedy where nothing is found.
 const NAME_A_SCAN: &str = "name a dataset, a folder of scans, or a scan";
 
@@ -56,16 +90,18 @@ impl ScanSource {
         }
         let stated_files = |files: Vec<MapFiles>| ScanFiles::Stated(files, Box::new(stated.clone()));
         if !path.is_dir() {
-            if !path.exists() && !path.with_extension("xml").exists() {
+            let form = DescribedForm::of(path);
+            if !path.exists() && !path.with_extension("xml").is_file() && !described_by(path).is_file() {
                 return Err(Fault::at(path, "it is not there", NAME_A_SCAN));
             }
-            let kind = match StatedForm::of(path) {
-                Some(_) => stated_files(vec![beside(path, None)?]),
-                None => ScanFiles::Described(vec![path.into()]),
+            let kind = match (StatedForm::of(path), form) {
+                (Some(_), _) => stated_files(vec![beside(path, None)?]),
+                (None, Some(_)) => ScanFiles::Described(vec![path.into()]),
+                (None, None) => return Err(unknown(path)),
             };
             return Ok(Self { name, kind });
         }
-        let described = files_in(path, |ending| FRAME_EXTENSIONS.contains(&ending))?;
+        let described = files_in(path, is_described)?;
         let kind = if described.is_empty() {
             let (folder, root) = match path.join("range") {
                 range if range.is_dir() => (range, Some(path)),
@@ -80,8 +116,7 @@ impl ScanSource {
         };
         let source = Self { name, kind };
         if source.is_empty() {
-            let kinds = ".exr, .xml with .dat, .json, .png, .tif, .csv, .ply";
-            let what = format!("it holds no {DATASET} and no scan ({kinds})");
+            let what = format!("it holds no {DATASET} and no scan ({})", readable(true));
             return Err(Fault::at(path, what, NAME_A_SCAN));
         }
         Ok(source)
@@ -173,10 +208,10 @@ impl ScanSource {
             ScanFiles::Stated(files, stated) => stated_frame::read(&files[i], stated),
             ScanFiles::Described(files) => {
                 let path = &files[i];
-                match path.extension().and_then(|extension| extension.to_str()) {
-                    Some("exr") => exr_frame::read(path),
-                    Some("json") => json_frame::read(path),
-                    _ => icon_file(path),
+                match DescribedForm::of(path) {
+                    Some(DescribedForm::Exr) => exr_frame::read(path),
+                    Some(DescribedForm::Json) => json_frame::read(path),
+                    Some(DescribedForm::Icon) | None => icon_file(path),
                 }
             }
         }
@@ -196,7 +231,24 @@ fn few(files: Vec<PathBuf>, most: u64) -> Vec<PathBuf> {
 
 /// Whether files of bare numbers have this ending.
 fn is_stated(ending: &str) -> bool {
-    STATED_EXTENSIONS.iter().any(|known| ending.eq_ignore_ascii_case(known))
+    StatedForm::ENDINGS.iter().any(|(known, _, looked)| *looked && ending.eq_ignore_ascii_case(known))
+}
+
+/// Whether files that say what their numbers are have this ending.
+fn is_described(ending: &str) -> bool {
+    DescribedForm::ENDINGS.iter().any(|(known, .., looked)| *looked && ending.eq_ignore_ascii_case(known))
+}
+
+/// The fault of a file that is of no kind that can be read.
+fn unknown(path: &Path) -> Fault {
+    let ending = path.extension().map(|ending| one_line(ending.to_string_lossy()));
+    let what = match &ending {
+        Some(ending) => format!("files that end in .{ending} are not read"),
+        None => "its name has no ending that says what it is".to_owned(),
+    };
+    let is_recipe = ending.is_some_and(|ending| ["yaml", "yml"].contains(&ending.to_lowercase().as_str()));
+    let hint = if is_recipe { "; `gen --recipe FILE --out DIR` makes a dataset of a recipe" } else { "" };
+    Fault::at(path, what, format!("give a dataset, a folder of scans, or a scan ({}){hint}", readable(false)))
 }
 
 /// Files of a folder with endings that are `known`, in the order of their names; what an export says of itself is none.

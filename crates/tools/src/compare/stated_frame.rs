@@ -4,6 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use super::csv_frame::CsvContent;
+use super::gocator_frame::GocatorSurface;
 use super::map_numbers::{MapNumbers, ScanPoints};
 use super::stated_scale::{self, CsvForm, StatedForm, StatedScale};
 use super::{RangeUnit, ScanMaps, csv_frame, grey_image, ply_frame, point_grid};
@@ -24,7 +25,8 @@ pub(super) struct MapFiles {
 pub(super) fn read(files: &MapFiles, stated: &StatedScale) -> Result<ScanMaps, Fault> {
     let path = &files.range;
     let mut maps = match content(path, stated.csv)? {
-        CsvContent::Grid(map) => of_map(files, stated, &map)?,
+        CsvContent::Grid(map) => of_map(files, stated, &map, None)?,
+        CsvContent::Surface(surface) => of_surface(files, stated, &surface)?,
         CsvContent::Points(points) => of_points(files, stated, &points)?,
     };
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
@@ -40,17 +42,45 @@ fn content(path: &Path, csv: Option<CsvForm>) -> Result<CsvContent, Fault> {
     }
 }
 
-fn of_map(files: &MapFiles, stated: &StatedScale, map: &MapNumbers) -> Result<ScanMaps, Fault> {
+/// A surface that says itself how it is scaled.
+fn of_surface(files: &MapFiles, stated: &StatedScale, surface: &GocatorSurface) -> Result<ScanMaps, Fault> {
+    let path = &files.range;
+    let options = [(stated.col_mm, surface.pitch_mm[0], "--col-mm"), (stated.row_mm, surface.pitch_mm[1], "--row-mm")];
+    if let Some((.., option)) = options.iter().find(|(stated, told, _)| stated.is_some() && told.is_some()) {
+        return Err(Fault::at(path, "it says itself where its points are", format!("leave {option} away")));
+    }
+    let mut maps = of_map(files, stated, &surface.range, Some(1.0))?;
+    maps.col_mm = maps.col_mm.or(surface.pitch_mm[0]);
+    maps.row_mm = maps.row_mm.or(surface.pitch_mm[1]);
+    maps.first_mm = Some(surface.first_mm);
+    if let Some(intensity) = &surface.intensity {
+        if let Some(other) = &files.reflectance {
+            let what = format!("it goes with {}, which holds its own intensity", path.display());
+            return Err(Fault::at(other, what, "leave it away"));
+        }
+        let light = stated_scale::reflectance(intensity, stated.bits(path, Some(8))?);
+        maps.reflectance = Some(light.map_err(|what| Fault::at(path, what, "export it again with intensity of 8 bits"))?);
+    }
+    Ok(maps)
+}
+
+/// A map; `unit_mm` is what the file says of one of its numbers [mm].
+fn of_map(
+    files: &MapFiles,
+    stated: &StatedScale,
+    map: &MapNumbers,
+    unit_mm: Option<f64>,
+) -> Result<ScanMaps, Fault> {
     let path = &files.range;
     if stated.cols.is_some() && StatedForm::of(path) == Some(StatedForm::Csv) {
         return Err(Fault::at(path, "it is a map, which says its columns itself", "leave --cols away"));
     }
-    let (unit, scale) = stated.height_scale(path, None)?;
+    let (unit, scale) = stated.height_scale(path, unit_mm)?;
     let range = stated.heights(path, &map.numbers, scale, map.bits.is_some())?;
     let beside = |other: &Option<PathBuf>| -> Result<Option<(PathBuf, MapNumbers)>, Fault> {
         let Some(other) = other else { return Ok(None) };
         let CsvContent::Grid(found) = content(other, Some(CsvForm::Grid))? else {
-            return Err(Fault::at(other, "it is a cloud of points", "give a map on the grid of Range"));
+            return Err(Fault::at(other, "it is no map alone", "give a map on the grid of Range"));
         };
         if (found.cols, found.rows) != (map.cols, map.rows) {
             let what = format!("it is {} x {}, and Range {} x {}", found.cols, found.rows, map.cols, map.rows);

@@ -49,15 +49,29 @@ pub enum StatedForm {
 }
 
 impl StatedForm {
+    /// Endings of such files, and whether a folder of them is looked through for scans.
+    pub(super) const ENDINGS: [(&'static str, Self, bool); 9] = [
+        ("png", Self::Image, true),
+        ("tif", Self::Image, true),
+        ("tiff", Self::Image, true),
+        ("csv", Self::Csv, true),
+        ("tsv", Self::Csv, false),
+        ("txt", Self::Csv, false),
+        ("asc", Self::Csv, false),
+        ("xyz", Self::Csv, false),
+        ("ply", Self::Ply, true),
+    ];
+
     /// That of a file by its ending.
     pub(super) fn of(path: &Path) -> Option<Self> {
-        let ending = path.extension()?.to_str()?.to_ascii_lowercase();
-        match ending.as_str() {
-            "png" | "tif" | "tiff" => Some(Self::Image),
-            "csv" | "tsv" | "txt" | "asc" | "xyz" => Some(Self::Csv),
-            "ply" => Some(Self::Ply),
-            _ => None,
-        }
+        let ending = path.extension()?.to_str()?;
+        let known = |(known, ..): &&(&str, Self, bool)| known.eq_ignore_ascii_case(ending);
+        Self::ENDINGS.iter().find(known).map(|(_, form, _)| *form)
+    }
+
+    /// Their endings, in words.
+    pub(super) fn words() -> String {
+        Self::ENDINGS.map(|(ending, ..)| format!(".{ending}")).join(", ")
     }
 }
 
@@ -98,7 +112,8 @@ impl StatedScale {
             && let Some((name, _)) = given.iter().find(|(_, given)| *given)
         {
             return Some(format!(
-                "{name}: no effect, for both sides say their scale themselves (it is of .png, .tif, .csv and .ply); {remedy}"
+                "{name}: no effect, for both sides say their scale themselves (it is of {}); {remedy}",
+                StatedForm::words()
             ));
         }
         if self.csv.is_some() && !forms.contains(&StatedForm::Csv) {
