@@ -76,6 +76,11 @@ struct ScanDescription {
     rows: usize,
     planes: Vec<&'static str>,
     traits: Traits,
+    /// Least and largest place along the line of a calibrated scan, and distance between two columns [mm].
+    x_mm: Option<[f64; 2]>,
+    col_mm: Option<f64>,
+    /// What the file holds and is not read.
+    unused: Vec<String>,
     /// Share of pixels without a height [1].
     missing: f64,
     /// Share of pixels of 255 DN [1].
@@ -92,6 +97,11 @@ impl ScanDescription {
         let mut planes = Vec::new();
         let (mut missing, mut low, mut high) = (0_usize, f64::INFINITY, f64::NEG_INFINITY);
         let (mut saturated, mut encoder): (usize, Option<[i32; 2]>) = (0, None);
+        let mut x_mm = match reader.traits() {
+            Traits::World(world) => Some([world.lower[0], world.upper[0]]),
+            Traits::Sensor(_) => None,
+        };
+        let (mut ends_of_places, mut col_mm): (Option<[f64; 2]>, _) = (None, None);
         for from in (0..reader.rows()).step_by(ROWS_AT_A_TIME) {
             let scan = reader.read(from, ROWS_AT_A_TIME)?;
             for z in scan.heights() {
@@ -99,6 +109,11 @@ impl ScanDescription {
                 (low, high) = (low.min(z), high.max(z));
             }
             saturated += scan.light_dn().map_or(0, |dn| dn.iter().filter(|dn| **dn == u8::MAX).count());
+            for x in scan.places().into_iter().flatten().filter(|x| x.is_finite()) {
+                let [low, high] = ends_of_places.unwrap_or([x; 2]);
+                ends_of_places = Some([low.min(x), high.max(x)]);
+            }
+            col_mm = col_mm.or_else(|| scan.col_mm());
             if let Some(marks) = &scan.marks
                 && let (Some(first), Some(last)) = (marks.first(), marks.last())
             {
@@ -106,6 +121,7 @@ impl ScanDescription {
             }
             planes = names(&scan);
         }
+        x_mm = ends_of_places.or(x_mm);
         let (cols, rows) = (reader.width(), reader.rows());
         let share = |count: usize| count as f64 / (cols * rows).max(1) as f64;
         Ok(Self {
@@ -113,6 +129,9 @@ impl ScanDescription {
             rows,
             planes,
             traits: reader.traits(),
+            x_mm,
+            col_mm,
+            unused: reader.unused().to_vec(),
             missing: share(missing),
             saturated: share(saturated),
             ends: (low <= high).then_some([low, high]),
@@ -135,10 +154,9 @@ impl ScanDescription {
             }
             Traits::World(world) => {
                 let step = world.row_mm.map_or("unknown".into(), |mm| format!("{mm} mm"));
-                let [from, to] = [world.lower[0], world.upper[0]];
-                let col = world.col_mm(self.cols);
-                let _ =
-                    writeln!(text, "calibrated: x {from} to {to} mm, {col:.6} mm a column; between profiles {step}");
+                let [from, to] = self.x_mm.unwrap_or([f64::NAN; 2]);
+                let col = self.col_mm.map_or("unknown".into(), |mm| format!("{mm:.6} mm"));
+                let _ = writeln!(text, "calibrated: x {from} to {to} mm, {col} a column; between profiles {step}");
                 "mm"
             }
         };
@@ -150,6 +168,9 @@ impl ScanDescription {
         if let Some([first, last]) = self.encoder {
             let _ = writeln!(text, "encoder {first} to {last}");
         }
+        if !self.unused.is_empty() {
+            let _ = writeln!(text, "not read: {}", self.unused.join(", "));
+        }
         text
     }
 
@@ -158,7 +179,7 @@ impl ScanDescription {
         let mut document = json!({
             "schema_version": SCHEMA_VERSION, "content": "scan", "columns": self.cols, "profiles": self.rows,
             "planes": self.planes, "missing_share": self.missing, "saturated_share": self.saturated,
-            "encoder": self.encoder,
+            "encoder": self.encoder, "unused": self.unused,
         });
         let of_traits = match &self.traits {
             Traits::Sensor(sensor) => json!({
@@ -166,8 +187,8 @@ impl ScanDescription {
                 "origin_px": sensor.origin, "rows_per_step": sensor.scale[1],
             }),
             Traits::World(world) => json!({
-                "calibrated": true, "range_mm": self.ends, "x_mm": [world.lower[0], world.upper[0]],
-                "col_mm": world.col_mm(self.cols), "row_mm": world.row_mm,
+                "calibrated": true, "range_mm": self.ends, "x_mm": self.x_mm,
+                "col_mm": self.col_mm, "row_mm": world.row_mm,
             }),
         };
         if let (Value::Object(document), Value::Object(of_traits)) = (&mut document, of_traits) {
@@ -190,5 +211,6 @@ fn names(scan: &IconScan) -> Vec<&'static str> {
         Scatter::Byte(_) => "Scatter BYTE",
         Scatter::Word(_) => "Scatter WORD",
     });
-    [Some(range), light, scatter, scan.marks.as_ref().map(|_| "Mark")].into_iter().flatten().collect()
+    let x = scan.places().map(|_| "Range X FLOAT");
+    [x, Some(range), light, scatter, scan.marks.as_ref().map(|_| "Mark")].into_iter().flatten().collect()
 }

@@ -269,7 +269,9 @@ fn exports_say_what_they_are() {
         }
         text + "\r\nEnd\r\n"
     };
-    let head = format!("Info\r\nCSV Version,XResolution,YResolution\r\n2,{col:.3},{row:.3}\r\nEnd\r\nFrame\r\n0\r\nEnd\r\nPart\r\n");
+    let head = format!(
+        "Info\r\nCSV Version,XResolution,YResolution\r\n2,{col:.3},{row:.3}\r\nEnd\r\nFrame\r\n0\r\nEnd\r\nPart\r\n"
+    );
     let range = head + "Frame,Source,Row Count,X Offset\r\n0,0,48,-0.5\r\n" + &grid(&|i| number(sample.height(i)));
     let dn = |i: usize| if sample.range[i] > 0 { sample.reflectance[i].to_string() } else { String::new() };
     sample.place.write("gocator.csv", &range);

@@ -69,6 +69,7 @@ fn part(scan: &IconScan, from: usize, to: usize) -> IconScan {
     let bytes = |all: &Vec<u8>| all[pixels.clone()].to_vec();
     IconScan {
         rows: to - from,
+        x: scan.x.as_ref().map(|x| x[pixels.clone()].to_vec()),
         range: match &scan.range {
             RangeValues::Steps(all) => RangeValues::Steps(all[pixels.clone()].to_vec()),
             RangeValues::World(all) => RangeValues::World(all[pixels.clone()].to_vec()),
@@ -142,6 +143,7 @@ fn scans_come_back() {
         calibrated(37, 11),
         uncalibrated(5, 11),
         words(calibrated(8, 11)),
+        IconScan { x: Some(noise(66).map(|n| n as f32).collect()), ..calibrated(6, 11) },
         IconScan { light: None, scatter: None, marks: None, traits: Traits::Sensor(reversed), ..uncalibrated(7, 11) },
     ] {
         let mut writer = ScanWriter::create(&name, &scan, 11).expect("the folder is ours");

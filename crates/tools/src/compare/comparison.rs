@@ -120,6 +120,9 @@ impl Comparison {
             let counts = format!("{} and {}", d.counts[0], d.counts[1]);
             let _ = writeln!(text, "{name:20}{:>10.4}{p:>10}{:>24}{counts:>28}", d.ks, apart.trim());
         }
+        for side in sides.into_iter().filter(|side| !side.unused.is_empty()) {
+            let _ = writeln!(text, "not used of {}: {}", side.name, side.unused.join(", "));
+        }
         if let Some(gap) = &self.gap {
             let _ = write!(text, "\n{}", gap.table());
         }
@@ -172,6 +175,7 @@ fn side(side: &ScanStatistics) -> Value {
     json!({
         "name": side.name,
         "part": side.part,
+        "unused": side.unused,
         "scans": side.frames,
         "columns": side.size.0,
         "profiles": side.size.1,

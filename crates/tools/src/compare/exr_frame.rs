@@ -40,6 +40,6 @@ pub(super) fn frame(maps: &ExrMaps) -> Result<ScanMaps, Fault> {
         range,
         reflectance: find("Reflectance").or_else(|| find("Y")).map(seen).map(scaled),
         scatter: find("Scatter").map(seen).map(scaled),
-        exposures: Vec::new(),
+        ..ScanMaps::default()
     })
 }

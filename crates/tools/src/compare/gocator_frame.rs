@@ -63,9 +63,7 @@ pub(super) fn surface(text: &str) -> Result<GocatorSurface, Refusal> {
         if in_line.next().is_some_and(|corner| corner.eq_ignore_ascii_case(CORNER)) {
             let x = places(i + 1, &in_line.collect::<Vec<_>>())?;
             let mut grid = Grid { x, y: Vec::new(), values: Vec::new(), is_intensity };
-            while let Some((i, line)) =
-                lines.next_if(|(_, line)| line.trim().is_empty() || is_row(line, separator))
-            {
+            while let Some((i, line)) = lines.next_if(|(_, line)| line.trim().is_empty() || is_row(line, separator)) {
                 if !line.trim().is_empty() {
                     grid.add(i + 1, separator.fields(line))?;
                 }

@@ -102,6 +102,9 @@ pub struct ScanMaps {
     pub unit: RangeUnit,
     /// Place along the line of the middle of column 0, where columns are evenly apart and the file says it [mm].
     pub first_mm: Option<f64>,
+    /// Place along the line of each height, where columns are not evenly apart and the file says it `[rows, cols]` [mm]; NaN where
+    /// the height is missing.
+    pub x: Option<Vec<f64>>,
     /// Heights, or sensor rows of uncalibrated scans, `[rows, cols]`, row-major [mm or px]; NaN where missing. In double precision, so that differences of steps of
     /// an instrument are equal where the steps are.
     pub range: Vec<f64>,
@@ -111,6 +114,8 @@ pub struct ScanMaps {
     pub scatter: Option<Vec<f32>>,
     /// Exposures that were kept.
     pub exposures: Vec<SensorFrame>,
+    /// What the file holds beside all this, by name.
+    pub unused: Vec<String>,
     /// Bits of the numbers in the file, 0 where it does not say; here all are on the scale of 8 bits.
     pub bits: u64,
 }

@@ -1,6 +1,7 @@
 //! Noise of heights from second differences, without knowing the surface.
 //!
-//! z[i-1] - 2 z[i] + z[i+1] takes away every plane; of white noise with deviation s it has the deviation sqrt(6) s. What
+//! z[i-1] - 2 z[i] + z[i+1] takes away every plane, and where columns stand at places x that the file tells, so does
+//! a z[i-1] - z[i] + c z[i+1] with a and c from the places, which is divided by sqrt(a^2 + 1 + c^2) in place of sqrt(6); of white noise with deviation s it has the deviation sqrt(6) s. What
 //! is left of a curved surface, and of noise that is alike in neighbours, is in it too: noise with the correlations r1
 //! and r2 at one and two pixels counts as s sqrt(1 - (4 r1 - r2) / 3). Differences beyond `EDGE_DEVIATIONS` robust
 //! deviations are edges of the object and are counted apart.
@@ -91,6 +92,7 @@ impl SecondDifferences {
             ScanDirection::Across => y > 0 && y + 1 < rows,
         };
         let scale = 1000.0 / 6.0_f64.sqrt();
+        let places = frame.x.as_deref().filter(|_| direction == ScanDirection::Along);
         let mut map = vec![f32::NAN; cols * rows];
         // Every third, so that none shares pixels with the next.
         let mut apart = Vec::new();
@@ -100,7 +102,11 @@ impl SecondDifferences {
                     continue;
                 }
                 let i = y * cols + x;
-                let second = (scale * (frame.range[i - step] - 2.0 * frame.range[i] + frame.range[i + step])) as f32;
+                let heights = [frame.range[i - step], frame.range[i], frame.range[i + step]];
+                let second = match places {
+                    Some(x) => 1000.0 * uneven_second([x[i - 1], x[i], x[i + 1]], heights),
+                    None => scale * (heights[0] - 2.0 * heights[1] + heights[2]),
+                } as f32;
                 map[i] = second;
                 let place = if direction == ScanDirection::Along { x } else { y };
                 if place % 3 == 1 && second.is_finite() {
@@ -119,6 +125,17 @@ impl SecondDifferences {
     pub(crate) fn is_noise(&self, second: f32) -> bool {
         (second - self.middle).abs() <= EDGE_DEVIATIONS as f32 * self.deviation
     }
+}
+
+/// Second difference of three heights at places along the line, with the deviation of one of them [mm]; NaN where places are not in
+/// order.
+fn uneven_second(x: [f64; 3], z: [f64; 3]) -> f64 {
+    let (before, after) = (x[1] - x[0], x[2] - x[1]);
+    if before * after <= 0.0 {
+        return f64::NAN;
+    }
+    let (a, c) = (after / (before + after), before / (before + after));
+    (a * z[0] - z[1] + c * z[2]) / (a * a + 1.0 + c * c).sqrt()
 }
 
 /// Whether second differences of a frame tell noise: not where its heights are interpolated or repeated in that direction, or have
@@ -323,6 +340,29 @@ mod tests {
         for empty in [ScanMaps::default(), ScanMaps { cols: 1, rows: 1, range: vec![1.0], ..ScanMaps::default() }] {
             assert!(is_noise_told(&empty, ScanDirection::Along) && is_noise_told(&empty, ScanDirection::Across));
         }
+    }
+
+    /// On uneven places a plane goes all the same, and white noise has its deviation: by columns the slope would be noise.
+    #[test]
+    fn places_along_the_line_are_used() {
+        let (cols, rows) = (300, 200);
+        let mut rng = Stream::root(11).child("places").rng();
+        let x = |i: usize| {
+            let column = i % cols;
+            0.1 * column as f64 + if column % 2 == 0 { 0.04 } else { 0.0 }
+        };
+        let places: Vec<f64> = (0..cols * rows).map(x).collect();
+        let range = places.iter().map(|x| 0.8 * x + 0.015 * normal(&mut rng)).collect();
+        let frame = ScanMaps { cols, rows, range, x: Some(places), ..ScanMaps::default() };
+        let found = |frame: &ScanMaps| SecondDifferences::new(frame, ScanDirection::Along).deviation;
+        // As above; alpha 1e-4.
+        let error = 3.9 * 1.167 / 20_000_f32.sqrt();
+        assert!((found(&frame) / 15.0 - 1.0).abs() < error, "{}", found(&frame));
+        assert!(found(&ScanMaps { x: None, ..frame.clone() }) > 25.0);
+        let turned: Vec<f64> = (0..cols * rows).map(|i| -x(i)).collect();
+        assert!((found(&ScanMaps { x: Some(turned), ..frame.clone() }) / found(&frame) - 1.0).abs() < 1e-6);
+        let still = ScanMaps { x: Some(vec![1.0; cols * rows]), ..frame };
+        assert!(found(&still).is_nan());
     }
 
     /// Edges of the object and missing pixels do not change what is found.

@@ -84,6 +84,7 @@ impl ScanMaps {
             }
             let cols = self.cols;
             self.range = region.cut(&self.range, cols);
+            self.x = self.x.take().map(|map| region.cut(&map, cols));
             self.reflectance = self.reflectance.take().map(|map| region.cut(&map, cols));
             self.scatter = self.scatter.take().map(|map| region.cut(&map, cols));
             // With nothing ignored it is a part all the same, beside which of simulated scans the object alone counts.

@@ -241,7 +241,7 @@ fn is_described(ending: &str) -> bool {
 
 /// The fault of a file that is of no kind that can be read.
 fn unknown(path: &Path) -> Fault {
-    let ending = path.extension().map(|ending| one_line(ending.to_string_lossy()));
+    let ending = path.extension().map(|ending| one_line(ending.to_string_lossy().into_owned()));
     let what = match &ending {
         Some(ending) => format!("files that end in .{ending} are not read"),
         None => "its name has no ending that says what it is".to_owned(),
@@ -337,13 +337,18 @@ fn icon_file(path: &Path) -> Result<ScanMaps, Fault> {
                 return Err(Fault::at(path, what, remedy));
             }
             let scan = reader.read(0, rows)?;
+            let mut unused = reader.unused().to_vec();
+            unused.extend(scan.marks.as_ref().map(|_| "Mark INT".to_owned()));
+            let x = scan.places();
             Ok(ScanMaps {
                 name,
                 cols: scan.width,
                 rows,
                 unit,
-                first_mm: world.map(|world| world.lower[0] + 0.5 * world.col_mm(scan.width)),
-                col_mm: world.map(|world| world.col_mm(scan.width)),
+                first_mm: world.filter(|_| x.is_none()).map(|world| world.lower[0] + 0.5 * world.col_mm(scan.width)),
+                col_mm: scan.col_mm(),
+                x,
+                unused,
                 row_mm: world.and_then(|world| world.row_mm),
                 range: scan.heights(),
                 reflectance: scan.light_dn().map(|dn| dn.iter().map(|&dn| f32::from(dn)).collect()),

@@ -59,18 +59,14 @@ fn of_surface(files: &MapFiles, stated: &StatedScale, surface: &GocatorSurface) 
             return Err(Fault::at(other, what, "leave it away"));
         }
         let light = stated_scale::reflectance(intensity, stated.bits(path, Some(8))?);
-        maps.reflectance = Some(light.map_err(|what| Fault::at(path, what, "export it again with intensity of 8 bits"))?);
+        maps.reflectance =
+            Some(light.map_err(|what| Fault::at(path, what, "export it again with intensity of 8 bits"))?);
     }
     Ok(maps)
 }
 
 /// A map; `unit_mm` is what the file says of one of its numbers [mm].
-fn of_map(
-    files: &MapFiles,
-    stated: &StatedScale,
-    map: &MapNumbers,
-    unit_mm: Option<f64>,
-) -> Result<ScanMaps, Fault> {
+fn of_map(files: &MapFiles, stated: &StatedScale, map: &MapNumbers, unit_mm: Option<f64>) -> Result<ScanMaps, Fault> {
     let path = &files.range;
     if stated.cols.is_some() && StatedForm::of(path) == Some(StatedForm::Csv) {
         return Err(Fault::at(path, "it is a map, which says its columns itself", "leave --cols away"));

@@ -37,6 +37,7 @@ pub struct StatisticsBuilder {
     pixels: u64,
     missing: u64,
     measured: u64,
+    unused: Vec<String>,
     untold: [u64; 2],
     edges: [[u64; 2]; 2],
     light: DnHistogram,
@@ -61,6 +62,8 @@ pub struct ScanStatistics {
     pub frames: u64,
     /// What Range is in the first scan; `None` where there is none. Noise is given in thousandths of it [um or mpx].
     pub unit: Option<RangeUnit>,
+    /// What its files hold and nothing here is made from, by name.
+    pub unused: Vec<String>,
     /// Columns and profiles of the first scan; 0 where there is none.
     pub size: (usize, usize),
     /// Distance between columns and between profiles of the first scan, where it says so [mm].
@@ -128,6 +131,11 @@ impl StatisticsBuilder {
 
     /// Adds a frame.
     pub fn add(&mut self, frame: &ScanMaps) {
+        for name in &frame.unused {
+            if !self.unused.contains(name) {
+                self.unused.push(name.clone());
+            }
+        }
         for exposure in &frame.exposures {
             self.exposure(exposure.cols, &exposure.dn);
         }
@@ -219,6 +227,7 @@ impl StatisticsBuilder {
             saturated,
             scatter: three(&scatter_sample),
             noise: [along.robust_deviation(), across.robust_deviation()],
+            unused: self.unused,
             untold: self.untold,
             edges: self.edges.map(|[edges, all]| share(edges, all)),
             noise_correlation: self.correlation.map(|sums| (0..NOISE_LAGS).map_while(|lag| sums.at(lag)).collect()),

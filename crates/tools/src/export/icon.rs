@@ -105,6 +105,7 @@ fn write_scan(out: &Path, frame: &ScanMaps, options: &IconOptions) -> Result<(),
             width: frame.cols,
             rows: to - from,
             traits,
+            x: None,
             range: if words {
                 RangeValues::Steps(heights.iter().map(|&z| traits.steps(z)).collect())
             } else {

@@ -42,6 +42,8 @@ impl NumberType {
 /// What a plane holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum PlaneContent {
+    /// Place along the line of each height of a calibrated scan.
+    RangeX,
     Range,
     Intensity,
     Reflectance,
@@ -53,7 +55,8 @@ pub(super) enum PlaneContent {
 }
 
 impl PlaneContent {
-    const NAMES: [(Self, &'static str); 7] = [
+    const NAMES: [(Self, &'static str); 8] = [
+        (Self::RangeX, "Range X"),
         (Self::Range, "Range"),
         (Self::Range, "Range R"),
         (Self::Intensity, "Intensity"),
@@ -78,6 +81,8 @@ impl PlaneContent {
     fn kinds(self) -> &'static [NumberType] {
         match self {
             Self::Range => &[NumberType::Word, NumberType::Float],
+            // Of other types nothing says what they mean: these are stepped over.
+            Self::RangeX => &[NumberType::Float],
             Self::Scatter => &[NumberType::Byte, NumberType::Word],
             Self::Intensity | Self::Reflectance | Self::Image => &[NumberType::Byte],
             Self::Mark => &[NumberType::Int],
@@ -122,6 +127,8 @@ pub(super) struct FileLayout {
     pub subject: Component,
     /// Planes of the component that is read, in order.
     pub planes: Vec<Plane>,
+    /// Names and types of planes that are stepped over.
+    pub unused: Vec<String>,
     /// Bytes of one row of all planes of all components.
     pub line: usize,
     /// Whether all rows of a plane lie together (layout SUBCOMPONENT), not all planes of a row (SCAN).
@@ -131,10 +138,12 @@ pub(super) struct FileLayout {
 impl FileLayout {
     /// The layout of a scan.
     pub fn of(scan: &IconScan) -> Self {
-        let mut list = vec![match &scan.range {
+        let mut list = Vec::new();
+        list.extend(scan.x.as_ref().map(|_| (PlaneContent::RangeX, NumberType::Float, scan.width)));
+        list.push(match &scan.range {
             RangeValues::Steps(_) => (PlaneContent::Range, NumberType::Word, scan.width),
             RangeValues::World(_) => (PlaneContent::Range, NumberType::Float, scan.width),
-        }];
+        });
         list.extend(scan.light.as_ref().map(|light| match light {
             PeakLight::Intensity(_) => (PlaneContent::Intensity, NumberType::Byte, scan.width),
             PeakLight::Reflectance(_) => (PlaneContent::Reflectance, NumberType::Byte, scan.width),
@@ -150,13 +159,14 @@ impl FileLayout {
             planes.push(Plane { part, kind, width, before: line });
             line += width * kind.bytes();
         }
-        Self { subject: Component::Scan(scan.traits), planes, line, planar: true }
+        Self { subject: Component::Scan(scan.traits), planes, unused: Vec::new(), line, planar: true }
     }
 
     /// The layout of a sensor image.
     pub(crate) fn of_image(cols: usize, rows: usize, offset: [u32; 2]) -> Self {
         let plane = Plane { part: PlaneContent::Image, kind: NumberType::Byte, width: cols, before: 0 };
-        Self { subject: Component::SensorImage { rows, offset, plane }, planes: vec![plane], line: cols, planar: false }
+        let subject = Component::SensorImage { rows, offset, plane };
+        Self { subject, planes: vec![plane], unused: Vec::new(), line: cols, planar: false }
     }
 
     /// Columns: planes of pixels all have as many.
@@ -216,10 +226,23 @@ impl FileLayout {
         };
         let mut line = 0;
         let mut found: Option<(&XmlNode, Vec<Plane>)> = None;
+        let mut unused = Vec::new();
         for component in root.children.iter().filter(|child| child.name == "component") {
-            let planes = planes(component, &mut line)?;
+            let (planes, names) = planes(component, &mut line)?;
             let holds = planes.iter().any(|plane| matches!(plane.part, PlaneContent::Range | PlaneContent::Image));
-            if holds && found.is_none() {
+            let is_read = holds && found.is_none();
+            let is_calibrated = component.child("worldrangetraits").is_some();
+            for (plane, name) in planes.iter().zip(names) {
+                let is_used = match plane.part {
+                    PlaneContent::Other => false,
+                    PlaneContent::RangeX => is_read && is_calibrated,
+                    _ => is_read,
+                };
+                if !is_used {
+                    unused.push(format!("{name} {}", plane.kind.name()));
+                }
+            }
+            if is_read {
                 found = Some((component, planes));
             }
         }
@@ -239,7 +262,7 @@ impl FileLayout {
                 Component::Scan(Traits::read(component, width)?)
             }
         };
-        Ok(Self { subject, planes, line, planar })
+        Ok(Self { subject, planes, unused, line, planar })
     }
 }
 
@@ -253,9 +276,9 @@ fn image_subject(component: &XmlNode, plane: Plane) -> Result<Component, XmlFaul
     Ok(Component::SensorImage { rows, offset: [offset("offset x")?, offset("offset y")?], plane })
 }
 
-/// The subcomponents of a component; `line` grows by their bytes.
-fn planes(component: &XmlNode, line: &mut usize) -> Result<Vec<Plane>, XmlFault> {
-    let mut planes: Vec<Plane> = Vec::new();
+/// The subcomponents of a component with their names; `line` grows by their bytes.
+fn planes<'a>(component: &'a XmlNode, line: &mut usize) -> Result<(Vec<Plane>, Vec<&'a str>), XmlFault> {
+    let (mut planes, mut names): (Vec<Plane>, Vec<&str>) = (Vec::new(), Vec::new());
     for node in component.children.iter().filter(|child| child.name == "subcomponent") {
         if planes.len() >= MAX_PLANES {
             return Err(node.fault(format!("the component has more than {MAX_PLANES} subcomponents")));
@@ -264,6 +287,7 @@ fn planes(component: &XmlNode, line: &mut usize) -> Result<Vec<Plane>, XmlFault>
         let part = PlaneContent::named(name);
         let known = NumberType::ALL.into_iter().find(|known| known.name() == kind);
         let kind = known.ok_or_else(|| node.fault(format!("'{name}' is {kind}, not BYTE, WORD, INT or FLOAT")))?;
+        let part = if part == PlaneContent::RangeX && kind != NumberType::Float { PlaneContent::Other } else { part };
         if !part.kinds().contains(&kind) {
             return Err(node.fault(format!("'{name}' is {}, which it never is", kind.name())));
         }
@@ -278,6 +302,7 @@ fn planes(component: &XmlNode, line: &mut usize) -> Result<Vec<Plane>, XmlFault>
             return Err(node.fault(format!("'{name}' is there twice")));
         }
         planes.push(Plane { part, kind, width, before: *line });
+        names.push(name);
         *line = line.checked_add(size).ok_or_else(|| node.fault("its rows are beyond any memory".into()))?;
     }
     let wide = planes.iter().find(|plane| matches!(plane.part, PlaneContent::Range | PlaneContent::Image));
@@ -288,5 +313,5 @@ fn planes(component: &XmlNode, line: &mut usize) -> Result<Vec<Plane>, XmlFault>
         let (name, second) = (wide.part.name(), other.part.name());
         return Err(component.fault(format!("{name} is {} wide, {second} is {}", wide.width, other.width)));
     }
-    Ok(planes)
+    Ok((planes, names))
 }

@@ -81,6 +81,8 @@ pub struct IconScan {
     pub rows: usize,
     /// What columns and steps of Range mean.
     pub traits: Traits,
+    /// Place along the line of each height of a calibrated scan, where the file holds it `[rows, width]`, row-major [mm].
+    pub x: Option<Vec<f32>>,
     /// Heights.
     pub range: RangeValues,
     /// Light at the peak.
@@ -100,6 +102,24 @@ impl IconScan {
                 heights.iter().map(|&z| if z == 0.0 { f64::NAN } else { f64::from(z) }).collect()
             }
         }
+    }
+
+    /// Place along the line of every pixel, where the file holds it `[rows, width]` [mm]; NaN where the height is missing.
+    pub fn places(&self) -> Option<Vec<f64>> {
+        let x = self.x.as_ref().filter(|_| matches!(self.traits, Traits::World(_)))?;
+        let places = x.iter().zip(self.heights());
+        Some(places.map(|(&x, z)| if z.is_nan() { f64::NAN } else { f64::from(x) }).collect())
+    }
+
+    /// Distance between two columns of a calibrated scan [mm]: the middle one of all distances between neighbours where the file
+    /// holds places, else that of an even grid in the bounds.
+    pub fn col_mm(&self) -> Option<f64> {
+        let Traits::World(world) = self.traits else { return None };
+        let Some(places) = self.places() else { return Some(world.col_mm(self.width)) };
+        let pairs = places.chunks_exact(self.width.max(1)).flat_map(|row| row.windows(2));
+        let mut steps: Vec<f64> = pairs.map(|pair| (pair[1] - pair[0]).abs()).filter(|mm| mm.is_finite()).collect();
+        let middle = steps.len() / 2;
+        (!steps.is_empty()).then(|| *steps.select_nth_unstable_by(middle, f64::total_cmp).1)
     }
 
     /// Light at the peak, under either name `[rows, width]` [DN].

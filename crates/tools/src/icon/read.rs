@@ -136,6 +136,11 @@ impl ScanReader {
         self.traits
     }
 
+    /// Names and types of what the file holds and is not read.
+    pub fn unused(&self) -> &[String] {
+        &self.data.layout.unused
+    }
+
     /// `count` rows from `first` on; fewer where the scan ends.
     ///
     /// # Errors
@@ -143,7 +148,7 @@ impl ScanReader {
     pub fn read(&mut self, first: usize, count: usize) -> Result<IconScan, Fault> {
         let rows = count.min(self.data.rows.saturating_sub(first));
         let mut range = RangeValues::World(Vec::new());
-        let (mut light, mut scatter, mut marks) = (None, None, None);
+        let (mut x, mut light, mut scatter, mut marks) = (None, None, None, None);
         for plane in self.data.layout.planes.clone() {
             let bytes = match plane.part {
                 PlaneContent::Other | PlaneContent::Image => continue,
@@ -152,12 +157,13 @@ impl ScanReader {
             let words = |bytes: &[u8]| -> Vec<u16> {
                 bytes.as_chunks::<2>().0.iter().map(|pair| u16::from_le_bytes(*pair)).collect()
             };
+            let floats = |bytes: &[u8]| -> Vec<f32> {
+                bytes.as_chunks::<4>().0.iter().map(|four| f32::from_le_bytes(*four)).collect()
+            };
             match (plane.part, plane.kind) {
                 (PlaneContent::Range, NumberType::Word) => range = RangeValues::Steps(words(&bytes)),
-                (PlaneContent::Range, _) => {
-                    let heights = bytes.as_chunks::<4>().0.iter().map(|four| f32::from_le_bytes(*four));
-                    range = RangeValues::World(heights.collect());
-                }
+                (PlaneContent::Range, _) => range = RangeValues::World(floats(&bytes)),
+                (PlaneContent::RangeX, _) => x = Some(floats(&bytes)),
                 (PlaneContent::Intensity, _) => light = Some(PeakLight::Intensity(bytes)),
                 (PlaneContent::Reflectance, _) => light = Some(PeakLight::Reflectance(bytes)),
                 (PlaneContent::Scatter, NumberType::Word) => scatter = Some(Scatter::Word(words(&bytes))),
@@ -166,7 +172,7 @@ impl ScanReader {
                 (PlaneContent::Other | PlaneContent::Image, _) => {}
             }
         }
-        Ok(IconScan { width: self.width(), rows, traits: self.traits, range, light, scatter, marks })
+        Ok(IconScan { width: self.width(), rows, traits: self.traits, x, range, light, scatter, marks })
     }
 }
 

@@ -136,10 +136,12 @@ fn refused(path: &Path, error: &Error) -> Fault {
 /// The bytes of a plane; none where the scan has no such plane.
 fn bytes(scan: &IconScan, part: PlaneContent) -> Vec<u8> {
     let words = |words: &[u16]| words.iter().flat_map(|n| n.to_le_bytes()).collect();
+    let floats = |numbers: &[f32]| numbers.iter().flat_map(|n| n.to_le_bytes()).collect();
     match part {
+        PlaneContent::RangeX => scan.x.as_deref().map(floats).unwrap_or_default(),
         PlaneContent::Range => match &scan.range {
             RangeValues::Steps(steps) => words(steps),
-            RangeValues::World(heights) => heights.iter().flat_map(|z| z.to_le_bytes()).collect(),
+            RangeValues::World(heights) => floats(heights),
         },
         PlaneContent::Intensity | PlaneContent::Reflectance => match &scan.light {
             Some(PeakLight::Intensity(dn) | PeakLight::Reflectance(dn)) => dn.clone(),
