@@ -46,7 +46,7 @@ pub(super) struct ValidateArgs {
     /// Which samples these are follows from this number and the dataset
     #[arg(long, value_name = "S", default_value_t = 0, value_parser = whole::<u64>)]
     rerender_seed: u64,
-    /// Take warnings, samples of little use, as faults: exit status 1
+    /// Take warnings (samples of little use, and what to look at) as faults: exit status 1
     #[arg(long)]
     strict: bool,
     /// Places in each sample at which rows are exposed again and compared bit for bit, a row and up to 7 neighbours at each; and how

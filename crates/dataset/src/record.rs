@@ -125,6 +125,8 @@ pub struct TrueRow {
 pub struct AskedRows {
     /// Neighbouring rows of the images.
     pub strips: Vec<Range<usize>>,
+    /// Rows of the label image that are made again without light, beside those that the body gives.
+    pub unlit: Vec<usize>,
     /// The profiles of sensor frames, rising.
     pub frames: Vec<usize>,
 }

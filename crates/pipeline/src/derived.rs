@@ -29,7 +29,7 @@ pub struct Unlit {
     pub record: Record,
     /// Every instance of its body.
     pub instances: Vec<Instance>,
-    /// Rows through the middles of instances, and a few others; by rising row.
+    /// Rows through the middles of instances, a few others, and those that were asked for; by rising row.
     pub rows: Vec<TrueRow>,
 }
 
@@ -55,7 +55,10 @@ pub fn derived(
     expose_frames(scene, &sensor, &specimen, &asked.frames, take_frame);
     let scan = Scan { maps: Maps::default(), labels: Labels::default(), truth: None, stack: Vec::new() };
     let instances = specimen.body().instances().to_vec();
-    let rows = chosen(scene, &instances).into_iter().map(|row| true_row(scene, &sensor, &specimen, row)).collect();
+    let mut rows = chosen(scene, &instances);
+    rows.extend(&asked.unlit);
+    rows.retain(|&row| row < scene.size.profiles / scene.output.bin_profiles);
+    let rows = rows.into_iter().map(|row| true_row(scene, &sensor, &specimen, row)).collect();
     let unlit = Unlit { record: scan.record(scene, &sensor, &specimen), instances, rows };
     Derived { unlit, exposed }
 }
@@ -93,7 +96,6 @@ fn chosen(scene: &Scene, instances: &[Instance]) -> BTreeSet<usize> {
         taken.extend(through(&open));
         chosen.extend(taken.iter().step_by(taken.len().div_ceil(MAX_MIDDLE_ROWS).max(1)));
     }
-    chosen.retain(|&row| row < rows);
     chosen
 }
 

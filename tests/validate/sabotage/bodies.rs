@@ -5,7 +5,7 @@ use dataset::validate::Code::*;
 use dataset::{Encoded, ExrChannel, Samples};
 use procedural::Class;
 
-use super::place::{boards, exr, labels, png, relabel, with};
+use super::place::{ESTIMATES, boards, exr, inspect, inspect_rows, labels, png, relabel, with, write};
 
 /// A board that shows an object.
 fn shown() -> usize {
@@ -46,7 +46,17 @@ fn maps_that_moved() {
         });
         exr(&mut samples[0], |channels, _| raise(channels, "Range", more));
     };
-    with(range, &[RangeDiffers], "sample 0", "Range three millimetres higher");
+    let mut samples = boards().samples.clone();
+    range(&mut samples);
+    let moved = write(samples);
+    // Exposed again, as by default, it is a fault; where no row is, it is looked at.
+    for report in inspect_rows(moved.path(), 0..4) {
+        assert_eq!(report.codes(), [ProfileDiffers], "{report}");
+    }
+    let report = inspect(moved.path());
+    let told = report.warnings.iter().filter(|found| ESTIMATES.contains(&found.code));
+    let told: Vec<_> = told.map(|found| (found.code, found.fault.place.ends_with("sample 0"))).collect();
+    assert!(report.is_clean() && told == [(RangeDiffers, true)], "{report}");
 }
 
 #[test]

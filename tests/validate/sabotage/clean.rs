@@ -1,6 +1,7 @@
 //! Datasets of every subject, depth, form and choice of files as the program makes them have no fault.
 
-use super::place::inspect_rows;
+use super::place::{inspect, inspect_rows};
+use dataset::validate::{Code, ValidationOptions, validate};
 use rand::RngExt;
 use recipe::Recipe;
 use test_support::program::{FRAMES, Place, SPECKLE, mesh_recipe, recipe, sawtooth_recipe};
@@ -109,6 +110,29 @@ fn clean_datasets_of_every_recipe() {
             assert_eq!((report.samples, report.frames), (3, 3 * u64::div_ceil(profiles, 20)), "{name}:\n{report}");
         }
     }
+}
+
+/// Where hardly any light comes and the dark level is 0, sensor frames of nothing are what the recipe makes: exposed again they are
+/// blank too, and where they cannot be they are looked at.
+#[test]
+fn clean_datasets_of_the_dark() {
+    let dark = [
+        FRAMES,
+        ["power_mw: 50", "power_mw: 0.01"],
+        ["dark_level_dn: {truncated: {of: {normal: {mean: 11.6, sd: 0.6}}, min: 9, max: 14}}", "dark_level_dn: 0"],
+        ["dark_noise_dn: {uniform: [1.0, 1.2]}", "dark_noise_dn: 0.3"],
+        ["row_noise_dn: {uniform: [0.15, 0.45]}", "row_noise_dn: 0"],
+        ["row_pattern_dn: {uniform: [0.1, 0.3]}", "row_pattern_dn: 0"],
+        ["column_pattern_dn: 0.1", "column_pattern_dn: 0"],
+        ["dsnu_dn: {uniform: [0.2, 0.3]}", "dsnu_dn: 0"],
+    ];
+    let place = Place::with(&dark);
+    place.make("set", "--n 3");
+    let report = inspect(&place.path("set"));
+    assert!(report.is_clean(), "{report}");
+    let report = validate(&place.path("set"), &ValidationOptions::default());
+    let blank = report.warnings.iter().filter(|found| found.code == Code::StackBlank).count();
+    assert!(report.is_clean() && blank > 0, "{blank} blank frames:\n{report}");
 }
 
 /// Overexposed packs: heights of saturated pixels at the card's edge lie as far off as the card is thick, and are no fault of the label's.

@@ -52,6 +52,9 @@ pub fn boards() -> &'static Boards {
     })
 }
 
+/// Warnings that say what to look at: estimates beside exact comparisons.
+pub const ESTIMATES: [Code; 3] = [Code::RangeDiffers, Code::OutlineDiffers, Code::DiveDiffers];
+
 /// The head and the samples of a recipe, rendered.
 pub fn of_recipe(text: &str, samples: u64) -> (DatasetHead, Vec<Encoded>) {
     let recipe = Recipe::parse("tiny.yaml", text).unwrap_or_else(|error| panic!("{error}"));
@@ -65,6 +68,13 @@ pub fn of_recipe(text: &str, samples: u64) -> (DatasetHead, Vec<Encoded>) {
 /// What validation says of such samples, by its codes.
 pub fn codes_of(head: &DatasetHead, samples: Vec<Encoded>) -> Vec<Code> {
     inspect(write_as(head.clone(), samples).path()).codes()
+}
+
+/// The codes of what validation says to look at in such samples, where it cannot draw their recipe again.
+pub fn looked_at(head: &DatasetHead, samples: Vec<Encoded>) -> Vec<Code> {
+    let report = validate(write_as(head.clone(), samples).path(), &ValidationOptions::default());
+    let told = |code: &Code| report.warnings.iter().any(|warning| warning.code == *code);
+    ESTIMATES.into_iter().filter(told).collect()
 }
 
 /// Writes samples, with manifests that agree with them.
@@ -207,7 +217,9 @@ pub fn channel(sample: &Encoded, name: &str) -> Vec<f32> {
 
 /// Gives a sample other labels, and makes every number that is about them right again.
 pub fn relabel(sample: &mut Encoded, label: &[u16], instance: &[u16]) {
-    png(sample, Channel::Label, |numbers| numbers.copy_from_slice(label));
+    if sample.png.iter().any(|(channel, _)| *channel == Channel::Label) {
+        png(sample, Channel::Label, |numbers| numbers.copy_from_slice(label));
+    }
     exr(sample, |channels, _| {
         for (name, numbers) in [("Label", label), ("Instance", instance)] {
             let channel = channels.iter_mut().find(|channel| channel.name == name).expect("the channel");

@@ -10,6 +10,7 @@ use super::exposed_rows::RowComparison;
 use super::finding::{Code, Finding};
 use super::images::DecodedImages;
 use super::report::ValidationReport;
+use super::shard_task::ShardTask;
 use super::{pixels, true_rows};
 use crate::record::TrueRow;
 use crate::{
@@ -20,12 +21,13 @@ use crate::{
 /// the row has none. `rows` is what the body shows in some rows, `exposed` what is measured in others.
 pub(super) fn check(
     bytes: &[u8],
-    head: &DatasetHead,
+    task: &ShardTask,
     row: &StoredRow,
     (decoded, rows, exposed): (&mut DecodedImages, &[TrueRow], &mut RowComparison),
     place: &str,
     report: &mut ValidationReport,
 ) {
+    let head = task.head;
     let declared = head.channels();
     let header = match exr_header(bytes) {
         Ok(header) => header,
@@ -85,7 +87,17 @@ pub(super) fn check(
             decoded.add(&name, numbers);
         }
     }
-    pixels::truth(row, head, &channels, decoded, place, report);
+    pixels::truth(head, &channels, decoded, place, report);
+    if !task.is_exact() {
+        pixels::dive(row, &channels, decoded, place, report);
+    }
+}
+
+/// The label image of an EXR file that is as its head declares it.
+pub(super) fn label(bytes: &[u8], head: &DatasetHead) -> Option<Vec<u16>> {
+    let (_, _, channels, _) = read_exr_of(bytes, &ExrSize::of(head)).ok()?;
+    let label = channels.iter().find(|channel| channel.name == "Label")?.as_numbers();
+    Some(label.iter().map(|&class| class as u16).collect())
 }
 
 /// The text attribute repeats what the row says.

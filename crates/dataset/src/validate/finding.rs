@@ -98,10 +98,6 @@ codes! {
     TruthDiffers,
     /// Labels or instances are not those of the body that the recipe makes.
     LabelDiffers,
-    /// Range is nowhere near the body that the recipe makes.
-    RangeDiffers,
-    /// The label's outline is not where Range steps from the conveyor to the object.
-    OutlineDiffers,
     /// The area of a class is not what the label image shows.
     ClassAreaDiffers,
     /// The measured or the saturated share is not what the images show.
@@ -122,7 +118,7 @@ codes! {
     CardDiffers,
     /// The sensor frames are not those that the recipe keeps.
     StackDiffers,
-    /// A sensor frame is 0 everywhere.
+    /// A sensor frame is 0 everywhere, and is not when it is exposed again; a warning where it cannot be.
     StackBlank,
     /// Two sensor frames have the same pixels, noise and all.
     StackRepeated,
@@ -138,6 +134,12 @@ codes! {
     RerenderDiffers,
     /// A row or a sensor frame that was exposed again is not what is on disk.
     ProfileDiffers,
+    /// Warning: Range seems to be nowhere near the body that the recipe makes.
+    RangeDiffers,
+    /// Warning: the label's outline seems not to be where Range steps from the conveyor to the object.
+    OutlineDiffers,
+    /// Warning: in the middle of a knot the fibre seems to dive otherwise than the knot's axis.
+    DiveDiffers,
     /// Warning: less than two thirds of the object lie in the field of the images, or no pixel shows it.
     ObjectOutOfView,
     /// Warning: Range is measured in less than a tenth of the pixels that show the object.
@@ -183,6 +185,10 @@ impl Code {
                 "samples were left out, added or drawn otherwise: make the dataset again from its recipe"
             }
             Self::RerenderFailed => "validate with the recipe and program version of dataset.json",
+            Self::RangeDiffers => "look at the sample: this is an estimate; --rows 1 compares Range exactly",
+            Self::OutlineDiffers | Self::DiveDiffers => {
+                "look at the sample: this is an estimate; the program version that wrote the dataset compares exactly"
+            }
             Self::ObjectOutOfView => Shortfall::ObjectOutOfView.remedy(),
             Self::HardlyMeasured => Shortfall::HardlyMeasured.remedy(),
             Self::Saturated => Shortfall::Saturated.remedy(),

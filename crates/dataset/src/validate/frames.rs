@@ -5,7 +5,6 @@
 
 use std::collections::HashMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::{Mutex, PoisonError};
 
 use output_schema::file::stack_path;
 
@@ -13,7 +12,6 @@ use super::finding::{Code, Finding};
 use super::frame_digest::FrameDigest;
 use super::shard_task::ShardTask;
 use super::stack;
-use crate::record::AskedRows;
 
 /// Samples of whose frames a fault says where they differ; it takes as long as to expose one.
 const MAX_SHOWN_SAMPLES: usize = 8;
@@ -48,10 +46,7 @@ fn caught(read: impl FnOnce() -> Option<String>) -> Option<String> {
 
 /// The first pixel in which a frame differs.
 fn first_difference(task: &ShardTask, index: u64, profile: u64) -> Option<String> {
-    let asked = AskedRows { strips: Vec::new(), frames: vec![profile as usize] };
-    let made = Mutex::new(None);
-    task.derive?(index, &asked, &|frame| *made.lock().unwrap_or_else(PoisonError::into_inner) = Some(frame));
-    let made = made.into_inner().unwrap_or_else(PoisonError::into_inner)?;
+    let made = task.exposed_again(index, profile)?;
     let stored = stack::frames(task, index).ok()?.into_iter().find(|frame| u64::from(frame.profile) == profile)?;
     let pairs = || stored.dn.iter().zip(&made.dn);
     let count = pairs().filter(|(stored, made)| stored != made).count();

@@ -1,6 +1,7 @@
-//! Outline: label against picture: where the label ends at the background, Range must step between the object and the conveyor.
+//! Outline: label against picture: where the label ends at the background, Range steps between the object and the conveyor.
 //!
-//! On each of the four sides of the object, pixels 2 and 3 places beyond its edge must be at the conveyor's height and
+//! An estimate, for datasets whose recipe cannot be drawn again.
+//! On each of the four sides of the object, pixels 2 and 3 places beyond its edge are expected at the conveyor's height and
 //! those 2 and 3 places within at the object's, told apart half way between both. The object's
 //! height there is taken from the pixels further within that are of the edge's own class, less what these rise towards its middle. A
 //! mask that is shifted by three pixels, mirrored, or of another sample has most of them wrong on some side; `docs/faults.md` has the rates. Sides without a
@@ -27,7 +28,7 @@ const SLOPE: f32 = 3.5 / 5.0;
 const LEAST: usize = 24;
 /// A step is clear that is so many times the noise of Range on the conveyor [1].
 const CLEAR: f32 = 6.0;
-/// Share of wrong pixels that is a fault [1]: in clean scans it stayed below 0.1.
+/// Share of wrong pixels that is told [1]: in clean scans it stayed below 0.1.
 const WRONG: f32 = 0.6;
 /// Of a normal law, standard deviation over median absolute deviation [1].
 const SIGMA: f32 = 1.4826;
@@ -78,7 +79,7 @@ pub(super) fn check(
                     "{:.0} % of the pixels about the {side} {name} of the object are not at the height that the label says",
                     100.0 * wrong
                 );
-                report.faults.push(Finding::new(Code::OutlineDiffers, place, what));
+                report.warnings.push(Finding::new(Code::OutlineDiffers, place, what));
             }
         }
     }

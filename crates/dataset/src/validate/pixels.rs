@@ -1,4 +1,7 @@
-//! Pixels: label, instance and truth maps, pixel by pixel: all of them come from one noise-free hit, so they agree exactly.
+//! Pixels: label, instance and truth maps, pixel by pixel: all of them come from one noise-free hit, so they agree exactly. How the
+//! fibre dives in a knot is an estimate beside that, for datasets whose recipe cannot be drawn again.
+
+use std::borrow::Cow;
 
 use output_schema::{DatasetHead, PIXEL_CLASSES};
 
@@ -10,6 +13,8 @@ use crate::ExrChannel;
 
 /// The classes of pixels that belong to no instance.
 const GROUND: [&str; 3] = ["background", "clear", "flange"];
+/// The classes of objects that show fibres along their own axis: a hole shows the wood below, and the gap about a loose knot too.
+const GROWN: [&str; 2] = ["sound_knot", "dead_knot"];
 /// Pixels of a knot from which on the fibre's dive in it is compared with that of its axis [px].
 const KNOT_PX: usize = 200;
 /// Furthest that the middle fibre of a knot dives from its axis [deg]: rings about the axis and a knot that is cut
@@ -54,14 +59,13 @@ pub(super) fn instances(row: &StoredRow, decoded: &DecodedImages, place: &str, r
 
 /// Labels against the truth maps of the EXR file.
 pub(super) fn truth(
-    row: &StoredRow,
     head: &DatasetHead,
     channels: &[ExrChannel],
     decoded: &DecodedImages,
     place: &str,
     report: &mut ValidationReport,
 ) {
-    let map = |name: &str| channels.iter().find(|channel| channel.name == name).map(ExrChannel::as_numbers);
+    let map = |name| map(channels, name);
     let mut fault = |what: String| report.faults.push(Finding::new(Code::TruthDiffers, place, what));
     let bin = &head.recipe.canonical["output"]["bin"];
     // A binned pixel is of the most frequent class, its truth a mean of what is known.
@@ -81,8 +85,20 @@ pub(super) fn truth(
             fault(format!("{count} pixels of the flange have air below the film"));
         }
     }
-    let Some(dive) = map("FibreDive") else { return };
-    for object in row.objects.iter().filter(|object| object.dive_deg.is_some()) {
+}
+
+/// An estimate: in the middle of a knot the fibre dives as its axis does.
+pub(super) fn dive(
+    row: &StoredRow,
+    channels: &[ExrChannel],
+    decoded: &DecodedImages,
+    place: &str,
+    report: &mut ValidationReport,
+) {
+    let (Some(dive), Some(instance)) = (map(channels, "FibreDive"), decoded.get("instance")) else { return };
+    let class = |class: i64| usize::try_from(class).ok().and_then(|class| PIXEL_CLASSES.get(class));
+    let grown = row.objects.iter().filter(|object| class(object.class).is_some_and(|name| GROWN.contains(name)));
+    for object in grown.filter(|object| object.dive_deg.is_some()) {
         // A box that leads out of the image is told by another rule.
         let [x, y, width, height] = object.bbox.map(|side| usize::try_from(side).unwrap_or(0));
         let cols = row.cols.max(1) as usize;
@@ -99,7 +115,12 @@ pub(super) fn truth(
         let axis = object.dive_deg.unwrap_or_default().abs() as f32;
         if (*median - axis).abs() > DIVE_DEG {
             let what = format!("the fibre dives {median:.0} deg in object {}, its axis {axis:.0} deg", object.instance);
-            fault(what);
+            report.warnings.push(Finding::new(Code::DiveDiffers, place, what));
         }
     }
+}
+
+/// The numbers of a channel.
+fn map<'a>(channels: &'a [ExrChannel], name: &str) -> Option<Cow<'a, [f32]>> {
+    channels.iter().find(|channel| channel.name == name).map(ExrChannel::as_numbers)
 }

@@ -43,7 +43,7 @@ impl RowChoice {
         let mut strips: Vec<_> = (0..self.places.min(MAX_PLACES)).map(strip).collect();
         strips.sort_unstable_by_key(|strip| strip.start);
         strips.dedup();
-        AskedRows { strips, frames: self.frames(head, index) }
+        AskedRows { strips, frames: self.frames(head, index), ..AskedRows::default() }
     }
 
     /// The profiles of the sensor frames that are exposed again, rising, where frames are kept.

@@ -1,5 +1,6 @@
 //! Sample: its row against file, manifest and images, and against itself when it is rendered again.
 
+use std::borrow::Cow;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use arrow_array::RecordBatch;
@@ -61,9 +62,16 @@ pub(super) fn check(
     if let Some(expected) = &expected {
         expected::numbers(&row, task.head, expected, &place, report);
     }
+    let mut decoded = images::check(&row, &task.head.images, &place, report);
+    let cols = row.cols.max(1) as usize;
     // A sample that is rendered again is compared as a whole.
     let derive = task.derive.filter(|_| !task.chosen.contains(&listed.index));
-    let asked = task.rows.map_or_else(AskedRows::default, |rows| rows.of(task.head, listed.index));
+    let mut asked = task.rows.map_or_else(AskedRows::default, |rows| rows.of(task.head, listed.index));
+    if derive.is_some() {
+        let of_file = || exr.and_then(|bytes| exr::label(bytes, task.head));
+        let label = decoded.get("label").map(Cow::Borrowed).or_else(|| of_file().map(Cow::Owned));
+        asked.unlit = label.map_or_else(Vec::new, |label| object_ends(&label, cols));
+    }
     let frames = Mutex::new(Vec::new());
     let take = |frame: StackFrame| {
         let digest = FrameDigest::of(listed.index, frame.profile.into(), &frame.dn);
@@ -82,13 +90,11 @@ pub(super) fn check(
     // What the manifest lists was compared with the recipe where there is one.
     let named = expected.as_ref().map_or([&listed.id, &listed.split, &listed.class], |e| [&e.id, &e.split, &e.class]);
     numbers(task, &row, named, &place, report);
-    let mut decoded = images::check(&row, &task.head.images, &place, report);
-    let cols = row.cols.max(1) as usize;
     let mut comparison = RowComparison::new(&exposed, task.head);
     comparison.images(cols, &decoded, task.head, scale);
     if let Some(bytes) = exr {
         let path = exr_path(task.number, &listed.id);
-        exr::check(bytes, task.head, &row, (&mut decoded, &rows, &mut comparison), &path, report);
+        exr::check(bytes, task, &row, (&mut decoded, &rows, &mut comparison), &path, report);
     }
     comparison.tell(&place, report);
     let turned = task.head.recipe.canonical["motion"]["kind"] == "turntable";
@@ -96,7 +102,7 @@ pub(super) fn check(
     pixels::instances(&row, &decoded, &place, report);
     usefulness::check(task, &row, &decoded, &place, report);
     // The thesis' method lets light out beyond the object's edges.
-    if task.head.recipe.canonical["transport"]["model"] != "thesis" {
+    if !task.is_exact() && task.head.recipe.canonical["transport"]["model"] != "thesis" {
         let light = ScanLight {
             second_line: task.head.recipe.canonical["laser"]["second_line_mm"] != 0.0,
             most_dn: task.head.images.most_dn(),
@@ -105,7 +111,7 @@ pub(super) fn check(
         outline::check(cols, &light, &decoded, &place, report);
     }
     true_rows::labels(&rows, cols, &decoded, &place, report);
-    if task.head.range_unit() == "mm" {
+    if exposed.is_empty() && task.head.range_unit() == "mm" {
         let scale = [row.range_offset, row.range_scale];
         true_rows::range(&rows, (cols, scale, task.head.images.most_dn()), &decoded, &place, report);
     }
@@ -121,6 +127,13 @@ pub(super) fn check(
     let class = usize::try_from(row.class).ok().filter(|class| *class < task.head.classes.len())?;
     let numbers = RowNumbers { index: listed.index, split: row.split, class, numbers: row.numbers };
     Some(CheckedSample { numbers, print, frames })
+}
+
+/// The first and the last row of a label image that show the object, with the row before and the row behind.
+fn object_ends(label: &[u16], cols: usize) -> Vec<usize> {
+    let shows = |row: &[u16]| row.iter().any(|class| *class != 0);
+    let ends = label.chunks(cols).position(shows).zip(label.chunks(cols).rposition(shows));
+    ends.map_or_else(Vec::new, |(first, last)| vec![first.saturating_sub(1), first, last, last + 1])
 }
 
 /// `named` are the id, split and class that it should say.

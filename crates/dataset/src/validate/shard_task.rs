@@ -2,12 +2,14 @@
 
 use std::collections::BTreeSet;
 use std::path::Path;
+use std::sync::{Mutex, PoisonError};
 
 use output_schema::DatasetHead;
 
 use super::row_choice::RowChoice;
 use super::sample_counts::RowNumbers;
 use super::{Derive, Expect, Rerender};
+use crate::record::{AskedRows, StackFrame};
 
 /// What is to be checked.
 #[derive(Clone, Copy)]
@@ -23,4 +25,19 @@ pub(super) struct ShardTask<'a> {
     pub(super) chosen: &'a BTreeSet<u64>,
     /// Takes what each row says.
     pub(super) seen: &'a (dyn Fn(&RowNumbers) + Sync),
+}
+
+impl ShardTask<'_> {
+    /// Whether samples are compared exactly with what their recipe makes; where they can't be, estimates say what to look at.
+    pub(super) fn is_exact(&self) -> bool {
+        self.derive.is_some()
+    }
+
+    /// A sensor frame of a sample as its recipe makes it, where it can be exposed.
+    pub(super) fn exposed_again(&self, index: u64, profile: u64) -> Option<StackFrame> {
+        let asked = AskedRows { frames: vec![usize::try_from(profile).ok()?], ..AskedRows::default() };
+        let made = Mutex::new(None);
+        self.derive?(index, &asked, &|frame| *made.lock().unwrap_or_else(PoisonError::into_inner) = Some(frame));
+        made.into_inner().unwrap_or_else(PoisonError::into_inner)
+    }
 }

@@ -17,6 +17,9 @@ use super::shard_task::ShardTask;
 use crate::record::StackFrame;
 use crate::{TableBounds, check_lengths, enclosed, frame_numbers, largest};
 
+/// Blank frames of a shard that are exposed again.
+const MAX_BLANK_AGAIN: usize = 8;
+
 /// Checks the sensor frames of a shard: every so-many-th of the profiles of each sample, as the recipe says; those that are to be
 /// compared with what is exposed again.
 pub(super) fn check(
@@ -29,6 +32,7 @@ pub(super) fn check(
     match read(task, &file.path) {
         Ok((rows, asked)) => {
             order(&rows, task.head, manifest, file, &mut fault);
+            blank(&rows, task, &file.path, report);
             asked
         }
         Err((code, what)) => {
@@ -101,15 +105,29 @@ fn content(rows: &[FrameRow], head: &DatasetHead, fault: &mut dyn FnMut(Code, St
         if row.most > head.images.most_dn() {
             fault(Code::ValueRange, format!("{frame} has {} DN, beyond {}", row.most, head.images.most_dn()));
         }
-        if row.most == 0 {
-            fault(Code::StackBlank, format!("{frame} is 0 everywhere"));
-        }
         let before = *first.entry(row.sum).or_insert(&row.key);
         if *before != row.key && row.least < row.most {
             let what = format!("{frame} has the pixels of profile {} of sample {} ({})", before.2, before.1, before.0);
             fault(Code::StackRepeated, what);
         }
     }
+}
+
+/// A frame of nothing is a fault unless it is one when it is exposed again: where little light comes and the dark level is 0, some are.
+/// Where none can be exposed it is looked at.
+fn blank(rows: &[FrameRow], task: &ShardTask, path: &str, report: &mut ValidationReport) {
+    let blank: Vec<&Key> = rows.iter().filter(|row| row.most == 0).map(|row| &row.key).collect();
+    let is_blank = |(_, index, profile): &&Key| {
+        let made = task.exposed_again(index.unsigned_abs(), profile.unsigned_abs());
+        made.is_some_and(|frame| frame.dn.iter().all(|dn| *dn == 0))
+    };
+    // The first tell of all of them.
+    if task.is_exact() && blank.iter().take(MAX_BLANK_AGAIN).all(is_blank) {
+        return;
+    }
+    let told = if task.is_exact() { &mut report.faults } else { &mut report.warnings };
+    let what = |(id, index, profile): &Key| format!("profile {profile} of sample {index} ({id}) is 0 everywhere");
+    told.extend(blank.into_iter().map(|key| Finding::new(Code::StackBlank, path, what(key))));
 }
 
 /// Every row without its pixels, and the frames that are to be compared.

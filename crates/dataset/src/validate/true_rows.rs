@@ -1,8 +1,8 @@
 //! True rows: some rows of the images against the body that the recipe makes, grown again without light: label and instance pixel by
 //! pixel, truth maps number by number, and whether Range is anywhere near it.
 //!
-//! Range is no truth: it lies below the surface of what lets light in, and is the tablet's under clear film. So it is held
-//! to what no measurement misses: the median distance of well lit pixels from between the surface and what lies below a
+//! Range is no truth: it lies below the surface of what lets light in, and is the tablet's under clear film. Where no row is
+//! exposed again, which tells it exactly, it is held to what hardly a measurement misses, and a warning says so: the median distance of well lit pixels from between the surface and what lies below a
 //! film is [`FAR_MM`] at most. Pixels at the greatest digital number are left out: a line that is saturated over many rows is
 //! measured in the middle of these.
 
@@ -15,7 +15,7 @@ use super::report::ValidationReport;
 use crate::record::TrueRow;
 use crate::{ExrChannel, truth_channel};
 
-/// Median distance of Range from the body that is a fault [mm].
+/// Median distance of Range from the body that is told [mm].
 const FAR_MM: f32 = 2.0;
 /// A pixel is well lit from this share of the greatest digital number on, if it is below that [1].
 const LIT: f32 = 0.25;
@@ -113,6 +113,6 @@ pub(super) fn range(
             median.abs(),
             rows.len()
         );
-        report.faults.push(Finding::new(Code::RangeDiffers, place, what));
+        report.warnings.push(Finding::new(Code::RangeDiffers, place, what));
     }
 }
