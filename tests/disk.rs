@@ -2,55 +2,30 @@
 
 use std::fs::{self, File};
 use std::io::Write;
-use std::path::PathBuf;
-use std::process::Command;
-use std::thread::sleep;
-use std::time::Duration;
 
 use serde_json::Value;
-use test_support::program::{Place, assert_same};
+use test_support::disk::Disk;
+use test_support::program::{Place, assert_same, until};
 
-/// A small disk in memory; only root can mount one.
-struct Disk(PathBuf);
-
-impl Disk {
-    /// `None`, and a word about it, where this user may not mount.
-    fn mount(place: &Place, megabytes: u32) -> Option<Self> {
-        let path = place.path("disk");
-        fs::create_dir(&path).expect("a folder");
-        let size = format!("size={megabytes}m");
-        let mounted = Command::new("mount").args(["-t", "tmpfs", "-o", &size, "tmpfs"]).arg(&path).output();
-        let mounted = mounted.is_ok_and(|output| output.status.success());
-        if !mounted {
-            eprintln!("not tested: only root can mount a small disk");
-        }
-        mounted.then_some(Self(path))
-    }
-
-    fn grow(&self, megabytes: u32) {
-        let size = format!("remount,size={megabytes}m");
-        assert!(Command::new("mount").args(["-o", &size]).arg(&self.0).status().expect("mount starts").success());
-    }
-
-    /// Fills it until so many bytes are left.
-    fn fill(&self, left: usize) {
-        let mut file = File::create(self.0.join("filler")).expect("a file");
-        while file.write(&[7; 4096]).is_ok_and(|written| written > 0) {}
-        let length = file.metadata().expect("its size").len();
-        file.set_len(length.saturating_sub(left as u64)).expect("it can be cut");
-    }
+/// A disk of so many MB in the folder `disk` of a place.
+fn disk(place: &Place, megabytes: u32) -> Option<Disk> {
+    let path = place.path("disk");
+    fs::create_dir(&path).expect("a folder");
+    Disk::mount(&path, &format!("size={megabytes}m"))
 }
 
-impl Drop for Disk {
-    fn drop(&mut self) {
-        let _ = Command::new("umount").arg("-l").arg(&self.0).status();
-    }
+/// Fills a disk until so many bytes are left.
+fn fill(disk: &Disk, left: usize) {
+    let mut file = File::create(disk.path().join("filler")).expect("a file");
+    while file.write(&[7; 4096]).is_ok_and(|written| written > 0) {}
+    let length = file.metadata().expect("its size").len();
+    file.set_len(length.saturating_sub(left as u64)).expect("it can be cut");
 }
 
 #[test]
 fn a_disk_that_is_too_small_is_refused_before_the_work() {
     let place = Place::with(&[]);
-    let Some(disk) = Disk::mount(&place, 3) else { return };
+    let Some(disk) = disk(&place, 3) else { return };
     let order = "--recipe tiny.yaml --n 200 --out disk/set";
     let words = ["200 samples", "MB free", "disk/set", "make room", "--out", "output.bin"];
     let run = place.run(order);
@@ -59,10 +34,10 @@ fn a_disk_that_is_too_small_is_refused_before_the_work() {
     let estimate = place.run(&format!("{order} --estimate"));
     assert_eq!(estimate.code, 1, "{}", estimate.err);
     words.iter().for_each(|word| assert!(estimate.out.contains(word), "no `{word}` in {}", estimate.out));
-    assert_eq!(fs::read_dir(&disk.0).expect("it lists").count(), 0, "nothing was begun");
+    assert_eq!(fs::read_dir(disk.path()).expect("it lists").count(), 0, "nothing was begun");
     // Part of the dataset needs a part of the space, and what is there needs none.
     place.done("--recipe tiny.yaml --n 12 --out disk/set");
-    disk.fill(200_000);
+    fill(&disk, 200_000);
     let again = place.done("--recipe tiny.yaml --n 12 --out disk/set");
     assert!(again.err.contains("nothing to do"), "{}", again.err);
     assert_eq!(place.run("--recipe tiny.yaml --n 24 --out disk/set").code, 1);
@@ -71,18 +46,15 @@ fn a_disk_that_is_too_small_is_refused_before_the_work() {
 #[test]
 fn a_disk_that_fills_up_stops_the_work_and_loses_nothing() {
     let place = Place::with(&[["sensor_stack: none", "sensor_stack: {every: 8}"]]);
-    let Some(disk) = Disk::mount(&place, 12) else { return };
+    let Some(disk) = disk(&place, 12) else { return };
     let order = "--recipe tiny.yaml --n 24 --samples-per-shard 3 --threads 1 --out";
     place.done(&format!("{order} whole"));
 
     let mut child = place.command(&format!("{order} disk/set")).spawn().expect("the program starts");
-    let second = disk.0.join("set/shards/00001.json");
-    while !second.exists() {
-        assert!(child.try_wait().expect("the child can be asked").is_none(), "it ended before its second shard");
-        sleep(Duration::from_millis(1));
-    }
+    let second = disk.path().join("set/shards/00001.json");
+    assert!(until(&mut child, || second.exists()), "it ended before its second shard");
     // Somebody else takes the rest of the disk: the early look at the free space has passed.
-    disk.fill(100_000);
+    fill(&disk, 100_000);
     let output = child.wait_with_output().expect("it ends");
     let text = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{text}");
@@ -168,14 +140,14 @@ fn an_estimate_is_near_what_is_written() {
 fn an_export_that_fills_a_disk_goes_on() {
     let place = Place::with(&[]);
     place.make("set", "--n 24");
-    let Some(disk) = Disk::mount(&place, 1) else { return };
-    disk.fill(60_000);
+    let Some(disk) = disk(&place, 1) else { return };
+    fill(&disk, 60_000);
     for format in ["png", "webdataset", "coco", "icon"] {
         let order = format!("export {format} set --out disk/{format}");
         let run = place.run(&order);
         assert_eq!(run.code, 1, "{format}: {}", run.err);
         assert!(run.err.contains("the disk is full") && run.err.contains("make room"), "{format}: {}", run.err);
-        fs::remove_dir_all(disk.0.join(format)).expect("it is ours");
+        fs::remove_dir_all(disk.path().join(format)).expect("it is ours");
     }
     let order = "export png set --out disk/png";
     assert_eq!(place.run(order).code, 1);

@@ -2,11 +2,11 @@
 
 use std::fs;
 use std::path::Path;
-use std::process::Command;
 use std::thread;
 
 use dataset::{Claim, Dataset, ShardWriter};
 use output_schema::DatasetHead;
+use test_support::disk::Disk;
 use test_support::records::{SIZE, encoded, head, output, tree, write_dataset, write_shard};
 
 fn refusal(path: &Path, change: impl Fn(&mut DatasetHead)) -> String {
@@ -141,38 +141,22 @@ fn a_missing_parent_and_a_file_in_the_way_are_named() {
     assert!(error.to_string().contains("check the path"), "{error}");
 }
 
-/// A small disk of its own; unmounted at the end.
-struct SmallDisk(tempfile::TempDir);
-
-impl SmallDisk {
-    /// `None`, and a word about it, where this user may not mount.
-    fn mount(options: &str) -> Option<Self> {
-        let place = tempfile::tempdir().ok()?;
-        let mount = Command::new("mount").args(["-t", "tmpfs", "-o", options, "tmpfs"]).arg(place.path()).output();
-        let is_there = mount.is_ok_and(|mount| mount.status.success());
-        if !is_there {
-            eprintln!("not tested: only root can mount a small disk");
-        }
-        is_there.then_some(Self(place))
-    }
-}
-
-impl Drop for SmallDisk {
-    fn drop(&mut self) {
-        let _ = Command::new("umount").arg(self.0.path()).status();
-    }
+/// A small disk of these options, and the folder that it is mounted in.
+fn disk(options: &str) -> Option<(Disk, tempfile::TempDir)> {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    Disk::mount(place.path(), options).map(|disk| (disk, place))
 }
 
 #[test]
 fn a_full_disk_keeps_finished_shards_and_says_what_to_do() {
-    let Some(disk) = SmallDisk::mount("size=2m") else { return };
+    let Some((disk, _place)) = disk("size=2m") else { return };
     let output = output();
-    let root = disk.0.path().join("set");
+    let root = disk.path().join("set");
     let folder = Dataset::open_or_create(&root, head(&output, &SIZE, 8)).expect("it opens");
     write_shard(&folder, 0, &output);
     let before = tree(&root);
-    fs::write(disk.0.path().join("ballast"), vec![1; 1_900_000]).ok();
-    let _ = fs::write(disk.0.path().join("rest"), vec![1; 70_000]);
+    fs::write(disk.path().join("ballast"), vec![1; 1_900_000]).ok();
+    let _ = fs::write(disk.path().join("rest"), vec![1; 70_000]);
     let written = ShardWriter::claim(&folder, 1).and_then(|claim| {
         let mut writer = claim.granted().expect("the shard is free");
         (4..8).try_for_each(|index| writer.push(encoded(index, &output)))?;
@@ -186,8 +170,8 @@ fn a_full_disk_keeps_finished_shards_and_says_what_to_do() {
         assert!(text.contains(word), "{text}");
     }
     assert_eq!(tree(&root), before, "nothing of the shard is left, and the finished one is as it was");
-    fs::remove_file(disk.0.path().join("ballast")).expect("it is there");
-    let _ = fs::remove_file(disk.0.path().join("rest"));
+    fs::remove_file(disk.path().join("ballast")).expect("it is there");
+    let _ = fs::remove_file(disk.path().join("rest"));
     write_shard(&folder, 1, &output);
     assert!(folder.remaining(0..2).expect("they can be read").is_empty());
 }
@@ -195,9 +179,9 @@ fn a_full_disk_keeps_finished_shards_and_says_what_to_do() {
 /// A disk that has room for bytes and none for files is not called full.
 #[test]
 fn a_disk_without_inodes_says_so() {
-    let Some(disk) = SmallDisk::mount("size=20m,nr_inodes=24") else { return };
+    let Some((disk, _place)) = disk("size=20m,nr_inodes=24") else { return };
     let output = output();
-    let root = disk.0.path().join("set");
+    let root = disk.path().join("set");
     let written = Dataset::open_or_create(&root, head(&output, &SIZE, 64)).and_then(|folder| {
         for shard in 0..16 {
             let mut writer = ShardWriter::claim(&folder, shard)?.granted().expect("the shard is free");

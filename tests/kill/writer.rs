@@ -1,13 +1,13 @@
 //! A process that is killed in the middle of a shard leaves a dataset that the next one completes to the same bytes.
 
+use std::io::Read;
 use std::path::{Path, PathBuf};
-use std::process::Command;
-use std::thread::sleep;
-use std::time::{Duration, Instant};
+use std::process::{Command, Stdio};
 
 use bench::settings::{Channel, Output, SensorStack, Size};
 use dataset::{Claim, Dataset, ShardWriter, encode};
 use parquet::file::reader::{FileReader, SerializedFileReader};
+use test_support::program::until;
 use test_support::records::{SIZE, encoded, head, output, record, tree, write_dataset};
 
 /// Where the child of the test below writes.
@@ -22,7 +22,8 @@ fn child_that_is_killed() {
         ShardWriter::claim(&folder, 1).expect("the folder can be written").granted().expect("the shard is free");
     (4..7).for_each(|index| writer.push(encoded(index, &output())).expect("it is written"));
     std::fs::write(place.with_extension("ready"), "").expect("it can be written");
-    sleep(Duration::from_secs(60));
+    // Until it is killed, or whoever started it has ended.
+    std::io::stdin().read_to_end(&mut Vec::new()).expect("a pipe");
 }
 
 #[test]
@@ -34,13 +35,10 @@ fn the_next_process_completes_what_a_killed_one_began() {
     let mut child = Command::new(program)
         .args(["--exact", "writer::child_that_is_killed"])
         .env(CHILD, &root)
+        .stdin(Stdio::piped())
         .spawn()
         .expect("the child starts");
-    let start = Instant::now();
-    while !root.with_extension("ready").exists() {
-        assert!(start.elapsed() < Duration::from_secs(50), "the child does not write");
-        sleep(Duration::from_millis(20));
-    }
+    assert!(until(&mut child, || root.with_extension("ready").exists()), "the child does not write");
     let folder = Dataset::open(&root).expect("it is a dataset");
     assert!(matches!(ShardWriter::claim(&folder, 1), Ok(Claim::Busy)), "the child holds it");
     child.kill().expect("it can be killed");

@@ -2,11 +2,9 @@
 //! fault of scans, keys and files.
 
 use std::fs;
-use std::thread::sleep;
-use std::time::{Duration, Instant};
 
 use serde_json::Value;
-use test_support::program::Place;
+use test_support::program::{Place, until};
 
 /// A part of plastic under a bench of which four keys are open; the last of them has no effect on scans.
 const PLATE: &str = include_str!("../../recipes/fit/plate.yaml");
@@ -76,12 +74,8 @@ fn hidden_values_are_found() {
 fn a_killed_fit_goes_on(place: &Place, order: &str) {
     let mut child = place.command(&format!("{order} --out killed.yaml")).spawn().expect("it starts");
     let kept = place.path("killed.fit.jsonl");
-    let since = Instant::now();
     let lines = || fs::read(&kept).map_or(0, |bytes| bytes.iter().filter(|byte| **byte == b'\n').count());
-    while lines() < 200 {
-        assert!(since.elapsed() < Duration::from_secs(120) && child.try_wait().expect("it can be asked").is_none());
-        sleep(Duration::from_millis(20));
-    }
+    assert!(until(&mut child, || lines() >= 200), "it ended before it was killed");
     child.kill().expect("it runs");
     child.wait().expect("it ends");
     assert!(!place.path("killed.yaml").exists() && lines() >= 200);

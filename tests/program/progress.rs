@@ -2,10 +2,8 @@
 
 use std::io::{BufRead, BufReader, Read};
 use std::process::Command;
-use std::thread::sleep;
-use std::time::{Duration, Instant};
 
-use test_support::program::{FRAMES, Place, assert_same};
+use test_support::program::{FRAMES, Place, assert_same, until};
 
 /// Long work tells how far it is: with no time between its lines, each command has some.
 #[test]
@@ -39,11 +37,7 @@ fn stopping_says_what_is_kept() {
     let place = Place::with(&[]);
     let order = "--recipe tiny.yaml --n 4000 --samples-per-shard 1 --out set";
     let mut child = place.command(order).spawn().expect("it starts");
-    let started = Instant::now();
-    while !place.path("set/shards/00001.json").exists() {
-        assert!(started.elapsed() < Duration::from_secs(120), "no shard is made");
-        sleep(Duration::from_millis(10));
-    }
+    assert!(until(&mut child, || place.path("set/shards/00001.json").exists()), "no shard is made");
     let interrupt = Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill runs");
     assert!(interrupt.success());
     let status = child.wait().expect("it ends");

@@ -3,7 +3,7 @@
 
 use std::fs;
 
-use test_support::program::{Place, recipe};
+use test_support::program::{Place, recipe, until};
 
 /// A folder with a dataset `planks` of four scans with twelve windows each, and one `tiny` of scans that have two.
 fn planks() -> Place {
@@ -115,22 +115,16 @@ fn the_variable_names_python() {
 #[test]
 fn an_interrupt_ends_python_too() {
     use std::process::Command;
-    use std::time::{Duration, Instant};
 
     let place = planks();
     // It notes its number, then sleeps without reading its input.
     stub(&place, "sleeper", "echo $$ > number.tmp; mv number.tmp number; exec sleep 600");
     fs::create_dir(place.path("tmp")).expect("the folder is ours");
     let mut command = place.command("compare planks planks --gap --python ./sleeper");
-    let program = command.env("TMPDIR", place.path("tmp")).spawn().expect("the program starts");
-    let begun = Instant::now();
-    let number = loop {
-        match fs::read_to_string(place.path("number")) {
-            Ok(number) => break number.trim().to_string(),
-            Err(_) => assert!(begun.elapsed() < Duration::from_secs(60), "the stub does not start"),
-        }
-        std::thread::sleep(Duration::from_millis(20));
-    };
+    let mut program = command.env("TMPDIR", place.path("tmp")).spawn().expect("the program starts");
+    let note = place.path("number");
+    assert!(until(&mut program, || note.exists()), "it ended before the stub noted its number");
+    let number = fs::read_to_string(note).expect("it is there").trim().to_string();
     let is_there =
         |number: &str| Command::new("kill").args(["-0", number]).output().is_ok_and(|run| run.status.success());
     assert!(is_there(&number));

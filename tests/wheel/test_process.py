@@ -75,12 +75,13 @@ def test_other_threads_go_on_while_a_sample_is_rendered():
 
     counter = threading.Thread(target=count)
     counter.start()
-    begun = time.perf_counter()
+    before = counted[0]
     recipe.sample(0)
-    seconds, turns = time.perf_counter() - begun, counted[0]
+    turns = counted[0] - before
     done.set()
     counter.join()
-    assert turns > 20 * seconds, (turns, seconds)
+    # A thread that holds the interpreter all the while leaves the other one no turn, but for one as it begins and one as it ends.
+    assert turns > 5, turns
 
 
 STOPPED = """
@@ -388,7 +389,10 @@ def test_ctrl_c_stops_the_program_and_keeps_what_is_finished(tmp_path):
     # To Python alone, as Jupyter sends it.
     child.send_signal(signal.SIGINT)
     assert child.stdout.read().split()[-1] == "stopped" and child.wait(30) == 0
-    time.sleep(0.2)
     running = subprocess.run(["pgrep", "-f", str(tmp_path / "out")], capture_output=True, text=True).stdout
+    # Who was told to end may still be ending; one that goes on would make hundreds of samples.
+    while running and len(sheetlight.open(tmp_path / "out")) < 200:
+        running = subprocess.run(["pgrep", "-f", str(tmp_path / "out")], capture_output=True, text=True).stdout
+        time.sleep(0.01)
     assert not running, "the program goes on"
     assert len(sheetlight.open(tmp_path / "out")) >= 2

@@ -3,7 +3,9 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::{Child, Command, Stdio};
+use std::thread::sleep;
+use std::time::Duration;
 
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::{Field, Row};
@@ -79,6 +81,18 @@ impl Run {
         for word in words {
             assert!(self.err.contains(word), "no `{word}` in {}", self.err);
         }
+    }
+}
+
+/// Waits until something is so, however long the machine takes; `false` where the process that makes it so ends before.
+pub fn until(child: &mut Child, mut is_so: impl FnMut() -> bool) -> bool {
+    loop {
+        // What it did last counts too.
+        let ended = child.try_wait().expect("the child can be asked").is_some();
+        if is_so() || ended {
+            return is_so();
+        }
+        sleep(Duration::from_micros(500));
     }
 }
 
