@@ -1,9 +1,9 @@
 //! `gen export` where something is wrong: stopped, damaged, misused; never a panic, always a place and a remedy.
 
 use std::fs;
-use std::time::{Duration, Instant};
+use std::path::Path;
 
-use test_support::program::{Place, assert_same, recipe, sawtooth_recipe};
+use test_support::program::{Place, assert_same, recipe, sawtooth_recipe, until};
 use tools::export::{GivenEnds, PictureContent, Selection, Source, coco};
 
 /// A dataset of eight samples in shards of four, in `set`.
@@ -18,6 +18,12 @@ fn dataset(text: String) -> Place {
 fn first(place: &Place, folder: &str, end: &str) -> String {
     let name = place.tree(folder).into_keys().find(|name| name.ends_with(end)).expect("there is one");
     format!("{folder}/{name}")
+}
+
+/// Files in a folder that is being written.
+fn files(folder: &Path) -> usize {
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    entries.map(|entry| if entry.path().is_dir() { files(&entry.path()) } else { 1 }).sum()
 }
 
 /// Killed wherever it stands, an export says that it is unfinished, takes no other order, and the same command finishes it
@@ -35,16 +41,15 @@ fn a_stopped_export_is_finished() {
             let mut child =
                 place.command(&format!("export {order} --out {out} --threads 1")).spawn().expect("it starts");
             let marker = place.path(&out).join(".unfinished-export.json");
-            let begun = Instant::now();
-            while !marker.exists() && begun.elapsed() < Duration::from_secs(20) {}
-            std::thread::sleep(Duration::from_millis(attempt % 5 * 4));
+            // With another number of files each time, or as it ends where there are never so many.
+            until(&mut child, || marker.exists() && files(&place.path(&out)) > attempt % 5);
             child.kill().expect("it is ours");
             child.wait().expect("it is ours");
             let unfinished = !place.path(&out).join("export.json").exists();
             // Between the last file and the end both are there.
             assert!(!unfinished || marker.exists(), "{out}: nothing says that it is unfinished");
             if unfinished && attempt == 0 {
-                let other = place.run(&format!("export mvtec set --out {out}"));
+                let other = place.run(&format!("export mvtec set --out {out} --split train"));
                 assert!(other.code == 1 && other.err.contains("repeat the command"), "{}", other.err);
             }
             stopped += u32::from(unfinished);
@@ -190,7 +195,7 @@ fn flipped_bytes_never_panic() {
 fn names_stay_in_the_folder() {
     let place = dataset(recipe(&[["{train: 0.8, validation: 0.1, test: 0.1}", "{train: 0, validation: 0, test: 1}"]]));
     let text = fs::read_to_string(place.path("set/dataset.json")).expect("it is there");
-    place.done("export mvtec set --out good --patch-px 16");
+    place.done("export mvtec set --out good --patch-px 16 --split test");
     let folders = fs::read_dir(place.path("good/ground_truth")).expect("there are defects");
     let names = folders.map(|folder| folder.expect("it can be listed").file_name().into_string().expect("it is ASCII"));
     let names: Vec<String> = names.filter(|name| name != "combined").collect();
@@ -198,13 +203,13 @@ fn names_stay_in_the_folder() {
     for name in names {
         let bad = text.replace(&format!("\"{name}\""), "\"../../evil\"");
         place.write("set/dataset.json", bad);
-        let run = place.run(&format!("export mvtec set --out deep/{name} --patch-px 16"));
+        let run = place.run(&format!("export mvtec set --out deep/{name} --patch-px 16 --split test"));
         assert!(run.code == 1 && run.err.contains("no name for a folder"), "{name}: {} {}", run.code, run.err);
         assert!(!place.path("evil").exists() && !place.path("deep/evil").exists());
     }
     let all = text.replace("\"sound_knot\"", "\"../../evil\"").replace("\"dead_knot\"", "\"../../evil\"");
     place.write("set/dataset.json", all.replace("\"rot\"", "\"../../evil\""));
-    let run = place.run("export mvtec set --out deep/all --patch-px 16");
+    let run = place.run("export mvtec set --out deep/all --patch-px 16 --split test");
     assert!(run.code == 1 && run.err.contains("gen validate"), "{}", run.err);
 }
 
@@ -262,7 +267,7 @@ fn misuse_is_told() {
         assert!(run.code == 1 && run.err.contains(words) && !saw.path("o").exists(), "{}", run.err);
         assert!(run.err.contains("export it as png or webdataset"), "{}", run.err);
     }
-    saw.done("export mvtec set --out teeth --good tooth --image range");
+    saw.done("export mvtec set --out teeth --good tooth --image range --split train");
     saw.done("export png set --out o --colour");
     // From within the dataset, a folder beside it is no part of it.
     let beside = saw.command("export png . --out ../beside").current_dir(saw.path("set")).output().expect("it starts");

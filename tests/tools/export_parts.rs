@@ -29,7 +29,7 @@ fn stop(place: &Place, out: &str) {
 fn ends_are_never_made_up() {
     let place = dataset(2, "{train: 1, validation: 0, test: 0}", &DARK);
     for format in ["coco", "mvtec"] {
-        let order = format!("export {format} set --out {format} --image rgb --range-ends 10,30");
+        let order = format!("export {format} set --out {format} --split train --image rgb --range-ends 10,30");
         let run = place.run(&order);
         let told =
             ["no pixel", "scatter", "give them with --scatter-ends LOW,HIGH"].iter().all(|w| run.err.contains(w));
@@ -161,9 +161,31 @@ fn notes_are_of_what_was_asked() {
     assert!(test.contains("test/good is empty") && !test.contains("train") && !test.contains("validation"), "{test}");
     let good = place.done("export mvtec set --out train --split train --patch-px 16").err;
     assert!(!good.contains("test") && !good.contains("validation") && !good.contains("is empty"), "{good}");
-    let few = dataset(4, "{train: 0, validation: 0, test: 1}", &[]);
-    let none = notes(&few, "", "none");
-    assert!(none.contains("the split train has no samples: make more") && !none.contains("train/good"), "{none}");
-    let index = notes(&few, "--index 0-1", "index");
-    assert!(index.contains("the split train has no samples: give another --index"), "{index}");
+}
+
+/// Folders of anomaly detection without `train` or without `test` are refused before anything is written, with what is missing and what
+/// to do, unless one of them alone is asked for; where `test` shows no defect, or nothing good, a note says so.
+#[test]
+fn a_split_without_samples_is_refused() {
+    for (splits, missing, other) in [
+        ("{train: 0, validation: 0, test: 1}", "train", "test"),
+        ("{train: 1, validation: 0, test: 0}", "test", "train"),
+        ("{train: 0.5, validation: 0.5, test: 0}", "test", "train"),
+    ] {
+        let few = dataset(4, splits, &[]);
+        let refused = |options: &str, remedy: &str| {
+            let run = few.run(&format!("export mvtec set --out o --patch-px 16 {options}"));
+            let lacks = format!("the split {missing} has no samples, and the export would have no folder `{missing}`");
+            let alone = format!("--split {other} exports `{other}` alone");
+            run.refused(&[&lacks, remedy, &alone]);
+            assert!(run.out.is_empty() && !few.path("o").exists(), "{splits} {options}: {}", run.out);
+        };
+        refused("", "make more samples");
+        refused("--index 0-2", "give another --index");
+        few.done(&format!("export mvtec set --out o --patch-px 16 --split {other}"));
+        assert!(few.path("o").join(other).is_dir() && !few.path("o").join(missing).exists());
+    }
+    let whole = dataset(8, "{train: 0.5, validation: 0, test: 0.5}", &[]);
+    let run = whole.done("export mvtec set --out all --good clear,sound_knot,dead_knot,rot");
+    assert!(run.err.contains("test has no defects"), "{}", run.err);
 }

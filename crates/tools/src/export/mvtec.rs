@@ -39,7 +39,8 @@ pub struct MvtecOptions {
 /// Writes the export.
 ///
 /// # Errors
-/// Where the dataset is damaged or lacks images, its subject has no defects, or the folder cannot be written.
+/// Where the dataset is damaged or lacks images, its subject has no defects, a split that is asked for has no samples, or the folder
+/// cannot be written.
 pub fn export(
     source: &Source,
     out: &Path,
@@ -56,6 +57,7 @@ pub fn export(
         let what = format!("{side} px is larger than the images of {} x {} px", head.images.cols, head.images.rows);
         return Err(Fault::at("--patch-px".as_ref(), what, format!("give up to {least}")));
     }
+    has_splits(source)?;
     let asked = json!({
         "image": options.show.name(), "good": options.good, "patch_px": options.patch_px,
         "range": options.ends.range, "scatter": options.ends.scatter,
@@ -84,7 +86,7 @@ pub fn export(
             let remedy = "try --patch-px, --good, --split all or more samples";
             return Err(out.withdrawn(Fault::at(source.root(), what, remedy)));
         }
-        let notes = notes(source, left_out, |folder| counts.contains_key(folder));
+        let notes = notes(source, left_out, &counts);
         let good: Vec<&str> =
             head.shown_classes().filter(|(value, _)| good[value & 255]).map(|(_, name)| name).collect();
         let scaling = scalings.json(head.range_unit());
@@ -92,33 +94,46 @@ pub fn export(
     })
 }
 
+/// The splits of the layout that are asked for.
+fn asked(source: &Source) -> impl Iterator<Item = Split> {
+    [Split::Train, Split::Test].into_iter().filter(|split| source.selection.has_split(split.name()))
+}
+
+/// Refuses where a split that is asked for has no samples: its folder would be missing, and whoever learns or judges with the export
+/// would find out there. One of them alone is made where it alone is asked for.
+fn has_splits(source: &Source) -> Result<(), Fault> {
+    let Some(missing) = asked(source).find(|split| source.in_split(*split) == 0) else { return Ok(()) };
+    let other = if missing == Split::Train { Split::Test } else { Split::Train };
+    let more = match (source.selection.indices.is_empty(), source.unfinished) {
+        (false, _) => "give another --index",
+        (true, 0) => "make more samples, or give the split a larger share in the recipe's `splits`",
+        (true, _) => "run gen again to finish the dataset",
+    };
+    let (name, other) = (missing.name(), other.name());
+    let what = format!("the split {name} has no samples, and the export would have no folder `{name}`");
+    Err(Fault::at(source.root(), what, format!("{more}; --split {other} exports `{other}` alone")))
+}
+
 /// What the user should know: pictures and samples that are left out, and folders without a picture.
-fn notes(source: &Source, left_out: u64, is_there: impl Fn(&str) -> bool) -> Vec<String> {
+fn notes(source: &Source, left_out: u64, counts: &BTreeMap<String, u64>) -> Vec<String> {
     let mut notes = Vec::new();
     if left_out > 0 {
         notes.push(format!(
             "{left_out} pictures with defects of the split train are left out: methods learn from good ones"
         ));
     }
-    let asked: Vec<Split> =
-        [Split::Train, Split::Test].into_iter().filter(|split| source.selection.has_split(split.name())).collect();
-    for split in &asked {
-        let name = split.name();
-        if source.in_split(*split) == 0 {
-            let remedy = match (source.selection.indices.is_empty(), source.unfinished) {
-                (false, _) => "give another --index",
-                (true, 0) => "make more",
-                (true, _) => "run gen again to finish the dataset",
-            };
-            notes.push(format!("the split {name} has no samples: {remedy}"));
-        } else if !is_there(&format!("{name}/good")) {
+    for name in asked(source).map(Split::name) {
+        if !counts.contains_key(&format!("{name}/good")) {
             notes.push(format!(
                 "{name}/good is empty: no picture of that split is good; try --patch-px, --good or more samples"
             ));
         }
+        if name == "test" && counts.keys().all(|folder| !folder.starts_with("test/") || folder == "test/good") {
+            notes.push("test has no defects: no picture of that split shows one; make more samples".into());
+        }
     }
     let validation = source.in_split(Split::Validation);
-    if validation > 0 && asked.len() == 2 {
+    if validation > 0 && asked(source).count() == 2 {
         let samples = if validation == 1 { "sample" } else { "samples" };
         notes
             .push(format!("{validation} {samples} of the split validation left out: the layout has no place for them"));
