@@ -4,20 +4,21 @@ use std::fs;
 use std::path::PathBuf;
 
 /// Crate, and the crates of this workspace that it may use. What is not here may use all.
-const CRATES: [(&str, &[&str]); 17] = [
+const CRATES: [(&str, &[&str]); 18] = [
     ("procedural", &[]),
     ("output_schema", &[]),
     ("crates/numerics", &[]),
-    ("crates/yaml", &[]),
+    ("crates/files", &[]),
+    ("crates/yaml", &["files"]),
     ("crates/bench", &["procedural"]),
     ("crates/drawing", &["procedural"]),
     ("crates/transport", &["numerics", "procedural"]),
     ("crates/wood_picture", &["numerics", "procedural"]),
-    ("crates/reference", &["numerics", "procedural", "transport"]),
+    ("crates/reference", &["files", "numerics", "procedural", "transport"]),
     ("crates/scanner", &["bench", "numerics", "procedural", "transport"]),
-    ("crates/recipe", &["bench", "numerics", "procedural", "wood_picture", "yaml"]),
-    ("crates/dataset", &["bench", "numerics", "output_schema", "procedural"]),
-    ("crates/tools", &["bench", "dataset", "drawing", "output_schema", "procedural", "recipe", "yaml"]),
+    ("crates/recipe", &["bench", "files", "numerics", "procedural", "wood_picture", "yaml"]),
+    ("crates/dataset", &["bench", "files", "numerics", "output_schema", "procedural"]),
+    ("crates/tools", &["bench", "dataset", "drawing", "files", "output_schema", "procedural", "recipe", "yaml"]),
     ("crates/pipeline", &["bench", "dataset", "procedural", "recipe", "reference", "scanner", "transport"]),
     (
         "crates/fit",
@@ -42,6 +43,7 @@ const CRATES: [(&str, &[&str]); 17] = [
             "bench",
             "dataset",
             "drawing",
+            "files",
             "pipeline",
             "procedural",
             "recipe",
@@ -57,6 +59,45 @@ const CRATES: [(&str, &[&str]); 17] = [
 const LIBRARIES: [(&str, &[&str]); 2] = [
     ("obvhs", &["crates/scanner/src/specimen/rays.rs"]),
     ("ort", &["crates/tools/src/check/model.rs", "crates/tools/src/check/onnxruntime.rs"]),
+];
+
+/// What opens, makes or renames a file by its path.
+const OPENINGS: [&str; 23] = [
+    "File::open",
+    "File::create",
+    "File::create_new",
+    "File::options",
+    "OpenOptions",
+    "fs::read",
+    "fs::read_to_string",
+    "fs::write",
+    "fs::copy",
+    "fs::rename",
+    "fs::hard_link",
+    "fs::symlink",
+    "fs::open",
+    "fs::openat",
+    "fs::renameat",
+    "image::open",
+    "image::save_buffer",
+    "ImageReader::open",
+    ".save(",
+    ".save_with_format(",
+    ".commit_from_file(",
+    "read_first_flat_layer_from_file(",
+    "Handle::from_path",
+];
+
+/// The only files that may name one of them, and why.
+const OPENERS: [(&str, &str); 8] = [
+    ("crates/files/src/lib.rs", "opens files that a user names"),
+    ("crates/dataset/src/atomic_file.rs", "writes files that a user names"),
+    ("crates/dataset/src/enclosed/unix.rs", "opens and writes what lies in a folder of others"),
+    ("crates/dataset/src/enclosed/windows.rs", "the same there"),
+    ("crates/reference/src/thesis/direction_map.rs", "writes a map for whoever uses the library; no command does"),
+    ("crates/tools/src/check/model.rs", "onnxruntime opens the model, which was read as a plain file before"),
+    ("crates/tools/src/compare/gap_process.rs", "works in a new folder that nobody else can enter"),
+    ("src/generate/memory.rs", "asks the system for its memory"),
 ];
 
 /// Folder or file, and what may not be named there although the crate knows it.
@@ -199,6 +240,68 @@ fn nothing_names_what_it_must_not_know() {
         }
     }
     assert!(faults.is_empty(), "{faults:#?}");
+}
+
+/// Lines of a source that open a file, without those of its tests.
+fn openings(file: &str, text: &str) -> Vec<String> {
+    let text = text.split_once("\n#[cfg(test)]\nmod tests").map_or(text, |(code, _)| code);
+    let text = text.split_once("\n#[cfg(all(test, unix))]\nmod tests").map_or(text, |(code, _)| code);
+    let is_word = |c: char| c.is_alphanumeric() || c == '_';
+    let names = |line: &str, opening: &str| {
+        line.match_indices(opening).any(|(at, _)| {
+            let is_start = opening.starts_with('.') || !line[..at].ends_with(is_word);
+            is_start && (opening.ends_with('(') || !line[at + opening.len()..].starts_with(is_word))
+        })
+    };
+    let code = text.lines().zip(1..).map(|(line, number)| (line.split("//").next().unwrap_or_default(), number));
+    let opens = code.filter(|(line, _)| OPENINGS.iter().any(|opening| names(line, opening)));
+    opens.map(|(line, number)| format!("{file}:{number}: {}", line.trim())).collect()
+}
+
+/// Files are opened by few functions, which say what is refused: a pipe that is waited for, a device that never ends, a link that
+/// leads elsewhere. Everything else asks `files` or `dataset::enclosed`.
+#[test]
+fn few_files_open_files() {
+    let mut openers = Vec::new();
+    let mut faults = Vec::new();
+    let folders = fs::read_dir(root().join("crates")).expect("the folder can be listed");
+    let crates = folders.map(|entry| entry.expect("it can be listed").file_name().to_string_lossy().into_owned());
+    let mut places: Vec<String> = crates.map(|name| format!("crates/{name}/src")).collect();
+    places.extend(["src", "procedural/src", "output_schema/src"].map(String::from));
+    for (file, text) in places.iter().flat_map(|place| sources(place)) {
+        let is_test = file.ends_with("tests.rs") || file.contains("/tests/");
+        let opens = if is_test { Vec::new() } else { openings(&file, &text) };
+        if OPENERS.iter().any(|(may, _)| *may == file) {
+            assert!(!opens.is_empty(), "{file} opens nothing: take it out of the list");
+            openers.push(file);
+        } else {
+            faults.extend(opens);
+        }
+    }
+    assert!(
+        faults.is_empty(),
+        "ask `files` (what a user names) or `dataset::enclosed` (what lies there):\n{faults:#?}"
+    );
+    assert_eq!(openers.len(), OPENERS.len(), "one of the list is not there");
+}
+
+#[test]
+fn openings_are_found() {
+    for line in [
+        "let file = File::open(path)?;",
+        "use std::fs::OpenOptions;",
+        "    std::fs::read(path)",
+        "fs::write(path, text).and_then(|()| fs::rename(&partial, &path))",
+        "let mut reader = ImageReader::open(path)?;",
+        "rustix::fs::openat(&folder, name, flags, mode)?",
+        "image.save_with_format(path, ImageFormat::Png)",
+    ] {
+        assert_eq!(openings("a.rs", line).len(), 1, "{line}");
+        assert_eq!(openings("a.rs", &format!("fn a() {{}}\n#[cfg(test)]\nmod tests {{\n{line}\n}}")).len(), 0);
+    }
+    for line in ["// File::open(path)", "fs::read_dir(path)", "files::read(path, 9)", "enclosed::rename(root, a, b)"] {
+        assert!(openings("a.rs", line).is_empty(), "{line}");
+    }
 }
 
 #[test]

@@ -2,6 +2,7 @@
 
 use std::f32::consts::{FRAC_PI_2, PI};
 use std::fmt::Write;
+use std::io::{BufRead, BufReader, Cursor, Seek};
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
@@ -18,6 +19,8 @@ use wood_picture::{AbsorptionMap, Encoding, Face, FibreMap, PictureAnalysis, abs
 const SCHEMA_VERSION: u32 = 1;
 /// Longest side of a picture [px]: a board of 6 m at 0.37 mm.
 const MAX_SIDE: u32 = 16_384;
+/// Most bytes of a PNG: four numbers of 16 bits a pixel, and what stands around them.
+const MAX_FILE_BYTES: u64 = 8 * (MAX_SIDE as u64).pow(2) + (16 << 20);
 
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
@@ -27,7 +30,7 @@ const MAX_SIDE: u32 = 16_384;
 
 docs/pictures.md says how it works, how good it is, and when not to trust it.")]
 pub(super) struct FibresArgs {
-    /// PNG with 8 or 16 bits; of a colour picture the red channel counts, which is nearest to the laser
+    /// PNG with 8 or 16 bits, - for standard input; of a colour picture the red channel counts, which is nearest to the laser
     picture: PathBuf,
     /// Size of a pixel, or down the rows and across them [mm]
     #[arg(long, value_name = "MM[,MM]", value_parser = pixel_sides)]
@@ -75,7 +78,13 @@ enum FaceName {
 
 pub(super) fn run(arguments: &FibresArgs) -> CommandResult {
     let settings = settings(arguments)?;
-    let out = arguments.out.clone().unwrap_or_else(|| arguments.picture.with_extension("fibres.exr"));
+    let out = match &arguments.out {
+        Some(out) => out.clone(),
+        None if files::is_standard_input(&arguments.picture) => {
+            return Err(UsageError("standard input has no name beside which maps could go: give --out".into()).into());
+        }
+        None => arguments.picture.with_extension("fibres.exr"),
+    };
     let view = out.with_extension("png");
     if output::resolve(&view) == output::resolve(&arguments.picture) {
         return Err(
@@ -144,14 +153,25 @@ fn settings(arguments: &FibresArgs) -> Result<PictureAnalysis, UsageError> {
 
 /// Numbers of a picture from 0 to 1, its rows and columns.
 fn read(path: &Path) -> Result<(Vec<f32>, [usize; 2]), String> {
-    let told = |error: &dyn std::fmt::Display, remedy: &str| format!("{}: {error}; {remedy}", path.display());
-    let mut reader = ImageReader::open(path).map_err(|error| told(&error, "name a picture that can be read"))?;
-    reader.set_format(ImageFormat::Png);
+    let told = |error: &dyn std::fmt::Display, remedy: &str| format!("{}: {error}; {remedy}", files::shown(path));
+    let unreadable = |error: std::io::Error| told(&error, "name a picture that can be read");
+    let decoded = if files::is_standard_input(path) {
+        let bytes = files::read_or_standard_input(path, MAX_FILE_BYTES).map_err(unreadable)?;
+        decode(Cursor::new(bytes))
+    } else {
+        let (file, _) = files::open_within(path, MAX_FILE_BYTES).map_err(unreadable)?;
+        decode(BufReader::new(file))
+    };
+    decoded.map_err(|error| told(&error, &format!("give a PNG of at most {MAX_SIDE} pixels a side")))
+}
+
+/// The same of the bytes of a PNG.
+fn decode(bytes: impl BufRead + Seek) -> Result<(Vec<f32>, [usize; 2]), image::ImageError> {
+    let mut reader = ImageReader::with_format(bytes, ImageFormat::Png);
     let mut limits = Limits::default();
     (limits.max_image_width, limits.max_image_height) = (Some(MAX_SIDE), Some(MAX_SIDE));
     reader.limits(limits);
-    let remedy = format!("give a PNG of at most {MAX_SIDE} pixels a side");
-    let picture = reader.decode().map_err(|error| told(&error, &remedy))?;
+    let picture = reader.decode()?;
     let size = [picture.height() as usize, picture.width() as usize];
     let grey = match picture {
         DynamicImage::ImageLuma8(_)

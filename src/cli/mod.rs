@@ -330,8 +330,8 @@ fn obey(cli: Cli, console: &Console) -> CommandResult {
     }
 }
 
-/// The command line; a number below zero is the value that an option has, and not another option.
-fn command() -> clap::Command {
+/// The command line, as it is parsed; a number below zero is the value that an option has, and not another option.
+pub fn command() -> clap::Command {
     fn with_negative_numbers(command: clap::Command) -> clap::Command {
         let numbers = |argument: clap::Arg| {
             let takes_value = argument.get_action().takes_values();
@@ -380,8 +380,9 @@ fn load(
 ) -> Result<LoadedRecipe, Box<dyn std::error::Error + Send + Sync>> {
     let loaded = if name == "-" && !holds_dataset(Path::new(name)) {
         let origin = "standard input";
-        let text = std::io::read_to_string(std::io::stdin())
+        let bytes = yaml::read_bytes_or_standard_input(Path::new(name))
             .map_err(|error| format!("{origin} cannot be read: {error}; send the text of a recipe, or name a file"))?;
+        let text = yaml::utf8_text(origin, bytes, "recipe")?;
         let files = AssetSource::Beside(PathBuf::new());
         LoadedRecipe { recipe: Recipe::parse_changed(origin, &text, &files, changes)?, dataset: None }
     } else {

@@ -1,7 +1,7 @@
 //! Output files of commands: what a path may be, the path is tried before the work, and the file is written atomically.
 
-use std::fs::{self, File};
-use std::io::{Error, ErrorKind, IsTerminal, Read, Write};
+use std::fs;
+use std::io::{Error, ErrorKind, IsTerminal, Write};
 use std::path::{Component, Path, PathBuf};
 
 use clap::builder::{PathBufValueParser, TypedValueParser};
@@ -250,12 +250,16 @@ pub(super) fn check_replaceable(path: &Path, written: Written) -> Result<(), Usa
         let remedy = "nothing else may lie there but under reports/; choose another place";
         return refuse(format!("it lies in the dataset {}: {remedy}", dataset.display()));
     }
-    let mut start = Vec::new();
-    let found = fs::symlink_metadata(path).is_ok_and(|found| found.is_file() && found.len() > 0);
-    if found && let Ok(file) = File::open(path) {
+    // A link is replaced, whatever it leads to; what is written never goes through it.
+    let start = match files::read_start(path, 16) {
+        _ if path.is_symlink() => Vec::new(),
+        Ok(start) => start,
+        Err(error) if error.kind() == ErrorKind::Other && !path.is_dir() => {
+            return refuse(format!("{error}; name a file"));
+        }
         // A file that cannot be read is told where it is written.
-        let _ = file.take(16).read_to_end(&mut start);
-    }
+        Err(_) => Vec::new(),
+    };
     if !start.is_empty() && !written.begins(&start) {
         return refuse(format!("the file that is there is no .{extension}; choose another name, or remove it"));
     }
@@ -301,8 +305,10 @@ pub(super) fn check_writable_or(path: &Path, remedy: &str) -> Result<(), String>
     }
     let probe = folder.join(format!(".tmp-{}-probe", std::process::id()));
     // What is there under that name is not ours: it is neither written through nor kept.
+    let made = atomic_file::create(&probe).map(|_| ());
     let _ = fs::remove_file(&probe);
-    let made = File::create_new(&probe).map(|_| ());
-    let _ = fs::remove_file(&probe);
-    made.or_else(|error| error_text(error.to_string(), own_remedy(&error).unwrap_or(remedy).into()))
+    made.or_else(|refused| {
+        let remedy = own_remedy(&refused.source).unwrap_or(remedy);
+        error_text(refused.source.to_string(), remedy.into())
+    })
 }

@@ -29,7 +29,7 @@ const MAX_PHOTONS: u64 = 1_000_000_000_000;
 recipes/media/README.md explains every key of a medium. The same medium, model, photons and seed
 give the same bytes for any number of threads.")]
 pub(super) struct TransportArgs {
-    /// Layers and question: a YAML file, or one that is built in (clear-wood, sound-knot, sealed-flange, ...)
+    /// Layers and question: a YAML file, - for standard input, or one that is built in (clear-wood, sealed-flange, ...)
     #[arg(long, value_name = "FILE")]
     medium: PathBuf,
     /// Who is asked

@@ -8,6 +8,7 @@ mod engines;
 mod faults;
 mod files;
 mod fit;
+mod named_files;
 mod options;
 mod output;
 mod progress;

@@ -2,7 +2,7 @@
 //! and what was found is lost for no fault that comes after it.
 
 use std::io::Write;
-use std::process::Command;
+use std::process::Stdio;
 
 use crate::models::{CHANNEL, model, patches, planks, run};
 use test_support::program::Place;
@@ -180,18 +180,15 @@ fn kept_reports_never_replace_others() {
 #[test]
 fn a_dataset_that_changes_meanwhile_is_told() {
     let place = planks();
-    let sidecar = place.path("side.yaml");
-    assert!(Command::new("mkfifo").arg(&sidecar).status().is_ok_and(|status| status.success()), "mkfifo is there");
-    let arguments = format!("check planks --model {} --sidecar side.yaml --split all --save", model("mean_sign.onnx"));
-    let running = place.command(&arguments).spawn().expect("the program starts");
+    let arguments = format!("check planks --model {} --sidecar - --split all --save", model("mean_sign.onnx"));
+    let mut running = place.command(&arguments).stdin(Stdio::piped()).spawn().expect("the program starts");
     let manifest = std::fs::read_to_string(place.path("planks/shards/00000.json")).expect("a manifest");
-    // A pipe opens when the program reads it; a plain file takes its place for whoever reads it again.
-    let mut pipe = std::fs::OpenOptions::new().write(true).open(&sidecar).expect("the program reads the sidecar");
+    let mut sidecar = running.stdin.take().expect("a pipe");
+    // More than a pipe holds: it is taken once the program reads the sidecar, with the sums of before behind it.
+    sidecar.write_all(&b"# mean and sign\n".repeat(1 << 14)).expect("the program reads the sidecar");
     place.write("planks/shards/00000.json", format!("{manifest}\n"));
-    place.write("plain.yaml", patches());
-    std::fs::rename(place.path("plain.yaml"), &sidecar).expect("the pipe is ours");
-    pipe.write_all(patches().as_bytes()).expect("the sidecar can be written");
-    drop(pipe);
+    sidecar.write_all(patches().as_bytes()).expect("the sidecar can be written");
+    drop(sidecar);
     let output = running.wait_with_output().expect("the program ends");
     let told = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success() && told.contains("the dataset changed while it was checked"), "{told}");

@@ -190,5 +190,5 @@ fn endless_files_are_refused() {
     told("more than 64 subcomponents");
     fs::remove_file(&text).expect("it is ours");
     assert!(std::process::Command::new("mkfifo").arg(&text).status().expect("it starts").success());
-    told("it is no plain file");
+    told("it is a pipe, no plain file");
 }

@@ -1,10 +1,12 @@
 //! Atomic file: a file that is there as a whole or not at all: written under a temporary name, synced, renamed, its folder
-//! synced. For paths that the user names; what lies in a dataset's folder goes by [`super::enclosed`].
+//! synced. For paths that the user names, which `files` opens to read; what lies in a dataset's folder goes by
+//! [`super::enclosed`].
 
 use std::fs::{self, File};
-use std::io::{self, Error, ErrorKind, Read, Write};
+use std::io::{self, Error, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
+pub use files::read;
 use sha2::{Digest, Sha256};
 
 /// What the system refused; who calls knows the remedy.
@@ -43,47 +45,15 @@ pub fn write(partial: &Path, whole: &Path, content: &[u8]) -> Result<(), FileErr
 }
 
 /// A new file: what has the name is removed before, and is never written through where it is a link.
-fn create(partial: &Path) -> Result<File, FileError> {
+///
+/// # Errors
+/// What the system refuses.
+pub fn create(partial: &Path) -> Result<File, FileError> {
     match fs::remove_file(partial) {
         Err(e) if e.kind() != ErrorKind::NotFound => return Err(FileError::of("remove", partial)(e)),
         _ => {}
     }
     File::create_new(partial).map_err(FileError::of("create", partial))
-}
-
-/// The bytes of a plain file that the user names, which has at most `most`; a pipe or a device, of which reading may
-/// never end, is refused.
-pub fn read(path: &Path, most: u64) -> Result<Vec<u8>, Error> {
-    let file = open_at_once(path)?;
-    let found = file.metadata()?;
-    if !found.is_file() {
-        return Err(Error::other("it is no plain file"));
-    }
-    let too_large = |bytes: u64| {
-        let what = format!("it has {bytes} bytes, more than the {most} that are read");
-        Error::new(ErrorKind::FileTooLarge, what)
-    };
-    if found.len() > most {
-        return Err(too_large(found.len()));
-    }
-    // It may grow while it is read.
-    let mut content = Vec::new();
-    file.take(most.saturating_add(1)).read_to_end(&mut content)?;
-    if content.len() as u64 > most { Err(too_large(content.len() as u64)) } else { Ok(content) }
-}
-
-/// Opens for reading whatever has the name, and waits for nobody at the other end of a pipe.
-#[cfg(unix)]
-fn open_at_once(path: &Path) -> io::Result<File> {
-    use rustix::fs::{Mode, OFlags};
-    let flags = OFlags::RDONLY | OFlags::NONBLOCK | OFlags::NOCTTY | OFlags::CLOEXEC;
-    Ok(rustix::fs::open(path, flags, Mode::empty())?.into())
-}
-
-/// Opens for reading whatever has the name; pipes have no names among files here.
-#[cfg(not(unix))]
-fn open_at_once(path: &Path) -> io::Result<File> {
-    File::open(path)
 }
 
 /// Gives a file that is synced its name.

@@ -203,7 +203,10 @@ pub(super) fn entries(root: &Path, relative: &str) -> io::Result<Vec<(String, bo
 }
 
 /// A new file of that name: what a killed process left under it is removed before.
-pub(super) fn create(root: &Path, relative: &str) -> Result<File, FileError> {
+///
+/// # Errors
+/// What the system refuses, and where something else than a file has the name.
+pub fn create(root: &Path, relative: &str) -> Result<File, FileError> {
     remove(root, relative)?;
     let made = place(root, relative).and_then(|(folder, name)| folder.create_file(name));
     made.map_err(FileError::of("create", &root.join(relative)))
@@ -233,7 +236,10 @@ fn parent(relative: &str) -> &str {
 }
 
 /// Gives a file that is synced, or a folder of such, its name; a link of that name is replaced, not followed.
-pub(super) fn rename(root: &Path, from: &str, to: &str) -> Result<(), FileError> {
+///
+/// # Errors
+/// What the system refuses.
+pub fn rename(root: &Path, from: &str, to: &str) -> Result<(), FileError> {
     let renamed = (|| {
         let ((folder, name), (other, new)) = (place(root, from)?, place(root, to)?);
         folder.rename(name, &other, new)
@@ -267,6 +273,52 @@ pub(super) fn sync_folder(root: &Path, relative: &str) -> Result<(), FileError> 
 pub(super) fn sync(root: &Path, relative: &str) -> Result<(), FileError> {
     let synced = place(root, relative).and_then(|(folder, name)| folder.open_to_sync(name)?.sync_all());
     synced.map_err(FileError::of("sync", &root.join(relative)))
+}
+
+/// Makes all that lies below the root last, and its names: at once for all that waits on its disk, which takes far less than
+/// file by file.
+///
+/// # Errors
+/// What the system refuses.
+#[cfg(target_os = "linux")]
+pub fn sync_below(root: &Path) -> io::Result<()> {
+    folder_at(root, "", Entry::Names)?.sync_disk()
+}
+
+/// Makes all that lies below the root last, and its names where the system can.
+///
+/// # Errors
+/// What the system refuses.
+#[cfg(not(target_os = "linux"))]
+pub fn sync_below(root: &Path) -> io::Result<()> {
+    fn below(root: &Path, folder: &str) -> io::Result<()> {
+        for (name, is_folder) in entries(root, folder)? {
+            let path = if folder.is_empty() { name } else { format!("{folder}/{name}") };
+            if is_folder { below(root, &path)? } else { sync(root, &path).map_err(|refused| refused.source)? }
+        }
+        folder_at(root, folder, Entry::Names)?.sync()
+    }
+    below(root, "")
+}
+
+/// Opens the plain file at `path`, which a command keeps beside its results, to read and to change; no link of that name is followed.
+///
+/// # Errors
+/// The system's, and where something else has the name.
+pub fn open_kept(path: &Path) -> io::Result<File> {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let name = path.file_name().ok_or(ErrorKind::NotFound)?;
+    let folder = Folder::open(folder, Entry::Passage)?;
+    let file = match (folder.open_to_change(name), path.symlink_metadata()) {
+        (Ok(file), _) => file,
+        (Err(_), Ok(found)) if found.is_symlink() => return Err(strange("it is a link, no plain file".into())),
+        (Err(error), _) => return Err(error),
+    };
+    match Folder::kind(&file)? {
+        Found::File(_) => Ok(file),
+        Found::Other(kind) => Err(strange(format!("it is {kind}, no plain file"))),
+        Found::Folder | Found::Nothing => Err(strange("it is no plain file".into())),
+    }
 }
 
 /// Refuses what [`remove`] would refuse, and removes nothing.

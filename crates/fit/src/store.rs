@@ -2,16 +2,19 @@
 //! it was. The first line says what is fitted; a scan is taken from the file only where its number and its scores are those that the fit
 //! asks for, so a kept file can save time and never change a result. A last line that a kill cut short is dropped.
 
-use std::fs::{File, OpenOptions};
-use std::io::{BufRead, BufReader, ErrorKind, Seek, SeekFrom, Write};
+use std::fs::File;
+use std::io::{BufRead, BufReader, Error, ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-use dataset::Fault;
+use dataset::{Fault, atomic_file, enclosed};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 /// What kept scans are of.
 const KIND: &str = "sheetlight fit";
+
+/// Longest line that is read: the first one holds a recipe [bytes].
+const MAX_LINE_BYTES: u64 = 1 << 24;
 
 /// A kept scan.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -36,27 +39,23 @@ impl ScanStore {
     /// Opens the file of a fit that `what` describes, or begins it.
     ///
     /// # Errors
-    /// Where it is of another fit, or cannot be written.
+    /// Where something else has the name or it is of another fit, which stays as it is, or it cannot be written.
     pub fn open(path: &Path, what: &Value) -> Result<Self, Fault> {
-        let refused = |e: &std::io::Error| Fault::at(path, format!("it cannot be used: {e}"), "give --out elsewhere");
+        let refused =
+            |e: &Error| Fault::at(path, format!("it cannot be used: {e}"), "give another --out, or remove it");
         let head = serde_json::json!({ "kind": KIND, "fit": what });
-        let file = OpenOptions::new().read(true).append(true).create(true).open(path).map_err(|e| refused(&e))?;
+        let file = match enclosed::open_kept(path) {
+            Err(e) if e.kind() == ErrorKind::NotFound => begin(path, &head)?,
+            opened => opened.map_err(|e| refused(&e))?,
+        };
         let mut store = Self { path: path.into(), file, kept: Default::default() };
         let mut reader = BufReader::new(&store.file);
-        reader.seek(SeekFrom::Start(0)).map_err(|e| refused(&e))?;
-        let (mut whole, mut line, mut first) = (0_u64, String::new(), true);
+        let (mut whole, mut line) = (0_u64, Vec::new());
         loop {
             line.clear();
-            let read = match reader.read_line(&mut line) {
-                Ok(read) => read,
-                Err(e) if e.kind() == ErrorKind::InvalidData => 0,
-                Err(e) => return Err(refused(&e)),
-            };
-            if read == 0 || !line.ends_with('\n') {
-                break;
-            }
-            if first {
-                let found: Option<Value> = serde_json::from_str(&line).ok();
+            let read = (&mut reader).take(MAX_LINE_BYTES).read_until(b'\n', &mut line).map_err(|e| refused(&e))?;
+            if whole == 0 {
+                let found = line.strip_suffix(b"\n").and_then(|head| serde_json::from_slice::<Value>(head).ok());
                 if found.as_ref() != Some(&head) {
                     let is_fit = found.is_some_and(|found| found["kind"] == KIND);
                     let what = if is_fit {
@@ -66,18 +65,18 @@ impl ScanStore {
                     };
                     return Err(Fault::at(path, what, "give another --out, or remove that file to begin anew"));
                 }
-                first = false;
-            } else {
-                let Ok(scan) = serde_json::from_str(&line) else { break };
+            } else if line.ends_with(b"\n")
+                && let Ok(scan) = serde_json::from_slice(&line)
+            {
                 store.kept.push_back(scan);
+            } else {
+                break;
             }
             whole += read as u64;
         }
         drop(reader);
         store.file.set_len(whole).map_err(|e| refused(&e))?;
-        if first {
-            store.line(&head)?;
-        }
+        store.file.seek(SeekFrom::Start(whole)).map_err(|e| refused(&e))?;
         Ok(store)
     }
 
@@ -110,18 +109,32 @@ impl ScanStore {
     }
 
     fn line(&mut self, document: &impl Serialize) -> Result<(), Fault> {
-        let path = &self.path;
-        let told = |e: &dyn std::fmt::Display| {
-            Fault::at(
-                path,
-                format!("it cannot be written: {e}"),
-                "make room, and give the same command again: it goes on",
-            )
-        };
-        let mut line = serde_json::to_vec(document).map_err(|e| told(&e))?;
-        line.push(b'\n');
-        self.file.write_all(&line).map_err(|e| told(&e))
+        let written = line(document).and_then(|line| self.file.write_all(&line));
+        written.map_err(|e| unwritten(&self.path, &e))
     }
+}
+
+/// A document as a line.
+fn line(document: &impl Serialize) -> Result<Vec<u8>, Error> {
+    let mut line = serde_json::to_vec(document)?;
+    line.push(b'\n');
+    Ok(line)
+}
+
+/// A new file with this first line, which is there as a whole or not at all.
+fn begin(path: &Path, head: &Value) -> Result<File, Fault> {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let partial = path.with_file_name(format!(".tmp-{}-{name}", std::process::id()));
+    let begun = line(head).and_then(|head| {
+        atomic_file::write(&partial, path, &head).map_err(|refused| refused.source)?;
+        enclosed::open_kept(path)
+    });
+    begun.map_err(|e| unwritten(path, &e))
+}
+
+fn unwritten(path: &Path, error: &Error) -> Fault {
+    let remedy = "make room, and give the same command again: it goes on";
+    Fault::at(path, format!("it cannot be written: {error}"), remedy)
 }
 
 #[cfg(test)]

@@ -4,8 +4,7 @@
 //! A name is relative to the recipe's own file; a file that exists wins over one that is built in. A dataset keeps a
 //! copy of each, so that its samples can be made again from the folder alone.
 
-use std::fs::File;
-use std::io::{self, Read};
+use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -187,14 +186,14 @@ impl AssetSource {
 /// Reads a file that has at most `max_bytes`.
 fn read_file(path: &Path, name: &str, max_bytes: usize) -> Result<Asset, AssetFault> {
     let shown = printable(&path.to_string_lossy());
-    let unreadable = |e: io::Error| AssetFault::new(format!("`{shown}` cannot be read: {e}"), "make it readable");
-    let found = std::fs::metadata(path).map_err(unreadable)?;
-    if !found.is_file() {
-        return Err(AssetFault::new(format!("`{shown}` is no plain file"), "name a file"));
-    }
-    let mut bytes = Vec::new();
-    File::open(path).and_then(|file| file.take(max_bytes as u64 + 1).read_to_end(&mut bytes)).map_err(unreadable)?;
-    limited(&shown, name, bytes, max_bytes)
+    let bytes = files::read_start(path, max_bytes as u64 + 1);
+    limited(&shown, name, bytes.map_err(|error| unreadable(&shown, &error))?, max_bytes)
+}
+
+/// Why a file that is there cannot be read.
+pub(crate) fn unreadable(shown: &str, error: &io::Error) -> AssetFault {
+    let remedy = if error.kind() == ErrorKind::Other { "name a file" } else { "make it readable" };
+    AssetFault::new(format!("`{shown}` cannot be read: {error}"), remedy)
 }
 
 /// The file `name` with this content of at most `max_bytes`; `shown` is what a fault calls it.

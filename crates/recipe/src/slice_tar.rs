@@ -8,7 +8,7 @@
 use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
-use std::io::{Cursor, Read};
+use std::io::{Cursor, ErrorKind};
 use std::path::Path;
 
 use crate::asset::{Asset, AssetFault, printable};
@@ -40,13 +40,14 @@ pub(crate) fn of_folder(path: &Path, name: &str, max_bytes: usize) -> Result<Ass
         let unread = |e: std::io::Error| {
             let problem = format!("`{}` in `{shown}` cannot be read: {e}", printable(&name));
             let is_link = fs::symlink_metadata(&place).is_ok_and(|found| found.is_symlink());
-            AssetFault::new(problem, if is_link { "it is a link: mend or remove it" } else { "make it readable" })
+            let remedy = match e.kind() {
+                _ if is_link => "it is a link: mend or remove it",
+                ErrorKind::Other => "remove it",
+                _ => "make it readable",
+            };
+            AssetFault::new(problem, remedy)
         };
-        if !fs::metadata(&place).map_err(unread)?.is_file() {
-            return Err(AssetFault::new(format!("`{}` in `{shown}` is no plain file", printable(&name)), "remove it"));
-        }
-        let mut bytes = Vec::new();
-        fs::File::open(&place).and_then(|file| file.take(left as u64 + 1).read_to_end(&mut bytes)).map_err(unread)?;
+        let bytes = files::read_start(&place, left as u64 + 1).map_err(unread)?;
         left = left.checked_sub(bytes.len()).ok_or_else(|| {
             let problem = format!("the PNG files in `{shown}` have more than {max_bytes} bytes");
             AssetFault::new(problem, format!("give at most {} MB: fewer or smaller slices", max_bytes >> 20))

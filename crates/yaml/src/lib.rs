@@ -9,4 +9,6 @@ pub use fault::{YamlFault, YamlFaults};
 
 pub use fault::nearest_spelling;
 pub use node::{TextPosition, YamlError, YamlKey, YamlNode, YamlValue, parse_yaml};
-pub use reader::{Mapping, NumberRange, YamlReader, clipped_text, number_text, read_bytes, utf8_text};
+pub use reader::{
+    Mapping, NumberRange, YamlReader, clipped_text, number_text, read_bytes, read_bytes_or_standard_input, utf8_text,
+};

@@ -2,8 +2,6 @@
 //! fault that is found on the way.
 
 use std::collections::BTreeMap;
-use std::fs::File;
-use std::io::Read;
 use std::path::Path;
 
 use super::fault::{YamlFault, YamlFaults, nearest_spelling};
@@ -248,11 +246,14 @@ pub fn clipped_text(text: &str) -> String {
     clean.chain(text.chars().nth(MAX_CHARS).map(|_| '…')).collect()
 }
 
-/// The bytes of a file or pipe, as far as it takes to see that they are too many.
+/// The bytes of a plain file, as far as it takes to see that they are too many.
 pub fn read_bytes(path: &Path) -> std::io::Result<Vec<u8>> {
-    let mut bytes = Vec::new();
-    File::open(path)?.take(MAX_FILE_BYTES as u64 + 1).read_to_end(&mut bytes)?;
-    Ok(bytes)
+    files::read_start(path, MAX_FILE_BYTES as u64 + 1)
+}
+
+/// The same of standard input where the path is `-`.
+pub fn read_bytes_or_standard_input(path: &Path) -> std::io::Result<Vec<u8>> {
+    files::read_start_or_standard_input(path, MAX_FILE_BYTES as u64 + 1)
 }
 
 /// The bytes as text of what is to be a `noun`; the first byte that is none is a fault at its place.

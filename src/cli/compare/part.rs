@@ -94,7 +94,7 @@ impl SidePart {
 /// The mask in a picture.
 pub(in crate::cli) fn mask(path: &Path) -> Result<ScanMask, Fault> {
     let remedy = "give a grey PNG of the scan's size, black where nothing counts";
-    let bytes = dataset::atomic_file::read(path, MAX_MASK_BYTES)
+    let bytes = files::read_or_standard_input(path, MAX_MASK_BYTES)
         .map_err(|e| Fault::at(path, format!("it cannot be read: {e}"), remedy))?;
     let picture = image::load_from_memory_with_format(&bytes, image::ImageFormat::Png)
         .map_err(|e| Fault::at(path, format!("it is no PNG that can be read: {e}"), remedy))?;

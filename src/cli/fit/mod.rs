@@ -1,6 +1,7 @@
 //! `gen fit`: a recipe from scans of a real camera.
 
 use std::fs;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -142,18 +143,21 @@ pub(super) fn run(arguments: &FitArgs, console: &Console) -> CommandResult {
     Ok(DONE)
 }
 
+/// Bytes in which the first two lines of a fitted recipe end.
+const MAX_HEAD_BYTES: u64 = 1 << 16;
+
 /// What a fitted recipe begins with, in its first line or behind that of an editor.
 const HEAD: &str = "# Fitted by gen ";
 
 /// Refuses to write over what is no fitted recipe: the recipe that is fitted for one.
 fn check_replaceable(out: &Path) -> Result<(), UsageError> {
-    let Ok(before) = fs::read(out) else { return Ok(()) };
-    let text = String::from_utf8_lossy(&before);
-    if text.lines().take(2).any(|line| line.starts_with(HEAD)) {
-        return Ok(());
+    let refuse = |what: &str| Err(UsageError(format!("{}: {what}; give another --out, or remove it", out.display())));
+    match files::read_start(out, MAX_HEAD_BYTES) {
+        Ok(start) if String::from_utf8_lossy(&start).lines().take(2).any(|line| line.starts_with(HEAD)) => Ok(()),
+        Ok(_) => refuse("it is there, and no recipe that gen fit wrote"),
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),
+        Err(error) => refuse(&error.to_string()),
     }
-    let what = "it is there, and no recipe that gen fit wrote; give another --out, or remove it";
-    Err(UsageError(format!("{}: {what}", out.display())))
 }
 
 /// The files that a recipe names, as they were read.

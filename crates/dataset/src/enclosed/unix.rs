@@ -1,5 +1,6 @@
 //! Folders on Unix: open ones, names looked up in them without following links.
 
+use std::ffi::OsStr;
 use std::fs::File;
 use std::io;
 use std::os::fd::OwnedFd;
@@ -67,6 +68,12 @@ impl Folder {
         Ok(rustix::fs::openat(&self.0, name, flags, Mode::empty())?.into())
     }
 
+    /// Opens a file to read and to change.
+    pub(super) fn open_to_change(&self, name: &OsStr) -> io::Result<File> {
+        let flags = OFlags::RDWR | OFlags::NOFOLLOW | OFlags::NONBLOCK | OFlags::CLOEXEC;
+        Ok(rustix::fs::openat(&self.0, name, flags, Mode::empty())?.into())
+    }
+
     /// Opens a file so that it can be synced.
     pub(super) fn open_to_sync(&self, name: &str) -> io::Result<File> {
         self.open_file(name)
@@ -124,6 +131,12 @@ impl Folder {
     /// Makes the names in it last; entered for its names.
     pub(super) fn sync(self) -> io::Result<()> {
         File::from(self.0).sync_all()
+    }
+
+    /// Makes all that waits on its disk last.
+    #[cfg(target_os = "linux")]
+    pub(super) fn sync_disk(self) -> io::Result<()> {
+        Ok(rustix::fs::syncfs(self.0)?)
     }
 
     /// Whether the open file is the one of that name.

@@ -1,5 +1,6 @@
 //! Folders on Windows: paths that were looked at, part by part, before they are used.
 
+use std::ffi::OsStr;
 use std::fs::{self, File, Metadata, OpenOptions};
 use std::io::{self, ErrorKind};
 use std::os::windows::fs::OpenOptionsExt;
@@ -76,6 +77,11 @@ impl Folder {
     pub(super) fn open_lock(&self, name: &str) -> io::Result<File> {
         let mut options = OpenOptions::new();
         options.read(true).write(true).create(true).truncate(false).custom_flags(NO_FOLLOW).open(self.0.join(name))
+    }
+
+    /// Opens a file to read and to change.
+    pub(super) fn open_to_change(&self, name: &OsStr) -> io::Result<File> {
+        OpenOptions::new().read(true).write(true).custom_flags(NO_FOLLOW).open(self.0.join(name))
     }
 
     /// Makes a folder in it.

@@ -7,6 +7,7 @@
 //! and R = B without G, have no direction.
 //! Neglected: fibres that dive. A map has no colour for them.
 
+use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
 use glam::DVec2;
@@ -82,9 +83,8 @@ impl DirectionMap {
     /// Where the file cannot be read, is no PNG or has other channels.
     pub fn load(path: &Path) -> Result<Self, MapError> {
         let read = |source: ImageError| MapError::Read { path: path.to_path_buf(), source };
-        let mut reader = ImageReader::open(path).map_err(|e| read(e.into()))?;
-        reader.set_format(ImageFormat::Png);
-        let image = match reader.decode().map_err(read)? {
+        let file = BufReader::new(files::open(path).map_err(|e| read(e.into()))?);
+        let image = match ImageReader::with_format(file, ImageFormat::Png).decode().map_err(read)? {
             image @ (DynamicImage::ImageRgb8(_) | DynamicImage::ImageRgba8(_)) => image.into_rgba8(),
             other => {
                 let found = format!("{:?}", other.color());

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 use transport::answer::Question;
 use transport::stack::Stack;
-use yaml::{YamlFaults, read_bytes, utf8_text};
+use yaml::{YamlFaults, read_bytes_or_standard_input, utf8_text};
 
 pub use self::reader::axis;
 
@@ -71,13 +71,14 @@ impl LayeredMedium {
         embedded(path).map(|(name, _)| name)
     }
 
-    /// The medium in the file `path`, or else the built-in one of that name.
+    /// The medium in the file `path`, on standard input where that is `-`, or else the built-in one of that name.
     pub fn load(path: &Path) -> Result<Self, MediumError> {
         if let Some((name, text)) = embedded(path) {
             return Ok(Self::parse(name, text)?);
         }
-        let bytes = read_bytes(path).map_err(|source| MediumError::Unreadable { path: path.to_owned(), source })?;
-        let origin = path.display().to_string();
+        let bytes = read_bytes_or_standard_input(path)
+            .map_err(|source| MediumError::Unreadable { path: path.to_owned(), source })?;
+        let origin = files::shown(path);
         Ok(Self::parse(&origin, &utf8_text(&origin, bytes, reader::NOUN)?)?)
     }
 

@@ -8,8 +8,7 @@
 //! leads to no tensor is skipped. Depth and lengths are bounded, so a hostile file is refused.
 
 use std::collections::BTreeSet;
-use std::fs::{self, File};
-use std::io::Read;
+use std::io::{ErrorKind, Read};
 use std::path::Path;
 
 use sha2::{Digest, Sha256};
@@ -19,6 +18,12 @@ use dataset::hex;
 
 /// Bytes that are read and hashed at once.
 const CHUNK_BYTES: usize = 1 << 20;
+/// Most bytes of a model: no message of protobuf has more.
+const MAX_MODEL_BYTES: u64 = 1 << 31;
+/// Most bytes of a file of weights.
+const MAX_WEIGHTS_BYTES: u64 = 1 << 34;
+/// What to do about weights that cannot be read.
+const ONE_FILE: &str = "export it again, with all its weights in one file";
 /// Most messages within messages: far more than anybody exports, and far less than a stack holds.
 const MAX_NESTING: usize = 256;
 /// Identifier of onnxruntime's own format, behind the first four bytes; such a file names no others.
@@ -56,25 +61,26 @@ impl OnnxMessage {
 }
 
 /// SHA-256 of the model and of the files of weights that it names, one behind the other in the order of their names:
-/// what `cat model.onnx weights.data | sha256sum` prints.
+/// what `cat model.onnx weights.data | sha256sum` prints. `None` where the files that it names cannot be told.
 ///
 /// # Errors
 /// Where one of them cannot be read.
-pub(crate) fn sha256_with_weights(model: &Path) -> Result<String, CheckError> {
-    let remedy = "export it again, with all its weights in one file";
-    let unreadable = |e: std::io::Error| CheckError::at(model, format!("it cannot be read: {e}"), "make it readable");
-    let bytes = fs::read(model).map_err(unreadable)?;
-    let no_onnx = || CheckError::at(model, "the files of weights that it names cannot be told".into(), remedy);
-    let names = weight_files(&bytes).ok_or_else(no_onnx)?;
+pub(crate) fn sha256_with_weights(model: &Path) -> Result<Option<String>, CheckError> {
+    let name_one = "name an ONNX file with --model";
+    let bytes = files::read(model, MAX_MODEL_BYTES).map_err(|e| match e.kind() {
+        ErrorKind::NotFound => CheckError::at(model, "there is no such model".into(), name_one),
+        _ => CheckError::at(model, format!("it cannot be read: {e}"), name_one),
+    })?;
+    let Some(names) = weight_files(&bytes) else { return Ok(None) };
     let mut hash = Sha256::new_with_prefix(&bytes);
     let folder = model.parent().unwrap_or(Path::new(""));
     let mut piece = vec![0; if names.is_empty() { 0 } else { CHUNK_BYTES }];
     for name in names {
         let path = folder.join(&name);
         let unreadable = |e: std::io::Error| {
-            CheckError::at(&path, format!("weights of {} are not read: {e}", model.display()), remedy)
+            CheckError::at(&path, format!("weights of {} are not read: {e}", model.display()), ONE_FILE)
         };
-        let mut file = File::open(&path).map_err(unreadable)?;
+        let (mut file, _) = files::open_within(&path, MAX_WEIGHTS_BYTES).map_err(unreadable)?;
         loop {
             match file.read(&mut piece).map_err(unreadable)? {
                 0 => break,
@@ -82,7 +88,12 @@ pub(crate) fn sha256_with_weights(model: &Path) -> Result<String, CheckError> {
             }
         }
     }
-    Ok(hex(&hash.finalize()))
+    Ok(Some(hex(&hash.finalize())))
+}
+
+/// The fault of a model whose files of weights cannot be told.
+pub(crate) fn no_onnx(model: &Path) -> CheckError {
+    CheckError::at(model, "the files of weights that it names cannot be told".into(), ONE_FILE)
 }
 
 /// Names of the files of weights, from the model's folder; `None` where the bytes are no ONNX.
@@ -200,9 +211,9 @@ mod tests {
     fn models_in_one_file_name_no_other() {
         for name in ["mean_sign.onnx", "wood_patches.onnx"] {
             let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/models").join(name);
-            let bytes = fs::read(&path).expect("it is there");
+            let bytes = std::fs::read(&path).expect("it is there");
             assert!(names(&bytes).is_empty());
-            assert_eq!(sha256_with_weights(&path).expect("it is read"), hex(&Sha256::digest(&bytes)));
+            assert_eq!(sha256_with_weights(&path).expect("it is read"), Some(hex(&Sha256::digest(&bytes))));
         }
         assert!(names(b"....ORTM and so on").is_empty());
         for wrong in [&b"\xff\xff\xff\xff\xff\xff\xff\xff\xff\xff\xff"[..], b"\x0a\xff\x01", b"\x0b", b"\x0d12"] {

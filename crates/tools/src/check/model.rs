@@ -65,9 +65,6 @@ impl OnnxModel {
     /// Where onnxruntime or the model cannot be loaded, or the model takes or gives something else than the sidecar says.
     pub fn open(path: &Path, sidecar: &Sidecar, threads: usize) -> Result<Self, CheckError> {
         let damaged = "export the model again, for onnxruntime 1.17 or newer";
-        if !path.is_file() {
-            return Err(CheckError::at(path, "there is no such model".into(), "name an ONNX file with --model"));
-        }
         let environment = onnxruntime::load().map_err(CheckError::Library)?;
         let session = guarded(path, || -> ort::Result<Session> {
             let builder = Session::builder(&environment)?;

@@ -1,17 +1,15 @@
 //! Evaluation of a model on a split: one thread reads and cuts windows, this one runs the model and counts.
 
-use std::fs;
 use std::sync::mpsc::{channel, sync_channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
-use sha2::{Digest, Sha256};
 
 use super::accuracy::Accuracy;
 use super::batches::{Batch, BatchChannels, BatchReader, LabelledWindow, WindowLabel};
 use super::evaluation_plan::plan;
-use super::external_data::sha256_with_weights;
+use super::external_data::{no_onnx, sha256_with_weights};
 use super::metrics::ClassificationMetrics;
 use super::misclassified::{Misclassification, WorstMisclassifications, draw_panels};
 use super::model::{OnnxModel, Scores};
@@ -22,7 +20,7 @@ use super::slices::{SlicePoint, group_by_quantiles};
 use super::split_samples::{SampleFacts, SplitSamples};
 use super::window::NO_CLASS;
 use super::{CheckError, CheckOptions, DEFAULT_BATCH_BYTES, MAX_DEFAULT_BATCH, SampleTests, slice_paths};
-use dataset::{Fault, hex};
+use dataset::Fault;
 
 /// Most numbers of a batch's input, 4 GiB, and most pixels of an image.
 const MAX_NUMBERS: usize = 1 << 30;
@@ -41,10 +39,12 @@ pub fn check(
 ) -> Result<CheckReport, CheckError> {
     let samples = SplitSamples::open(&options.dir, options.split)?;
     let sidecar_path = options.sidecar.clone().map_or_else(|| beside(&options.model), Ok)?;
-    let sidecar = Sidecar::load(&sidecar_path, samples.head())?;
+    let (sidecar, sidecar_sha256) = Sidecar::load(&sidecar_path, samples.head())?;
     let numbers = slice_paths(&options.slices, samples.head())?;
-    let mut model = OnnxModel::open(&options.model, &sidecar, options.threads)?;
+    // First, since onnxruntime would wait for a pipe among the weights.
     let model_sha256 = sha256_with_weights(&options.model)?;
+    let mut model = OnnxModel::open(&options.model, &sidecar, options.threads)?;
+    let model_sha256 = model_sha256.ok_or_else(|| no_onnx(&options.model))?;
     let begun = Instant::now();
     let facts = samples.facts(&numbers, tests)?;
     let all: Vec<&SampleFacts> = facts.iter().flatten().collect();
@@ -65,7 +65,6 @@ pub fn check(
     let mut scorer = Scorer::new(&all, &sidecar, options, image);
     let asked = evaluate(&reader, &mut model, &mut scorer, progress)?;
     let timing = CheckTiming { seconds: begun.elapsed().as_secs_f64(), model_seconds: asked.as_secs_f64(), batch };
-    let sidecar_sha256 = fs::read(&sidecar_path).map(|bytes| hex(&Sha256::digest(bytes))).unwrap_or_default();
     let slices = scorer.slices(&numbers, options.slices.is_empty());
     let Scorer { metrics, rights, worst, left_out, .. } = scorer;
     let mut share = Accuracy::default();

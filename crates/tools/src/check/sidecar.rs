@@ -5,12 +5,13 @@
 
 use std::path::{Path, PathBuf};
 
+use dataset::atomic_file::sha256;
 use output_schema::DatasetHead;
 
 use super::{CheckError, TrainedOn};
 use yaml::{
     Mapping, NumberRange, YamlFaults, YamlNode, YamlReader, YamlValue, clipped_text, nearest_spelling, parse_yaml,
-    read_bytes, utf8_text,
+    read_bytes_or_standard_input, utf8_text,
 };
 
 /// What faults call the file.
@@ -157,17 +158,17 @@ const KEYS: [&str; 11] = [
 const TRAINED_KEYS: [&str; 3] = ["family", "seed", "recipe_hash"];
 
 impl Sidecar {
-    /// The sidecar in the file `path`, for a dataset.
+    /// The sidecar in the file `path`, on standard input where that is `-`, for a dataset; and its SHA-256.
     ///
     /// # Errors
     /// Where it cannot be read, and every fault of it at once.
-    pub fn load(path: &Path, head: &DatasetHead) -> Result<Self, CheckError> {
-        let bytes = read_bytes(path).map_err(|error| {
+    pub fn load(path: &Path, head: &DatasetHead) -> Result<(Self, String), CheckError> {
+        let bytes = read_bytes_or_standard_input(path).map_err(|error| {
             let remedy = "write one as docs/check.md says, or name another with --sidecar";
             CheckError::at(path, format!("the sidecar cannot be read: {error}"), remedy)
         })?;
-        let origin = path.display().to_string();
-        Ok(Self::parse(&origin, &utf8_text(&origin, bytes, NOUN)?, head)?)
+        let (origin, sum) = (files::shown(path), sha256(&bytes));
+        Ok((Self::parse(&origin, &utf8_text(&origin, bytes, NOUN)?, head)?, sum))
     }
 
     /// The sidecar that `text` writes; `origin` is where faults say that it comes from.

@@ -1,7 +1,8 @@
-//! Export folder: marked as unfinished until its last file is there, each file whole or not at all.
+//! Export folder: marked as unfinished until its last file is there, each file whole or not at all. What lies in it may come from
+//! anybody, as in a dataset's folder: it is opened as there, and no link in it is followed.
 
 use std::fs::{self, File, TryLockError};
-use std::io::{self, BufWriter, Error, ErrorKind, Read, Write};
+use std::io::{self, BufWriter, ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -9,12 +10,16 @@ use output_schema::file::{TEMPORARY, temporary};
 use serde_json::{Value, json};
 
 use super::Source;
-use dataset::{Fault, GENERATOR_VERSION, own_remedy};
+use dataset::atomic_file::FileError;
+use dataset::{Fault, GENERATOR_VERSION, enclosed, own_remedy};
 
 /// What is exported, while it is not finished.
 const UNFINISHED_MARKER: &str = ".unfinished-export.json";
 /// What was exported, with counts and scales.
 pub(crate) const EXPORT_DOCUMENT: &str = "export.json";
+
+/// Most bytes of such a document.
+const MAX_DOCUMENT_BYTES: u64 = 64 << 20;
 
 /// What was written.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -43,8 +48,9 @@ pub(crate) struct ExportFolder {
 /// A file of an export that grows; it has its name when it is finished.
 #[derive(Debug)]
 pub(crate) struct GrowingFile {
-    partial: PathBuf,
-    path: PathBuf,
+    root: PathBuf,
+    partial: String,
+    relative: String,
     file: BufWriter<File>,
 }
 
@@ -72,32 +78,32 @@ impl ExportFolder {
     /// Where the folder holds anything else, or cannot be written.
     pub fn open(root: &Path, format: &str, options: Value, source: Value) -> Result<Option<Self>, Fault> {
         let order = json!({"format": format, "program": GENERATOR_VERSION, "options": options, "source": source});
-        let path = root.join(UNFINISHED_MARKER);
         fs::create_dir_all(root).map_err(|e| refused(root, &e))?;
-        if let Ok(text) = fs::read(root.join(EXPORT_DOCUMENT)) {
+        let is_begun = length(root, UNFINISHED_MARKER)?.is_some();
+        if length(root, EXPORT_DOCUMENT)?.is_some() {
+            let text = enclosed::read(root, EXPORT_DOCUMENT, MAX_DOCUMENT_BYTES);
+            let text = text.map_err(|e| refused(&root.join(EXPORT_DOCUMENT), &e))?;
             let found: Value = serde_json::from_slice(&text).unwrap_or_default();
             if found.get("order") != Some(&order) {
                 let what = "it holds another export, or one of another state of the dataset";
                 return Err(Fault::at(root, what, "choose another folder, or remove it first"));
             }
             // A run that was stopped after its last file left the marker alone to remove.
-            if path.exists() {
-                let _marker = locked(root, &path)?;
-                fs::remove_file(&path).map_err(|e| refused(&path, &e))?;
+            if is_begun {
+                let _marker = locked(root)?;
+                enclosed::remove(root, UNFINISHED_MARKER).map_err(unwritten)?;
             }
             return Ok(None);
         }
-        if !path.exists() {
+        if !is_begun {
             let mut entries = fs::read_dir(root).map_err(|e| refused(root, &e))?.flatten();
             // A marker that was being begun is all that a stopped run may have left.
             if entries.any(|entry| entry.file_name() != *temporary(UNFINISHED_MARKER)) {
                 return Err(Fault::at(root, "it is not empty and holds no export", "choose an empty folder"));
             }
-            let partial = root.join(temporary(UNFINISHED_MARKER));
-            let made = fs::write(&partial, format!("{order:#}\n")).and_then(|()| fs::rename(&partial, &path));
-            made.map_err(|e| refused(&path, &e))?;
+            put(root, &temporary(UNFINISHED_MARKER), UNFINISHED_MARKER, format!("{order:#}\n").as_bytes())?;
         }
-        let mut marker = locked(root, &path)?;
+        let mut marker = locked(root)?;
         // By the handle that holds the lock: Windows lets no other one read.
         let mut text = Vec::new();
         let begun = marker.read_to_end(&mut text).ok().and_then(|_| serde_json::from_slice::<Value>(&text).ok());
@@ -112,9 +118,9 @@ impl ExportFolder {
                 was made anew";
             return Err(Fault::at(root, what, "remove the folder, or choose another one"));
         }
-        for entry in fs::read_dir(root).map_err(|e| refused(root, &e))?.flatten() {
-            if entry.file_name().to_string_lossy().starts_with(TEMPORARY) {
-                fs::remove_file(entry.path()).map_err(|e| refused(&entry.path(), &e))?;
+        for name in enclosed::names(root, "").map_err(|e| refused(root, &e))? {
+            if name.starts_with(TEMPORARY) {
+                enclosed::remove(root, &name).map_err(unwritten)?;
             }
         }
         let (files, bytes) = (AtomicU64::new(0), AtomicU64::new(0));
@@ -131,24 +137,28 @@ impl ExportFolder {
     /// # Errors
     /// Where `content` fails, or the file cannot be written.
     pub fn put(&self, relative: &str, content: impl FnOnce() -> Result<Vec<u8>, Fault>) -> Result<(), Fault> {
-        let path = self.root.join(relative);
         // A name stands for a whole file; after a loss of power it may stand for an empty one.
-        if let Ok(found) = fs::metadata(&path)
-            && found.len() > 0
-        {
-            self.count(found.len());
+        if let Some(bytes) = self.length(relative)?.filter(|bytes| *bytes > 0) {
+            self.count(bytes);
             return Ok(());
         }
         let content = content()?;
-        let partial = self.beside(relative)?;
-        let written = fs::write(&partial, &content).and_then(|()| fs::rename(&partial, &path));
-        written.map_err(|e| {
-            // The first error is the one to tell.
-            let _ = fs::remove_file(&partial);
-            refused(&path, &e)
-        })?;
+        put(&self.root, &self.beside(relative)?, relative, &content)?;
         self.count(content.len() as u64);
         Ok(())
+    }
+
+    /// Size of a file that a run before has written [bytes].
+    ///
+    /// # Errors
+    /// Where something else has its name.
+    pub(super) fn length(&self, relative: &str) -> Result<Option<u64>, Fault> {
+        length(&self.root, relative)
+    }
+
+    /// A file that a run before has written, to read; `None` where there is none.
+    pub(super) fn read(&self, relative: &str) -> Option<File> {
+        enclosed::open(&self.root, relative, u64::MAX).ok()
     }
 
     /// Begins a file that grows.
@@ -156,9 +166,9 @@ impl ExportFolder {
     /// # Errors
     /// Where it cannot be made.
     pub fn create(&self, relative: &str) -> Result<GrowingFile, Fault> {
-        let (partial, path) = (self.beside(relative)?, self.root.join(relative));
-        let file = File::create(&partial).map_err(|e| refused(&path, &e))?;
-        Ok(GrowingFile { partial, path, file: BufWriter::new(file) })
+        let partial = self.beside(relative)?;
+        let file = BufWriter::new(enclosed::create(&self.root, &partial).map_err(unwritten)?);
+        Ok(GrowingFile { root: self.root.clone(), partial, relative: relative.into(), file })
     }
 
     /// Syncs a file that grew and gives it its name: after a loss of power too the name stands for all of it.
@@ -166,10 +176,11 @@ impl ExportFolder {
     /// # Errors
     /// Where it cannot be written.
     pub(crate) fn finish_file(&self, growing: GrowingFile) -> Result<(), Fault> {
-        let GrowingFile { partial, path, file } = growing;
-        let file = file.into_inner().map_err(|e| refused(&path, e.error()))?;
-        let bytes = file.sync_all().and_then(|()| file.metadata()).map_err(|e| refused(&path, &e))?.len();
-        fs::rename(&partial, &path).map_err(|e| refused(&path, &e))?;
+        let GrowingFile { root, partial, relative, file } = growing;
+        let refused = |e: &io::Error| refused(&root.join(&relative), e);
+        let file = file.into_inner().map_err(|e| refused(e.error()))?;
+        let bytes = file.sync_all().and_then(|()| file.metadata()).map_err(|e| refused(&e))?.len();
+        enclosed::rename(&root, &partial, &relative).map_err(unwritten)?;
         self.count(bytes);
         Ok(())
     }
@@ -185,15 +196,11 @@ impl ExportFolder {
     /// # Errors
     /// Where that cannot be written.
     pub fn finish(self, result: &Value, notes: Vec<String>) -> Result<ExportSummary, Fault> {
-        sync_below(&self.root).map_err(|e| refused(&self.root, &e))?;
+        enclosed::sync_below(&self.root).map_err(|e| refused(&self.root, &e))?;
         let (files, bytes) = (self.files.into_inner(), self.bytes.into_inner());
         let document = json!({"order": self.order, "files": files, "bytes": bytes, "result": result, "notes": notes});
-        let path = self.root.join(EXPORT_DOCUMENT);
-        let partial = self.root.join(temporary(EXPORT_DOCUMENT));
-        let written = dataset::atomic_file::write(&partial, &path, format!("{document:#}\n").as_bytes());
-        written.map_err(|e| refused(&path, &e.source))?;
-        let marker = self.root.join(UNFINISHED_MARKER);
-        fs::remove_file(&marker).map_err(|e| refused(&marker, &e))?;
+        enclosed::write(&self.root, EXPORT_DOCUMENT, format!("{document:#}\n").as_bytes()).map_err(unwritten)?;
+        enclosed::remove(&self.root, UNFINISHED_MARKER).map_err(unwritten)?;
         Ok(ExportSummary { files, bytes, nothing_to_do: false, notes })
     }
 
@@ -203,17 +210,17 @@ impl ExportFolder {
             |entry: io::Result<fs::DirEntry>| entry.is_ok_and(|entry| entry.file_name() == *UNFINISHED_MARKER);
         if fs::read_dir(&self.root).is_ok_and(|mut entries| entries.all(is_marker)) {
             // The first error is the one to tell.
-            let _ = fs::remove_file(self.root.join(UNFINISHED_MARKER));
+            let _ = enclosed::remove(&self.root, UNFINISHED_MARKER);
         }
         error
     }
 
-    /// The temporary path beside a file, in a folder that is there.
-    fn beside(&self, relative: &str) -> Result<PathBuf, Fault> {
-        let partial = self.root.join(temporary(relative));
-        let folder = partial.parent().unwrap_or(&self.root);
-        fs::create_dir_all(folder).map_err(|e| refused(folder, &e))?;
-        Ok(partial)
+    /// The temporary name beside a file, in a folder that is there.
+    fn beside(&self, relative: &str) -> Result<String, Fault> {
+        if let Some((folder, _)) = relative.rsplit_once('/') {
+            enclosed::make_folder(&self.root, folder).map_err(unwritten)?;
+        }
+        Ok(temporary(relative))
     }
 }
 
@@ -223,7 +230,7 @@ impl GrowingFile {
     /// # Errors
     /// Where they cannot be written.
     pub fn push(&mut self, bytes: &[u8]) -> Result<(), Fault> {
-        self.file.write_all(bytes).map_err(|e| refused(&self.path, &e))
+        self.file.write_all(bytes).map_err(|e| refused(&self.root.join(&self.relative), &e))
     }
 
     /// Appends another file that grew, and removes that one.
@@ -232,34 +239,12 @@ impl GrowingFile {
     /// Where it cannot be read or written.
     pub fn append(&mut self, other: Self) -> Result<(), Fault> {
         let copied = (|| {
-            other.file.into_inner().map_err(std::io::IntoInnerError::into_error)?;
-            std::io::copy(&mut File::open(&other.partial)?, &mut self.file)?;
-            fs::remove_file(&other.partial)
+            other.file.into_inner().map_err(io::IntoInnerError::into_error)?;
+            io::copy(&mut enclosed::open(&other.root, &other.partial, u64::MAX)?, &mut self.file)
         })();
-        copied.map_err(|e: Error| refused(&self.path, &e))
+        copied.map_err(|e| refused(&self.root.join(&self.relative), &e))?;
+        enclosed::remove(&other.root, &other.partial).map_err(unwritten)
     }
-}
-
-/// Makes all files in a folder last, and their names: at once for all that wait on its disk, which takes far less than file by
-/// file.
-#[cfg(target_os = "linux")]
-fn sync_below(folder: &Path) -> io::Result<()> {
-    Ok(rustix::fs::syncfs(File::open(folder)?)?)
-}
-
-/// Makes all files in a folder last, and their names where the system can.
-#[cfg(not(target_os = "linux"))]
-fn sync_below(folder: &Path) -> io::Result<()> {
-    for entry in fs::read_dir(folder)? {
-        let entry = entry?;
-        if entry.file_type()?.is_dir() {
-            sync_below(&entry.path())?;
-        } else {
-            // Windows syncs only what is open for writing.
-            fs::OpenOptions::new().write(true).open(entry.path())?.sync_all()?;
-        }
-    }
-    if cfg!(windows) { Ok(()) } else { File::open(folder)?.sync_all() }
 }
 
 /// Whether two orders are the same but for the state of the dataset.
@@ -274,9 +259,29 @@ fn is_alike(a: &Value, b: &Value) -> bool {
     without_state(a) == without_state(b)
 }
 
+/// Size of a plain file in the folder [bytes]; `None` where there is none.
+fn length(root: &Path, relative: &str) -> Result<Option<u64>, Fault> {
+    match enclosed::length(root, relative) {
+        Ok(bytes) => Ok(Some(bytes)),
+        Err(e) if e.kind() == ErrorKind::NotFound => Ok(None),
+        Err(e) => Err(refused(&root.join(relative), &e)),
+    }
+}
+
+/// Writes a file by way of `partial`; it is synced later, with all others.
+fn put(root: &Path, partial: &str, relative: &str, content: &[u8]) -> Result<(), Fault> {
+    let mut file = enclosed::create(root, partial).map_err(unwritten)?;
+    let written = file.write_all(content).map_err(|e| refused(&root.join(relative), &e));
+    written.and_then(|()| enclosed::rename(root, partial, relative).map_err(unwritten)).inspect_err(|_| {
+        // The first error is the one to tell.
+        let _ = enclosed::remove(root, partial);
+    })
+}
+
 /// The marker of a folder, held by this process alone.
-fn locked(root: &Path, path: &Path) -> Result<File, Fault> {
-    let marker = File::open(path).map_err(|e| refused(path, &e))?;
+fn locked(root: &Path) -> Result<File, Fault> {
+    let path = &root.join(UNFINISHED_MARKER);
+    let marker = enclosed::open(root, UNFINISHED_MARKER, MAX_DOCUMENT_BYTES).map_err(|e| refused(path, &e))?;
     match marker.try_lock() {
         Ok(()) => Ok(marker),
         Err(TryLockError::WouldBlock) => {
@@ -286,8 +291,13 @@ fn locked(root: &Path, path: &Path) -> Result<File, Fault> {
     }
 }
 
+/// What was refused in the folder, and what to do.
+fn unwritten(error: FileError) -> Fault {
+    refused(&error.path, &error.source)
+}
+
 /// What the system refused, and what to do.
-pub(super) fn refused(path: &Path, error: &Error) -> Fault {
+fn refused(path: &Path, error: &io::Error) -> Fault {
     let (what, remedy) = match error.kind() {
         ErrorKind::StorageFull | ErrorKind::QuotaExceeded => (
             format!("the disk is full ({error})"),

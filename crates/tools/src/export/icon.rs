@@ -1,12 +1,10 @@
 //! iCon files: a `.dat` and an `.xml`, as the real camera writes them, for each chosen sample.
 
-use std::fs;
 use std::path::Path;
 
 use output_schema::Manifest;
 use serde_json::json;
 
-use super::export_folder::refused;
 use super::{ExportFolder, ExportProgress, ExportSummary, Source, key};
 use crate::compare::{RangeUnit, ScanMaps, frame_of};
 use crate::icon::{
@@ -56,17 +54,17 @@ pub fn export(
     ExportFolder::write(out, "icon", asked, source, |out| {
         let work = |manifest: &Manifest, index: u64| {
             let name = out.root().join(key(index));
-            let files = ["dat", "xml"].map(|extension| name.with_extension(extension));
+            let [data, description] = ["dat", "xml"].map(|extension| format!("{}.{extension}", key(index)));
             // The description comes last.
-            if !files[1].exists() {
+            if out.length(&description)?.is_none() {
                 let frame = frame_of(&source.dataset, manifest, index, options.sensor)?;
                 match options.sensor {
                     true => write_sensor_image(&name, &frame)?,
                     false => write_scan(&name, &frame, options)?,
                 }
             }
-            for file in &files {
-                out.count(fs::metadata(file).map_err(|e| refused(file, &e))?.len());
+            for file in [data, description] {
+                out.count(out.length(&file)?.unwrap_or(0));
             }
             Ok(())
         };

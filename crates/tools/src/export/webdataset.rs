@@ -112,7 +112,7 @@ fn keep(out: &ExportFolder, source: &Source, split: Split, maps: &[&str]) -> Res
     let mut tars = SplitTars::default();
     let mut sizes = Vec::new();
     let mut last = None;
-    while let Some((bytes, done)) = finished_tar(&out.root().join(name(split, tars.closed)), maps, last) {
+    while let Some((bytes, done)) = finished_tar(out.read(&name(split, tars.closed)), maps, last) {
         sizes.push(bytes);
         tars.closed += 1;
         tars.samples += done.samples;
@@ -158,8 +158,8 @@ fn entry(files: &mut Vec<u8>, sample: &Sample, name: &str, content: &[u8]) -> Re
 
 /// The size of a tar [bytes] and the samples in it: whole ones, with these maps and their JSON, in the order of indices
 /// from after `before` on. `None` where there is no such tar.
-fn finished_tar(path: &Path, maps: &[&str], before: Option<u64>) -> Option<(u64, Done)> {
-    let mut file = File::open(path).ok()?;
+fn finished_tar(file: Option<File>, maps: &[&str], before: Option<u64>) -> Option<(u64, Done)> {
+    let mut file = file?;
     let (mut end, mut samples, mut last) = (0, 0, before);
     let mut wanted = Vec::new();
     for entry in Archive::new(&file).entries_with_seek().ok()? {

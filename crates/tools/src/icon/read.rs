@@ -1,7 +1,7 @@
 //! Reader of iCon files.
 
-use std::fs::{self, File};
-use std::io::{Read, Seek, SeekFrom};
+use std::fs::File;
+use std::io::{ErrorKind, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use super::layout::{Component, FileLayout, NumberType, Plane, PlaneContent};
@@ -54,8 +54,7 @@ pub fn open(path: &Path) -> Result<Content, Fault> {
     let (description, data) = (side("xml"), side("dat"));
     let layout = read_layout(&description)?;
     let unreadable = |error: std::io::Error| Fault::at(&data, format!("it cannot be read: {error}"), SIDE_BY_SIDE);
-    let length = plain_length(&data).map_err(unreadable)?;
-    let file = File::open(&data).map_err(unreadable)?;
+    let (file, length) = files::open_within(&data, u64::MAX).map_err(unreadable)?;
     let whole = layout.line as u64;
     if whole == 0 || !length.is_multiple_of(whole) {
         let what = format!("its {length} bytes are no whole number of rows of {whole} bytes, as its XML has them");
@@ -90,23 +89,12 @@ const COPY_AGAIN: &str = "copy both files again, or have them written again";
 /// What to do about a file that is not there.
 const SIDE_BY_SIDE: &str = "NAME.xml and NAME.dat must lie side by side";
 
-/// Length of a plain file [bytes]; a pipe or a device, of which reading may never end, is refused.
-fn plain_length(path: &Path) -> Result<u64, std::io::Error> {
-    let found = fs::metadata(path)?;
-    if found.is_file() { Ok(found.len()) } else { Err(std::io::Error::other("it is no plain file")) }
-}
-
 fn read_layout(path: &Path) -> Result<FileLayout, Fault> {
     let unreadable = |error: std::io::Error| Fault::at(path, format!("it cannot be read: {error}"), SIDE_BY_SIDE);
-    let length = plain_length(path).map_err(unreadable)?;
-    if length > MAX_XML_BYTES {
-        return Err(Fault::at(
-            path,
-            format!("it has {length} bytes, more than any description"),
-            "give the .xml of a scan",
-        ));
-    }
-    let bytes = fs::read(path).map_err(unreadable)?;
+    let bytes = files::read(path, MAX_XML_BYTES).map_err(|error| match error.kind() {
+        ErrorKind::FileTooLarge => Fault::at(path, error.to_string(), "give the .xml of a scan"),
+        _ => unreadable(error),
+    })?;
     let text = String::from_utf8(bytes);
     let text = text.map_err(|error| {
         let at = error.utf8_error().valid_up_to();

@@ -28,7 +28,7 @@ impl ScanWriter {
     pub fn create(name: &Path, like: &IconScan, rows: usize) -> Result<Self, Fault> {
         let data = paths(name)?.0;
         let partial = partial(&data);
-        let file = File::create(&partial).map_err(|error| refused(&data, &error))?;
+        let file = atomic_file::create(&partial).map_err(|no| refused(&data, &no.source))?;
         Ok(Self { layout: FileLayout::of(like), rows, written: 0, data, partial, file })
     }
 
