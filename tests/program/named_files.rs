@@ -80,6 +80,11 @@ fn commands(command: &clap::Command, name: &str, found: &mut Vec<(String, clap::
     }
 }
 
+/// Whether a command works for long once all of its inputs can be read: what it reads, others read too.
+fn is_long(name: &str) -> bool {
+    name.starts_with("study") || name == "fit"
+}
+
 /// The command line with these values.
 fn line(name: &str, command: &clap::Command, values: &[(&str, String)]) -> String {
     let mut words = vec![name.to_owned()];
@@ -183,8 +188,7 @@ fn no_input_hangs_a_command() {
         for arg in inputs {
             let id = arg.get_id().as_str();
             let whole = base.iter().find(|(known, _)| *known == id).map_or("victim", |(_, value)| value);
-            // Studies take minutes where their recipe can be read, which others read too.
-            for kind in KINDS.into_iter().filter(|kind| *kind != "link" || !name.starts_with("study")) {
+            for kind in KINDS.into_iter().filter(|kind| *kind != "link" || !is_long(&name)) {
                 let mut values: Vec<(&str, String)> = base.iter().map(|(id, value)| (*id, value.to_string())).collect();
                 let value = put(&place, kind, whole);
                 match values.iter_mut().find(|(known, _)| *known == id) {
@@ -228,9 +232,7 @@ fn no_output_goes_through_what_is_there() {
             }
             let (_, base) = ORDERS.iter().find(|(known, _)| *known == name).unwrap_or(&("", &[]));
             let whole = base.iter().find(|(known, _)| *known == "out").map_or("picture.png", |(_, value)| value);
-            // What begins long work before it is refused is asked for a pipe alone.
-            let kinds: &[&str] =
-                if name.starts_with("study") || name == "fit" { &["pipe"] } else { &["pipe", "link", "dangling"] };
+            let kinds: &[&str] = if is_long(&name) { &["pipe"] } else { &["pipe", "link", "dangling"] };
             for kind in kinds {
                 let value = put(&place, kind, "victim");
                 let value = match whole.rsplit_once('.') {
