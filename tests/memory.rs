@@ -1,7 +1,7 @@
 //! Purpose: making a dataset and validating it take as much memory for many samples, and for many in one shard, as for a few,
-//! and making it no more than is said before.
+//! and making it no more than is said before; and so do the fibres of a picture.
 
-use std::ffi::OsStr;
+use std::ffi::{OsStr, OsString};
 use std::path::Path;
 use std::process::Command;
 
@@ -124,4 +124,38 @@ fn memory_of_generation_is_flat_and_said_before() {
         // been used before.
         assert!(peaks[1] < peaks[0] + more && peaks[1] < said && said < 2.5 * peaks[1], "{peaks:?} MB, said {said}");
     }
+}
+
+/// Fibres of a picture take no more for each pixel than is said before, and hardly less: of colours of 16 bits, where no pixels are put
+/// together.
+#[test]
+fn memory_of_fibres_is_said_before() {
+    if let Some(folder) = std::env::var_os(FOLDER) {
+        let picture = Path::new(&folder).join("board.png");
+        return tell_peak(|| {
+            let order = ["gen", "fibres", "--pixel-mm", "0.15", "--encoding", "srgb"].map(OsString::from);
+            assert_eq!(sheetlight::cli::run_from(order.into_iter().chain([picture.into()])), 0);
+        });
+    }
+    let board =
+        image::load_from_memory(include_bytes!("../recipes/pictures/board.png")).expect("a picture").into_rgb16();
+    let sides = [700, 1500];
+    let peaks = sides.map(|side| {
+        let place = tempfile::tempdir().expect("a folder");
+        // Beside its mirror image, again and again: nothing jumps.
+        let at = |i: u32, count: u32| if i / count % 2 == 0 { i % count } else { count - 1 - i % count };
+        let pixel = |x, y| *board.get_pixel(at(x, board.width()), at(y, board.height()));
+        let picture = image::ImageBuffer::from_fn(side, side, pixel);
+        picture.save(place.path().join("board.png")).expect("written");
+        // Every plane by itself, as those of large pictures are: what is freed goes back at once.
+        let variables = [(FOLDER, place.path().as_os_str()), ("MALLOC_MMAP_THRESHOLD_", "65536".as_ref())];
+        peak("memory_of_fibres_is_said_before", &variables)
+    });
+    let pixels = sides.map(|side| u64::from(side).pow(2));
+    let each = 1.024e6 * (peaks[1] - peaks[0]) / (pixels[1] - pixels[0]) as f64;
+    let said = pixels.map(|pixels| MemoryEstimate::of_picture(pixels).needed);
+    let said_each = (said[1] - said[0]) as f64 / (pixels[1] - pixels[0]) as f64;
+    println!("pictures of {pixels:?} pixels: peaks {peaks:?} MB, {each:.1} bytes a pixel, said {said_each}");
+    assert!(each < said_each && said_each < 1.3 * each, "{each:.1} bytes a pixel, said {said_each}");
+    assert!(peaks[1] < said[1] as f64 / 1e6, "{peaks:?} MB");
 }

@@ -1,24 +1,28 @@
 //! `gen fibres`: fibre directions, knots and absorption of a board from a picture of it.
 
+use std::error::Error;
 use std::f32::consts::{FRAC_PI_2, PI};
 use std::fmt::Write;
 use std::io::{BufRead, BufReader, Cursor, Seek};
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use image::{DynamicImage, ImageFormat, ImageReader, Limits, Rgb, RgbImage};
+use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits, Rgb, RgbImage};
 use serde_json::{Value, json};
 
 use super::output::{self, Written};
 use super::{CommandResult, DONE, UsageError, print};
-use dataset::{ExrChannel, Samples, write_exr};
+use crate::generate::MemoryEstimate;
+use dataset::{ExrChannel, Fault, Samples, write_exr};
 use procedural::wood::Wood;
-use wood_picture::{AbsorptionMap, Encoding, Face, FibreMap, PictureAnalysis, absorption_map, fibre_map, red_channel};
+use wood_picture::{Encoding, Face, FibreMap, PictureAnalysis, face_absorption, fibre_map};
 
 /// Version of the document's layout.
 const SCHEMA_VERSION: u32 = 1;
 /// Longest side of a picture [px]: a board of 6 m at 0.37 mm.
 const MAX_SIDE: u32 = 16_384;
+/// Rows of a picture that are taken over at a time.
+const STRIP_ROWS: usize = 64;
 /// Most bytes of a PNG: four numbers of 16 bits a pixel, and what stands around them.
 const MAX_FILE_BYTES: u64 = 8 * (MAX_SIDE as u64).pow(2) + (16 << 20);
 
@@ -98,15 +102,14 @@ pub(super) fn run(arguments: &FibresArgs) -> CommandResult {
     let fibres = fibre_map(&grey, size, arguments.pixel_mm, &settings).map_err(told)?;
     // The kinds of wood of the class table: what a picture without a scale of reflectance is held to.
     let wood = Wood::from_values(&mut |parameter| parameter.default);
-    let absorption = absorption_map(&grey, &fibres, &wood.media, wood.log.latewood_share, &settings).map_err(told)?;
-    let document = document(&fibres, &absorption);
-    output::write(&out, &maps(&fibres, &absorption, &document))?;
-    output::write_or(&view, &output::png(&directions(&fibres))?, "give another place with --out")?;
-    if arguments.json {
-        print(&format!("{document:#}\n"))?;
-    } else {
-        print(&text(&fibres, &out, &view))?;
-    }
+    let mu_a = face_absorption(&grey, &fibres, &wood.media, wood.log.latewood_share, &settings).map_err(told)?;
+    drop(grey);
+    let document = document(&fibres, &mu_a);
+    let told = if arguments.json { format!("{document:#}\n") } else { text(&fibres, &out, &view) };
+    let picture = output::png(&directions(&fibres))?;
+    output::write(&out, &maps(fibres, mu_a, &document))?;
+    output::write_or(&view, &picture, "give another place with --out")?;
+    print(&told)?;
     Ok(DONE)
 }
 
@@ -162,47 +165,53 @@ fn read(path: &Path) -> Result<(Vec<f32>, [usize; 2]), String> {
         let (file, _) = files::open_within(path, MAX_FILE_BYTES).map_err(unreadable)?;
         decode(BufReader::new(file))
     };
-    decoded.map_err(|error| told(&error, &format!("give a PNG of at most {MAX_SIDE} pixels a side")))
+    decoded.map_err(|error| match error.downcast::<Fault>() {
+        Ok(fault) => fault.to_string(),
+        Err(error) => told(&error, &format!("give a PNG of at most {MAX_SIDE} pixels a side")),
+    })
 }
 
 /// The same of the bytes of a PNG.
-fn decode(bytes: impl BufRead + Seek) -> Result<(Vec<f32>, [usize; 2]), image::ImageError> {
+fn decode(bytes: impl BufRead + Seek) -> Result<(Vec<f32>, [usize; 2]), Box<dyn Error + Send + Sync>> {
     let mut reader = ImageReader::with_format(bytes, ImageFormat::Png);
     let mut limits = Limits::default();
     (limits.max_image_width, limits.max_image_height) = (Some(MAX_SIDE), Some(MAX_SIDE));
+    // Memory is asked for below, all of it together.
+    limits.max_alloc = Some(MAX_FILE_BYTES);
     reader.limits(limits);
-    let picture = reader.decode()?;
-    let size = [picture.height() as usize, picture.width() as usize];
-    let grey = match picture {
-        DynamicImage::ImageLuma8(_)
-        | DynamicImage::ImageLuma16(_)
-        | DynamicImage::ImageLumaA8(_)
-        | DynamicImage::ImageLumaA16(_) => {
-            picture.into_luma16().into_raw().into_iter().map(|number| f32::from(number) / 65535.0).collect()
+    let decoder = reader.into_decoder()?;
+    let (cols, rows) = decoder.dimensions();
+    MemoryEstimate::of_picture(u64::from(cols) * u64::from(rows)).check()?;
+    let picture = DynamicImage::from_decoder(decoder)?;
+    let mut grey = Vec::with_capacity(cols as usize * rows as usize);
+    let number = |number: u16| f32::from(number) / 65535.0;
+    // Strip by strip: the whole picture in other numbers would be there twice more.
+    for first in (0..rows).step_by(STRIP_ROWS) {
+        let strip = picture.crop_imm(0, first, cols, (rows - first).min(STRIP_ROWS as u32));
+        if strip.color().has_color() {
+            grey.extend(strip.into_rgb16().pixels().map(|pixel| number(pixel.0[0])));
+        } else {
+            grey.extend(strip.into_luma16().into_raw().into_iter().map(number));
         }
-        _ => {
-            let colours: Vec<[f32; 3]> =
-                picture.into_rgb16().pixels().map(|pixel| pixel.0.map(|number| f32::from(number) / 65535.0)).collect();
-            red_channel(&colours)
-        }
-    };
-    Ok((grey, size))
+    }
+    Ok((grey, [rows as usize, cols as usize]))
 }
 
 /// The maps as an EXR file: twice the azimuth by cosine and sine, dive [deg], confidence, absorption at the face [mm^-1].
-fn maps(fibres: &FibreMap, absorption: &AbsorptionMap, document: &Value) -> Vec<u8> {
-    let twice = fibres.non_singular();
+fn maps(fibres: FibreMap, mu_a: Vec<f32>, document: &Value) -> Vec<u8> {
+    let FibreMap { size, pixel_mm, azimuth_rad, dive_rad, confidence, .. } = fibres;
+    let (sin, cos) = azimuth_rad.into_iter().map(|azimuth| libm::sincosf(2.0 * azimuth)).unzip();
     let channel = |name: &str, numbers: Vec<f32>| ExrChannel { name: name.into(), samples: Samples::Float(numbers) };
     let mut channels = vec![
-        channel("Absorption", absorption.mu_a_per_mm.clone()),
-        channel("FibreConfidence", fibres.confidence.clone()),
-        channel("FibreCos2", twice.iter().map(|fibre| fibre[0]).collect()),
-        channel("FibreDive", twice.iter().map(|fibre| fibre[2].to_degrees()).collect()),
-        channel("FibreSin2", twice.iter().map(|fibre| fibre[1]).collect()),
+        channel("Absorption", mu_a),
+        channel("FibreConfidence", confidence),
+        channel("FibreCos2", cos),
+        channel("FibreDive", dive_rad.into_iter().map(f32::to_degrees).collect()),
+        channel("FibreSin2", sin),
     ];
     channels.sort_by(|a, b| a.name.cmp(&b.name));
-    let [down, across] = fibres.pixel_mm.map(f64::from);
-    write_exr(channels, fibres.size[1], (across, down), document)
+    let [down, across] = pixel_mm.map(f64::from);
+    write_exr(channels, size[1], (across, down), document)
 }
 
 /// Azimuth as hue over half a turn, confidence as its strength; knots' outlines in black.
@@ -226,7 +235,7 @@ fn directions(fibres: &FibreMap) -> RgbImage {
     })
 }
 
-fn document(fibres: &FibreMap, absorption: &AbsorptionMap) -> Value {
+fn document(fibres: &FibreMap, mu_a: &[f32]) -> Value {
     let knots: Vec<Value> = fibres
         .knots
         .iter()
@@ -242,7 +251,7 @@ fn document(fibres: &FibreMap, absorption: &AbsorptionMap) -> Value {
     json!({
         "schema_version": SCHEMA_VERSION, "rows": fibres.size[0], "columns": fibres.size[1],
         "pixel_mm": fibres.pixel_mm, "mean_confidence": mean(&fibres.confidence),
-        "mean_absorption_per_mm": mean(&absorption.mu_a_per_mm), "knots": knots,
+        "mean_absorption_per_mm": mean(mu_a), "knots": knots,
     })
 }
 
@@ -252,12 +261,13 @@ fn mean(numbers: &[f32]) -> f64 {
 
 fn text(fibres: &FibreMap, out: &Path, view: &Path) -> String {
     let mut azimuths: Vec<f32> = fibres.azimuth_rad.iter().map(|azimuth| azimuth.to_degrees()).collect();
-    azimuths.sort_by(f32::total_cmp);
+    let middle = azimuths.len() / 2;
+    let azimuth = *azimuths.select_nth_unstable_by(middle, f32::total_cmp).1;
     let mut text = format!(
         "{} x {} px; azimuth {:.1} deg (median), confidence {:.2} (mean); {} knots\n",
         fibres.size[1],
         fibres.size[0],
-        azimuths[azimuths.len() / 2],
+        azimuth,
         mean(&fibres.confidence),
         fibres.knots.len()
     );

@@ -31,6 +31,8 @@ const BAND_BYTES: u64 = 28_000;
 /// What a run takes whatever its recipe and threads: the program, tables of light, and what the allocator keeps. Measured where samples are so many that
 /// all of it was touched: thousands [bytes].
 const BASE_BYTES: u64 = 80 << 20;
+/// Bytes of a pixel of a picture whose fibres are looked for, measured where no pixels are put together: 33.
+const PICTURE_BYTES: u64 = 36;
 /// Share of draws of a key that may lie beyond what is counted, at either end [1].
 const RARE_DRAW: f64 = 1e-4;
 
@@ -41,7 +43,13 @@ pub struct MemoryEstimate {
     pub needed: u64,
     /// What is there for it; `None` where the system does not say [bytes].
     pub available: Option<u64>,
+    /// What takes less.
+    remedy: &'static str,
 }
+
+/// What takes less memory where samples are rendered.
+const FEWER_PIXELS: &str = "take fewer scan.profiles or scan.columns, fewer channels (output.exr: [], truth_maps: false), fewer \
+                            --threads, or a machine with more memory";
 
 impl MemoryEstimate {
     /// For a dataset that `threads` threads make.
@@ -58,7 +66,7 @@ impl MemoryEstimate {
         let tables = dataset::open_tables_bytes(&output, &size, &recipe.splits(), per_shard);
         let patterns = MAX_CACHED_BYTES as u64 + together.min(threads as u64) * patterns(recipe);
         let needed = BASE_BYTES + tables + patterns + rendering * each + waiting + bands(recipe, threads);
-        Self { needed, available: available() }
+        Self { needed, available: available(), remedy: FEWER_PIXELS }
     }
 
     /// For one sample that `threads` threads draw.
@@ -68,7 +76,13 @@ impl MemoryEstimate {
         // Programs draw one sample after the other, and keep patterns.
         let patterns = MAX_CACHED_BYTES as u64 + patterns(recipe);
         let needed = BASE_BYTES + patterns + each + bands(recipe, threads) + triangles(recipe);
-        Self { needed, available: available() }
+        Self { needed, available: available(), remedy: FEWER_PIXELS }
+    }
+
+    /// For the fibres of a picture of so many pixels.
+    pub fn of_picture(pixels: u64) -> Self {
+        let remedy = "crop the picture, average pixels to 0.15 mm, or take a machine with more memory";
+        Self { needed: BASE_BYTES + pixels * PICTURE_BYTES, available: available(), remedy }
     }
 
     /// Whether the machine has it; true where the system does not say.
@@ -86,9 +100,7 @@ impl MemoryEstimate {
         }
         let gb = |bytes: u64| format!("{:.1} GB", bytes as f64 / 1e9);
         let what = format!("it takes up to {}, {} are available", gb(self.needed), gb(self.available.unwrap_or(0)));
-        let remedy = "take fewer scan.profiles or scan.columns, fewer channels (output.exr: [], truth_maps: false), fewer \
-                      --threads, or a machine with more memory";
-        Err(Fault::new("memory", what, remedy))
+        Err(Fault::new("memory", what, self.remedy))
     }
 }
 
@@ -177,8 +189,10 @@ mod tests {
         let stat = "anon 5\ninactive_file 1000\n";
         assert_eq!(of_group("5000\n", "3000\n", (stat, "inactive_file")), Some(3000));
         assert_eq!(of_group("max\n", "3000\n", (stat, "inactive_file")), None);
-        assert!(MemoryEstimate { needed: u64::MAX, available: None }.check().is_ok());
-        let refused = MemoryEstimate { needed: 9_300_000_000, available: Some(2 << 30) }.check().expect_err("too much");
+        assert!(MemoryEstimate { needed: u64::MAX, available: None, remedy: FEWER_PIXELS }.check().is_ok());
+        let refused = MemoryEstimate { needed: 9_300_000_000, available: Some(2 << 30), remedy: FEWER_PIXELS }
+            .check()
+            .expect_err("too much");
         assert!(refused.to_string().contains("up to 9.3 GB, 2.1 GB are available; take fewer"), "{refused}");
     }
 

@@ -7,7 +7,7 @@
 use std::borrow::Cow;
 use std::io::Cursor;
 
-use exr::block::chunk::Chunk;
+use exr::block::chunk::{Chunk, CompressedBlock};
 use exr::block::writer::ChunksWriter;
 use exr::block::{BlockIndex, UncompressedBlock, enumerate_ordered_header_block_indices};
 use exr::meta::attribute::{AttributeValue, SampleType as FileSampleType};
@@ -32,6 +32,11 @@ const HEIGHT_STEPS: f32 = 8192.0;
 
 /// Blocks of a file that are compressed together, by as many threads as are free: 512 rows with PIZ.
 const BLOCKS_TOGETHER: usize = 16;
+
+/// Bytes of a block beside its samples: its place in the table, its row and its length.
+const BLOCK_HEAD_BYTES: usize = 8 + 4 + 4;
+/// Bytes of a usual head.
+const HEAD_BYTES: usize = 4096;
 
 /// Why writing into memory does not fail.
 const FITS: &str = "memory takes every byte, and the channels are as large as the image";
@@ -257,13 +262,23 @@ pub fn write_exr_as(
         let rows = group.first().map_or(0, |(_, index)| index.pixel_position.y());
         maps.iter_mut().for_each(|map| shorten(map, rows * cols));
     }
-    let mut file = Cursor::new(Vec::new());
+    // Room for all of it at once: a file that grows is there twice for a while.
+    let bytes: usize = chunks.iter().map(|chunk| BLOCK_HEAD_BYTES + compressed(chunk)).sum();
+    let mut file = Cursor::new(Vec::with_capacity(HEAD_BYTES + bytes));
     exr::block::write(&mut file, headers, true, |_, writer| {
         let mut chunks = blocks.into_iter().zip(chunks.into_iter().rev());
         chunks.try_for_each(|((number, _), chunk)| writer.write_chunk(number, chunk))
     })
     .expect(FITS);
     file.into_inner()
+}
+
+/// Bytes of a compressed block of scan lines.
+fn compressed(chunk: &Chunk) -> usize {
+    match &chunk.compressed_block {
+        CompressedBlock::ScanLine(lines) => lines.compressed_pixels_le.len(),
+        _ => 0,
+    }
 }
 
 /// A block of scan lines: row by row the samples of each channel.

@@ -91,9 +91,9 @@ impl BoardPicture {
         Ok(Self { light: shares.to_vec(), fibres, classes: None, face, depth })
     }
 
-    fn with_light(light: Vec<f32>, fibres: FibreMap, face: Face, depth: Depth) -> Self {
+    fn with_light(mut light: Vec<f32>, fibres: FibreMap, face: Face, depth: Depth) -> Self {
         let mean = clear_light(&light, &fibres).max(f64::MIN_POSITIVE);
-        let light = light.iter().map(|light| (f64::from(*light) / mean) as f32).collect();
+        light.iter_mut().for_each(|light| *light = (f64::from(*light) / mean) as f32);
         Self { light, fibres, classes: None, face, depth }
     }
 

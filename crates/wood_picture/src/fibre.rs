@@ -9,12 +9,14 @@
 //! Confidence: the expected cosine of twice the azimuth's error, exp(-2 se^2).
 //! Limits: beside the tips of a knot, where fibres part, streaks may turn more than fibres; a dive of clear wood does not show in a picture and is 0; the pith's tilt makes it a degree.
 
+use std::borrow::Cow;
+
 use glam::{Vec2, Vec2Swizzles, Vec3};
 use procedural::wood::KnotSurroundings;
 
 use crate::knots::{self, PictureKnot, azimuth, direction};
 use crate::orientation::{LOST_RAD, in_window, orientation, wrap};
-use crate::raster::{around, quantile};
+use crate::raster::{around, quantile, quantile_of};
 use crate::rings::{along_lines, without_rings};
 use crate::texture::{CellTexture, Cells, RINGS_MM, RINGS_RAD, STREAKS_MM, texture};
 use crate::{Face, PictureAnalysis, PictureFault, grain_scale};
@@ -165,8 +167,9 @@ pub fn fibre_map(
     let light = picture::light(grey, size, pixel_mm, settings)?;
     let (light, coarse, coarse_mm) = binned(light, size, pixel_mm);
     let knots = knots::find(&light, coarse, coarse_mm, settings.least_knot_mm);
-    let median = quantile(&mut light.clone(), 0.5);
-    let mut log_light: Vec<f32> = light.iter().map(|value| libm::logf(value.max(DARKEST * median))).collect();
+    let median = quantile_of(&light, 0.5);
+    let mut log_light = light;
+    log_light.iter_mut().for_each(|value| *value = libm::logf(value.max(DARKEST * median)));
     let cells = Cells::over(coarse, coarse_mm);
     let clear = clear_pixels(&knots, coarse, coarse_mm);
     grain_scale::check(&log_light, coarse, coarse_mm, &clear)?;
@@ -177,7 +180,11 @@ pub fn fibre_map(
         log_light = even;
     }
     let grainy = grain_mm(&log_light, coarse, coarse_mm) > GRAINY_MM;
-    let streaks = if grainy { log_light.clone() } else { without_rings(&log_light, coarse, coarse_mm, &cells, &clear) };
+    let streaks = if grainy {
+        Cow::Borrowed(&log_light)
+    } else {
+        Cow::Owned(without_rings(&log_light, coarse, coarse_mm, &cells, &clear))
+    };
     let seen = |light: &[f32], scale: f32, bias: f32| texture(light, coarse, coarse_mm, &cells, scale, bias, &clear);
     let mut textures = [
         seen(&streaks, STREAKS_MM[0], STREAKS_RAD),
@@ -196,6 +203,8 @@ pub fn fibre_map(
         }
         guess = Guess::new(base(&textures, &cells)?, &knots, &cells, settings);
     }
+    drop(streaks);
+    drop(log_light);
     let seen = orientation(&textures, &cells, &guess.azimuth, &guess.spread);
     let lasting = if grainy { GRAINY_RAD } else { STREAKS_RAD };
     let twice: Vec<Vec2> = guess.azimuth.iter().zip(&seen.delta).map(|(a, d)| direction(2.0 * (a + d)).yx()).collect();

@@ -27,7 +27,7 @@ mod ripple;
 mod texture;
 mod volume;
 
-pub use absorption::{AbsorptionMap, absorption_map};
+pub use absorption::{AbsorptionMap, absorption_map, face_absorption};
 pub use board::{BoardPicture, Depth, PicturedWood};
 pub use density_law::{DensityLaw, KindDensities};
 pub use fault::{PictureFault, VolumeFault};

@@ -6,7 +6,7 @@
 //! to its red channel alone, made linear and divided by the white balance's factor, which moves s and nothing else.
 //! Limits: even light; the tone curves of phones are none of these (take raw files); red is a mean over 100 nm.
 
-use crate::raster::quantile;
+use crate::raster::quantile_of;
 use crate::{PictureAnalysis, PictureFault};
 
 /// Least length and width of what a picture shows [mm]: some windows of the orientation's integral.
@@ -94,8 +94,7 @@ pub(crate) fn light(
         return Err(PictureFault::Saturated { share, full_scale: settings.full_scale });
     }
     let light: Vec<f32> = grey.iter().map(|value| settings.encoding.light(value / settings.full_scale)).collect();
-    let mut sorted = light.clone();
-    let [low, middle, high] = [0.05, 0.5, 0.95].map(|part| quantile(&mut sorted, part));
+    let [low, middle, high] = [0.05, 0.5, 0.95].map(|part| quantile_of(&light, part));
     let spread = (high - low) / middle.max(f32::MIN_POSITIVE);
     if spread < LEAST_SPREAD {
         return Err(PictureFault::Constant { spread });

@@ -32,9 +32,11 @@ pub(crate) fn without_rings(
     counts: &[bool],
 ) -> Vec<f32> {
     let lines = lines(log_light, size, pixel_mm, cells, counts);
-    let means = along_lines(log_light, size, pixel_mm, cells, &lines, counts, [ALONG_MM, STEP_MM]);
-    let left = |pixel: usize| if counts[pixel] { log_light[pixel] - means[pixel] } else { 0.0 };
-    (0..log_light.len()).map(left).collect()
+    let mut left = along_lines(log_light, size, pixel_mm, cells, &lines, counts, [ALONG_MM, STEP_MM]);
+    for (pixel, left) in left.iter_mut().enumerate() {
+        *left = if counts[pixel] { log_light[pixel] - *left } else { 0.0 };
+    }
+    left
 }
 
 /// Means along lines of those directions (x, y) in cells, under a Gaussian cut at two standard deviations: `lengths` are the standard

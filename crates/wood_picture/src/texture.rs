@@ -109,9 +109,10 @@ pub(crate) fn texture(
     let [slope_down, slope_across] = sigma.map(gaussian_slope);
     let down = filter(log_light, size, [&slope_down, &smooth_across], Beyond::Same);
     let across = filter(log_light, size, [&smooth_down, &slope_across], Beyond::Same);
-    let squares: Vec<f32> =
-        across.iter().zip(&down).map(|(x, y)| (x / pixel_mm[1]).powi(2) + (y / pixel_mm[0]).powi(2)).collect();
+    let square = |i: usize| (across[i] / pixel_mm[1]).powi(2) + (down[i] / pixel_mm[0]).powi(2);
+    let squares: Vec<f32> = (0..log_light.len()).map(square).collect();
     let energy = smooth(&squares, size, pixel_mm.map(|pixel| ENERGY * scale_mm / pixel), Beyond::Same);
+    drop(squares);
     // Every seventh pixel is enough for a median.
     let mut some: Vec<f32> = (0..log_light.len()).step_by(7).filter(|&i| counts[i]).map(|i| energy[i]).collect();
     let knee = if some.is_empty() { 1.0 } else { KNEE * KNEE * quantile(&mut some, 0.5) }.max(f32::MIN_POSITIVE);
@@ -124,7 +125,7 @@ pub(crate) fn texture(
                 continue;
             }
             let (gx, gy) = (across[i] / pixel_mm[1], down[i] / pixel_mm[0]);
-            let square = squares[i];
+            let square = square(i);
             let weight = 4.0 * knee / (square.max(energy[i]) + knee).powi(2);
             let (length, re, im) = (weight * square, weight * (gx * gx - gy * gy), -2.0 * weight * gx * gy);
             let cell = cells.of([row, col], pixel_mm);
