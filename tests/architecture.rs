@@ -89,8 +89,9 @@ const OPENINGS: [&str; 23] = [
 ];
 
 /// The only files that may name one of them, and why.
-const OPENERS: [(&str, &str); 8] = [
+const OPENERS: [(&str, &str); 9] = [
     ("crates/files/src/lib.rs", "opens files that a user names"),
+    ("crates/files/src/cache.rs", "keeps what can be made again in the user's cache"),
     ("crates/dataset/src/atomic_file.rs", "writes files that a user names"),
     ("crates/dataset/src/enclosed/unix.rs", "opens and writes what lies in a folder of others"),
     ("crates/dataset/src/enclosed/windows.rs", "the same there"),

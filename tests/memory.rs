@@ -143,7 +143,7 @@ fn memory_of_fibres_is_said_before() {
     let peaks = sides.map(|side| {
         let place = tempfile::tempdir().expect("a folder");
         // Beside its mirror image, again and again: nothing jumps.
-        let at = |i: u32, count: u32| if i / count % 2 == 0 { i % count } else { count - 1 - i % count };
+        let at = |i: u32, count: u32| if (i / count).is_multiple_of(2) { i % count } else { count - 1 - i % count };
         let pixel = |x, y| *board.get_pixel(at(x, board.width()), at(y, board.height()));
         let picture = image::ImageBuffer::from_fn(side, side, pixel);
         picture.save(place.path().join("board.png")).expect("written");

@@ -86,6 +86,34 @@ fn faults_of_a_file_name_line_key_and_remedy() {
     place.run("preview --recipe tiny.yaml").refused(&["must be above the part"]);
 }
 
+/// What the analysis of a picture has found is kept for the next run, and changes nothing: whether it is found, taken from the cache,
+/// damaged there, or cannot be kept.
+#[test]
+fn a_picture_is_analysed_once() {
+    let place = Place::new();
+    let made = |name: &str, cache: &str| {
+        let order = "--recipe wood-picture --set scan.columns=64 --set scan.profiles=48 --n 1 --out";
+        let output =
+            place.command(&format!("{order} {name}")).env("SHEETLIGHT_CACHE", cache).output().expect("it starts");
+        assert!(output.status.success(), "{name}: {}", String::from_utf8_lossy(&output.stderr));
+        place.tree(name)
+    };
+    let without = made("without", "");
+    assert_same(&without, &made("cold", "cache"), "found and kept");
+    let kept = place.tree("cache");
+    let name = kept.keys().next().expect("it is kept").clone();
+    assert!(kept.len() == 1 && name.ends_with(".fibres"), "{:?}", kept.keys());
+    let time = |name: &str| fs::metadata(place.path(name)).and_then(|found| found.modified()).expect("it is there");
+    let written = time(&format!("cache/{name}"));
+    assert_same(&without, &made("warm", "cache"), "taken from there");
+    assert_eq!(time(&format!("cache/{name}")), written, "nothing is written anew");
+    place.write(&format!("cache/{name}"), &kept[&name][..kept[&name].len() / 2]);
+    assert_same(&without, &made("damaged", "cache"), "damaged there");
+    assert_same(&kept, &place.tree("cache"), "mended");
+    place.write("file", "");
+    assert_same(&without, &made("nowhere", "file"), "where nothing can be kept");
+}
+
 /// A folder of slices is one file of a dataset: kept as a tar, checked, continued, and refused with other slices.
 #[test]
 fn a_dataset_keeps_its_slices() {

@@ -4,12 +4,18 @@
 //! device, of which reading may wait or never end, is refused at once, and nothing is read beyond what the caller can use. `-`
 //! stands for standard input where a command takes the content of one file; `./-` is a file of that name.
 //!
+//! What can be made again is kept in a [`Cache`].
+//!
 //! What lies in a dataset's folder, and what a command keeps for itself beside its results, comes from anybody: that is
 //! opened by `dataset::enclosed`, which follows no link.
+
+mod cache;
 
 use std::fs::{File, Metadata};
 use std::io::{self, Error, ErrorKind, Read};
 use std::path::Path;
+
+pub use cache::Cache;
 
 /// How arguments name standard input.
 const STANDARD_INPUT: &str = "-";

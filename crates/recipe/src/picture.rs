@@ -1,6 +1,6 @@
 //! Pictures that boards are cut from: PNG of a face, maps of fibres, pictures of classes -> `wood_picture::BoardPicture`.
 //!
-//! Everything is read and analysed once, with the recipe, so that a picture that does not serve is a fault of the recipe; samples
+//! Everything is read and analysed once, with the recipe, and the fibres of a picture are kept for the next run, so that a picture that does not serve is a fault of the recipe; samples
 //! share what comes of it. Rows are brought to the order of the scan: the first row of a photograph from above is the far end.
 //! Colours of directions are those of the thesis (section 3.2.3, Figure 3.9): between red and green the slope is R / G, rising,
 //! between blue and green B / G, falling; as a vector (G, R - B), right and up as the map is looked at.
@@ -10,13 +10,17 @@ use std::io::Cursor;
 
 use exr::meta::MetaData;
 use exr::prelude::{ReadChannels, ReadLayers, read};
+use files::Cache;
 use image::{DynamicImage, ImageFormat, ImageReader, Limits};
 use procedural::Class;
 use wood_picture::{BoardPicture, Depth, Encoding, Face, FibreMap, PictureAnalysis, PictureFault};
 
 use crate::asset::{Asset, AssetFault, BuiltIn};
 use crate::keys::settings::PictureSettings;
+use analysed::fibres_of;
 use bench::settings::{FirstRow, PictureDepth, PictureEncoding, PictureFace};
+
+mod analysed;
 
 /// Pictures that are built in.
 pub(crate) const BUILT_IN: [BuiltIn; 1] =
@@ -73,7 +77,9 @@ pub(crate) fn read_picture(own: &PictureSettings) -> Result<Option<BoardPicture>
     let picture = match (grey, drawn.transpose()?) {
         (Some((grey, size)), None) => {
             let file = own.file.asset().expect("it was read");
-            BoardPicture::new(&grey, size, pixel_mm, &analysis, depth).map_err(told(FILE, file))?
+            let map = fibres_of(Cache::of_user().as_ref(), &grey, size, pixel_mm, &analysis);
+            let picture = map.and_then(|map| BoardPicture::with_fibres(&grey, map, &analysis, depth));
+            picture.map_err(told(FILE, file))?
         }
         (Some((grey, size)), Some((map, _))) => {
             if map.size != size {
