@@ -132,10 +132,11 @@ fn shards_are_cut_by_size() {
     for (seconds, count) in [(1.3, 92), (12.0, 10), (61.0, 1), (1e9, 1)] {
         assert_eq!(samples_per_shard(&full, &SIZE, seconds), count, "{seconds} s a sample");
     }
-    // What ships: boards by their bytes, packs by their work.
-    for (name, count) in
-        [("wood-train", 1000), ("wood-small", 627), ("wood", 4), ("blister-train", 90), ("blister", 11)]
-    {
+    // What ships: small boards by their number or bytes, others by their work.
+    let boards =
+        [("wood-train", 1000), ("wood-small", 627), ("wood", 4), ("wood-grading", 14), ("wood-grading-train", 500)];
+    let packs = [("blister-train", 90), ("blister-small", 90), ("blister", 11), ("thesis/blister", 1)];
+    for (name, count) in boards.into_iter().chain(packs) {
         let recipe = Recipe::load(name).unwrap_or_else(|faults| panic!("{faults}"));
         let found = samples_per_shard(&recipe.output(), &recipe.size(), recipe.sample_seconds());
         assert_eq!(found, count, "{name}");

@@ -4,7 +4,7 @@
 //! figures are rounded ones of the machine of docs/performance.md and docs/scale.md, within a factor of three of every recipe that
 //! ships. Neglected: kept frames, effects, and what other machines do.
 
-use bench::settings::{Size, Transport};
+use bench::settings::{Order, Size, Transport};
 
 use crate::Subject;
 
@@ -20,21 +20,22 @@ const PACK_PIXEL_S: f64 = 3.8e-6;
 const PHOTON_S: f64 = 40e-6;
 /// Work of a profile by diffusion on voxels [s]: 34 s of two cores on a board of 94 mm.
 const DIFFUSION_PROFILE_S: f64 = 68.0;
-/// Work of a pixel by the method of the thesis [s]: `thesis/blister` 91 s in all.
+/// Work of a pixel by the method of the thesis, or of its scripts on whole frames [s]: `thesis/blister` 91 s in all.
 const THESIS_PIXEL_S: f64 = 35e-6;
 
 /// What a sample takes on one core, about [s].
-pub(crate) fn core_seconds(subject: Subject, transport: Transport, size: &Size) -> f64 {
+pub(crate) fn core_seconds(subject: Subject, transport: Transport, order: Order, size: &Size) -> f64 {
     let (profiles, pixels) = (size.profiles as f64, (size.columns * size.profiles) as f64);
     let kernel = match subject {
         Subject::Blister => PACK_S + pixels * PACK_PIXEL_S,
         Subject::Wood | Subject::Sawtooth | Subject::Mesh => SOLID_S + pixels * SOLID_PIXEL_S,
     };
-    kernel
-        + match transport {
-            Transport::Kernel => 0.0,
-            Transport::Path { photons } => photons as f64 * profiles * PHOTON_S,
-            Transport::Diffusion { .. } => profiles * DIFFUSION_PROFILE_S,
-            Transport::Thesis { .. } => pixels * THESIS_PIXEL_S,
-        }
+    let model = match transport {
+        Transport::Kernel => 0.0,
+        Transport::Path { photons } => photons as f64 * profiles * PHOTON_S,
+        Transport::Diffusion { .. } => profiles * DIFFUSION_PROFILE_S,
+        Transport::Thesis { .. } => pixels * THESIS_PIXEL_S,
+    };
+    let scripts = if order == Order::Physical { 0.0 } else { pixels * THESIS_PIXEL_S };
+    kernel + model + scripts
 }

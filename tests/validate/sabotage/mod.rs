@@ -2,6 +2,7 @@
 
 mod bodies;
 mod clean;
+mod clean_sweep;
 mod content;
 mod copies;
 mod documents;

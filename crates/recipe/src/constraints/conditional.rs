@@ -230,6 +230,19 @@ const BARK: ParameterNeeds = ParameterNeeds::AnyKnots(
         "stem.outline_wane",
     ],
 );
+/// Bark scatters as knots do.
+const KNOTS_OR_BARK: ParameterNeeds = ParameterNeeds::AnyKnots(
+    KNOTTY,
+    &[
+        "knots.sound_count",
+        "knots.dead_count",
+        "knots.hole_count",
+        "knots.loose_count",
+        "inclusions.bark_pocket_count",
+        "wane.width_mm",
+        "stem.outline_wane",
+    ],
+);
 /// Diffusion along fibres that all run alike is what the other models know.
 const TANGLED: ParameterNeeds = ParameterNeeds::Transport(&[TransportName::Kernel, TransportName::Path]);
 const ROT: ParameterNeeds = Any(&["rot.reach_mm", "rot.heart_mm", "rot.pocket_count"]);
@@ -333,9 +346,9 @@ const NOTED: &[(&str, &[ParameterNeeds])] = &[
     ("machining.circular_radius_mm", &[Amount("machining.circular_um")]),
     ("media.knot_mu_a_ratio", &[KNOTS]),
     ("media.dead_knot_mu_a_ratio", &[DEAD_KNOTS]),
-    ("media.knot_sigma_i_ratio", &[KNOTS]),
-    ("media.knot_k_ratio", &[KNOTS]),
-    ("media.knot_n_eff", &[KNOTS]),
+    ("media.knot_sigma_i_ratio", &[KNOTS_OR_BARK]),
+    ("media.knot_k_ratio", &[KNOTS_OR_BARK]),
+    ("media.knot_n_eff", &[KNOTS_OR_BARK]),
     ("media.fibre_dispersion_deg", &[TANGLED]),
     ("media.knot_fibre_dispersion_deg", &[KNOTS, TANGLED]),
     ("material.fibre_dispersion_deg", &[TANGLED]),
@@ -345,7 +358,7 @@ const NOTED: &[(&str, &[ParameterNeeds])] = &[
     ("media.rot_k_ratio", &[ROT]),
     ("media.rot_n_eff", &[ROT]),
     ("pack.knurl_pitch_mm", &[Amount("pack.knurl_um")]),
-    ("pocket.bump_size_mm", &[Amount("pocket.bumps_um")]),
+    ("pocket.bump_size_mm", &[Any(&["pocket.bumps_um", "film.thinning_spread"])]),
     ("tablet.shape", &[Outline]),
     ("tablet.on_edge", &[RoomToStand]),
     ("defects.severity", &[DEFECTS]),

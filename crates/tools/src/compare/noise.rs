@@ -349,7 +349,7 @@ mod tests {
         let mut rng = Stream::root(11).child("places").rng();
         let x = |i: usize| {
             let column = i % cols;
-            0.1 * column as f64 + if column % 2 == 0 { 0.04 } else { 0.0 }
+            0.1 * column as f64 + if column.is_multiple_of(2) { 0.04 } else { 0.0 }
         };
         let places: Vec<f64> = (0..cols * rows).map(x).collect();
         let range = places.iter().map(|x| 0.8 * x + 0.015 * normal(&mut rng)).collect();
