@@ -11,7 +11,9 @@ use study::rig::report;
   gen rig wood                                     field of view, resolution, line, exposure, speckle, noise
   gen rig wood --set camera.tilt_deg=40            what a steeper view would change
   gen rig mine.yaml --index 7 --json               of another sample, for programs
+  gen rig mine.yaml --strict                       for scripts: status 1 where it warns
 
+Numbers go to standard output, warnings to standard error; the document of --json holds both.
 Numbers that the recipe draws are those of one sample. docs/instrument.md explains the bench.")]
 pub(super) struct RigArgs {
     #[command(flatten)]
@@ -25,6 +27,9 @@ pub(super) struct RigArgs {
     /// Print JSON
     #[arg(long)]
     json: bool,
+    /// Take warnings as errors: the numbers are printed, and the exit status is 1
+    #[arg(long)]
+    strict: bool,
 }
 
 pub(super) fn run(arguments: &RigArgs, console: &Console) -> CommandResult {
@@ -39,5 +44,9 @@ pub(super) fn run(arguments: &RigArgs, console: &Console) -> CommandResult {
     } else {
         print(&report.table())?;
     }
+    if arguments.strict && !report.warnings.is_empty() {
+        return Err(format!("--strict: {}", report.warnings.join("\n")).into());
+    }
+    report.warnings.iter().for_each(|warning| console.note(&format!("warning: {warning}")));
     Ok(DONE)
 }

@@ -296,7 +296,8 @@ fn a_rig_is_told_in_words_of_data_sheets() {
         ("camera.rows=64", "are not seen in all columns"),
         ("motion.step_mm=0.3 --set motion.line_rate_hz=20000", "rows in an exposure: shorten exposure.time_us"),
         ("motion.step_mm=0.5", "times as long as wide; set motion.step_mm"),
-        ("output.bin.columns=8", "pixels of the binned images are 0.1"),
+        ("output.bin.columns=8", "pixels of the binned images are 10.3 times as wide as long"),
+        ("motion.step_mm=0.001", "pixels are 87.5 times as wide as long"),
         ("board.offset_mm=300", "0.0 % of the object lies in the field of the images"),
     ] {
         let told = rig(&format!("{bench} --set {change}"));
@@ -307,6 +308,30 @@ fn a_rig_is_told_in_words_of_data_sheets() {
     }
     let table = place.done("rig wood").out;
     assert!(table.contains("field_of_view_mm") && table.contains("range_noise_um"), "{table}");
+}
+
+/// Guards against a command that warns in another way than `gen`: beside its result on standard output, and with no means to
+/// have the status say it.
+#[test]
+fn a_rig_warns_as_a_run_does() {
+    let place = Place::new();
+    let plain = place.done("rig wood-small");
+    let odd = "rig wood-small --set motion.step_mm=0.001";
+    let told = place.done(odd);
+    assert!(!plain.err.contains("warning: ") && told.err.starts_with("warning: profiles are 0.001 mm"), "{}", told.err);
+    // Standard output holds the same lines, and nothing else.
+    let names = |out: &str| out.lines().filter_map(|line| line.split(' ').next()).map(String::from).collect::<Vec<_>>();
+    assert_eq!(names(&told.out), names(&plain.out));
+    assert!(place.done(&format!("{odd} -q")).err.is_empty());
+
+    let json: Value = serde_json::from_str(&place.done(&format!("{odd} --json")).out).expect("it is JSON");
+    assert!(json["warnings"][0].as_str().is_some_and(|text| told.err.contains(text)), "{json}");
+    for form in ["", "--json"] {
+        let strict = place.run(&format!("{odd} --strict {form}"));
+        assert!(strict.code == 1 && strict.err.starts_with("gen: --strict: profiles are 0.001 mm"), "{}", strict.err);
+        assert!(strict.out.contains("field_of_view_mm"), "{}", strict.out);
+    }
+    place.done("rig wood-small --strict");
 }
 
 /// Sizes of pixels and boards are numbers with commas between, as the help says.

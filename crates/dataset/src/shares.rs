@@ -89,7 +89,12 @@ impl SampleShares {
 
     /// A shortfall of this sample in words.
     pub fn describe(&self, shortfall: Shortfall) -> String {
-        let percent = |share: f64| format!("{:.1} %", 100.0 * share);
+        let percent = |share: f64| {
+            let percent = 100.0 * share;
+            // More digits where one would read as none.
+            let digits = if percent > 0.0 { (-libm::log10(percent).floor()).clamp(1.0, 9.0) as usize } else { 1 };
+            format!("{percent:.digits$} %")
+        };
         match shortfall {
             Shortfall::ObjectOutOfView if self.measured.is_nan() => "no pixel shows the object".into(),
             Shortfall::ObjectOutOfView => {

@@ -71,19 +71,10 @@ impl RigReport {
         self.numbers.iter().find(|number| number.name == name).map_or(f64::NAN, |number| number.value)
     }
 
-    /// A line for each number, then the warnings.
+    /// A line for each number.
     pub fn table(&self) -> String {
-        let digits = |value: f64| match value.abs() {
-            _ if value.is_nan() => "-".to_owned(),
-            size if size >= 1000.0 => format!("{value:.0}"),
-            size if size >= 10.0 => format!("{value:.1}"),
-            size if size >= 1.0 => format!("{value:.2}"),
-            _ => format!("{value:.3}"),
-        };
-        let line = |number: &RigNumber| format!("{:28}{:>9}  {}\n", number.name, digits(number.value), number.doc);
-        let numbers: String = self.numbers.iter().map(line).collect();
-        let warnings: String = self.warnings.iter().map(|warning| format!("warning: {warning}\n")).collect();
-        numbers + &warnings
+        let line = |number: &RigNumber| format!("{:28}{:>9}  {}\n", number.name, figure(number.value), number.doc);
+        self.numbers.iter().map(line).collect()
     }
 
     /// The same as a document; a number that there is not is null.
@@ -325,16 +316,18 @@ impl<'a> Facts<'a> {
         warn(
             self.top > high || low > 0.0,
             format!(
-                "heights from 0 to {:.1} mm are not seen in all columns, which measure {low:.1} to {high:.1} mm: raise \
-                 camera.rows or camera.distance_mm, or lower camera.tilt_deg",
-                self.top
+                "heights from 0 to {} mm are not seen in all columns, which measure {} to {} mm: raise camera.rows or \
+                 camera.distance_mm, or lower camera.tilt_deg",
+                figure(self.top),
+                figure(low),
+                figure(high)
             ),
         );
         warn(
             self.peak > BRIGHT_PEAK,
             format!(
-                "matter that reflects more than {:.0} % saturates: shorten exposure.time_us or lower laser.power_mw",
-                100.0 / self.peak
+                "matter that reflects more than {} saturates: shorten exposure.time_us or lower laser.power_mw",
+                percent(1.0 / self.peak)
             ),
         );
         warn(
@@ -347,17 +340,21 @@ impl<'a> Facts<'a> {
         warn(
             self.line_px < NARROW_LINE_PX,
             format!(
-                "the line is {:.2} rows wide (standard deviation), too narrow for places between rows: raise \
+                "the line is {} rows wide (standard deviation), too narrow for places between rows: raise \
                  laser.waist_mm or camera.blur_um",
-                self.line_px
+                figure(self.line_px)
             ),
         );
         warn(self.is_wider_than_window(), format!("{}: {}", self.wide_line(), self.narrow_line_remedy()));
         warn(
             self.travel_px > MUCH_TRAVEL_PX,
-            format!("the line moves {:.1} rows in an exposure: shorten exposure.time_us", self.travel_px),
+            format!("the line moves {} rows in an exposure: shorten exposure.time_us", figure(self.travel_px)),
         );
         let stretch = self.stretch();
+        let [times, shape] = match stretch {
+            long if long >= 1.0 => [figure(long), "as long as wide".to_owned()],
+            flat => [figure(1.0 / flat), "as wide as long".to_owned()],
+        };
         let even = self.scene.extraction.range != RangeForm::Uncalibrated;
         let [pixels, remedy] = if self.is_binned() {
             ["pixels of the binned images", "motion.step_mm or output.bin"]
@@ -367,11 +364,26 @@ impl<'a> Facts<'a> {
         warn(
             even && !(1.0 / MUCH_STRETCH..=MUCH_STRETCH).contains(&stretch),
             format!(
-                "profiles are {} mm and columns {:.3} mm apart: {pixels} are {stretch:.1} times as long as wide; set {remedy}",
-                motion.step_mm, self.column_mm
+                "profiles are {} mm and columns {} mm apart: {pixels} are {times} times {shape}; set {remedy}",
+                motion.step_mm,
+                figure(self.column_mm)
             ),
         );
         warnings
+    }
+}
+
+/// A number with two significant digits at least, and with three below a hundredth.
+fn figure(value: f64) -> String {
+    match value.abs() {
+        size if size.is_nan() => "-".to_owned(),
+        0.0 => "0".to_owned(),
+        1000.0.. => format!("{value:.0}"),
+        10.0.. => format!("{value:.1}"),
+        1.0.. => format!("{value:.2}"),
+        0.01.. => format!("{value:.3}"),
+        0.0001.. => format!("{value:.6}"),
+        _ => format!("{value:.2e}"),
     }
 }
 
@@ -380,4 +392,25 @@ fn percent(share: f64) -> String {
     let percent = 100.0 * share;
     let digits = if percent > 0.0 { (1.0 - libm::log10(percent).floor()).clamp(0.0, 9.0) as usize } else { 0 };
     format!("{percent:.digits$} %")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Guards against figures of a fixed number of decimals, of which none is left where the number is small.
+    #[test]
+    fn no_figure_of_a_number_reads_as_none() {
+        for exponent in -12..=6 {
+            for lead in [1.0, 2.345, 9.994] {
+                let value = lead * 10f64.powi(exponent);
+                for value in [value, -value] {
+                    let read: f64 = figure(value).parse().expect("a number");
+                    assert!((read / value - 1.0).abs() < 0.05, "{value} as {}", figure(value));
+                    assert!(figure(value).len() <= 9, "{}", figure(value));
+                }
+            }
+        }
+        assert_eq!([figure(0.0), figure(f64::NAN), figure(0.068)], ["0", "-", "0.068"]);
+    }
 }

@@ -12,7 +12,7 @@ use std::cell::LazyCell;
 
 use rayon::prelude::*;
 
-use super::{BRIGHT_PEAK, DIM_PEAK, Facts, percent};
+use super::{BRIGHT_PEAK, DIM_PEAK, Facts, figure, percent};
 use bench::settings::{Movement, SensorStack, Transport};
 use dataset::shares::{LEAST_IN_VIEW, SampleShares, Shortfall};
 use pipeline::{body, field, render_profiles, set_up};
@@ -174,8 +174,11 @@ fn check_scene(scene: &Scene, tiles: &PatternCache) -> Vec<RigWarning> {
             Shortfall::ObjectOutOfView => (None, out_of_view_remedy(&scene, &specimen, [x, y])),
             Shortfall::HardlyMeasured if heights.seen_share < 0.5 => (
                 Some(format!(
-                    "its surface lies at {:.1} to {:.1} mm, and every column measures {:.1} to {:.1} mm",
-                    heights.low, heights.high, facts.heights_mm[0], facts.heights_mm[1]
+                    "its surface lies at {} to {} mm, and every column measures {} to {} mm",
+                    figure(heights.low.into()),
+                    figure(heights.high.into()),
+                    figure(facts.heights_mm[0]),
+                    figure(facts.heights_mm[1])
                 )),
                 format!(
                     "raise camera.rows or camera.distance_mm or lower camera.tilt_deg; or bring the surface there by \
@@ -185,7 +188,7 @@ fn check_scene(scene: &Scene, tiles: &PatternCache) -> Vec<RigWarning> {
             ),
             // A frame that is white all over has no peak.
             _ if facts.peak > if shortfall == Shortfall::Saturated { 1.0 } else { BRIGHT_PEAK } => (
-                Some(format!("a white surface has {:.1} times the light of saturation", facts.peak)),
+                Some(format!("a white surface has {} times the light of saturation", figure(facts.peak))),
                 Shortfall::Saturated.remedy().to_owned(),
             ),
             Shortfall::HardlyMeasured if facts.is_wider_than_window() => {
@@ -193,8 +196,9 @@ fn check_scene(scene: &Scene, tiles: &PatternCache) -> Vec<RigWarning> {
             }
             Shortfall::HardlyMeasured if facts.usual_dn() < threshold => (
                 Some(format!(
-                    "clear matter peaks at {:.0} DN, and the threshold is {threshold:.0} DN",
-                    facts.usual_dn()
+                    "clear matter peaks at {} DN, and the threshold is {} DN",
+                    figure(facts.usual_dn()),
+                    figure(threshold)
                 )),
                 "lower extraction.threshold_dn, or lengthen exposure.time_us or raise laser.power_mw".to_owned(),
             ),
