@@ -157,6 +157,11 @@ impl Class {
         !matches!(self, Self::Background | Self::Clear | Self::Flange | Self::Pocket | Self::Tooth | Self::Object)
     }
 
+    /// Whether it is matter of an object as it should be, neither a defect nor the background.
+    pub fn is_sound(self) -> bool {
+        self != Self::Background && !self.is_defect()
+    }
+
     /// Whether pixels of boards can have it.
     pub fn is_of_wood(self) -> bool {
         // Every class is named, so that a new one has to be put on its side.

@@ -13,9 +13,22 @@ use test_support::pages::{between, page};
 use test_support::program::{Place, assert_same, mesh_recipe, pack_recipe, recipe, sawtooth_recipe};
 
 /// Recipes of no use: what is changed of a shipped one, what is warned of, and a word of the remedy.
-const USELESS: [(&str, &str, &str, &str); 10] = [
+const USELESS: [(&str, &str, &str, &str); 12] = [
     ("wood-small", "laser.power_mw=0.1", "hardly-measured", "raise laser.power_mw"),
     ("wood-small", "camera.rows=64", "hardly-measured", "raise camera.rows"),
+    (
+        "wood-small",
+        "laser.fan_angle_deg=1 --set laser.power_mw=1",
+        "partly-measured",
+        "widen the fan by laser.fan_angle_deg",
+    ),
+    // Bright enough in the middle of the line, and too dark at its ends.
+    (
+        "wood-small",
+        "laser.fan=cylindrical --set laser.fan_angle_deg=3 --set laser.power_mw=0.25",
+        "partly-measured",
+        "raise laser.power_mw",
+    ),
     ("wood-small", "board.thickness_mm=150", "hardly-measured", "raise camera.rows"),
     ("wood-small", "board.offset_mm=300", "object-out-of-view", "board.offset_mm"),
     ("wood-small", "board.lead_in_mm=100", "object-out-of-view", "board.lead_in_mm"),
@@ -110,10 +123,22 @@ fn remedies_name_the_cause() {
         ("motion.step_mm=5", "profiles-far-apart", "lower motion.step_mm"),
         ("extraction.threshold_dn=250", "hardly-measured", "lower extraction.threshold_dn"),
         ("camera.rows=64", "hardly-measured", "raise camera.rows"),
+        // All the light on a third of the board saturates there, and less of it is no remedy.
+        ("laser.fan_angle_deg=1", "partly-measured", "widen the fan by laser.fan_angle_deg"),
+        ("laser.fan_angle_deg=2.8 --set laser.power_mw=3", "fan-cuts-object", "widen the fan by laser.fan_angle_deg"),
+        ("camera.rows=200", "", "raise camera.rows"),
+        // The first sample is hardly measured, the next ones in part.
+        (
+            "laser.fan=cylindrical --set laser.fan_angle_deg=3 --set laser.power_mw=0.16",
+            "partly-measured",
+            "raise laser.power_mw",
+        ),
     ] {
         let strict = place.run(&format!("--recipe tiny.yaml --set {change} --n 1 --out set --strict"));
         assert!(strict.code == 1 && strict.err.contains(remedy), "{change}: {}", strict.err);
         assert!(!strict.err.contains("raise exposure.time_us"), "{change}: {}", strict.err);
+        let less_light = remedy.contains("shorten exposure.time_us");
+        assert_eq!(strict.err.contains("shorten exposure.time_us"), less_light, "{change}: {}", strict.err);
         if !code.is_empty() {
             place.done(&format!("--recipe tiny.yaml --set {change} --n 1 --out {code}"));
             let found = warnings(&place, code);
@@ -121,6 +146,31 @@ fn remedies_name_the_cause() {
             fs::remove_dir_all(place.path(code)).expect("it goes");
         }
     }
+}
+
+/// Guards against data of which a part is missing by the rig's doing and nobody says so: a fan of one degree lights the share of the
+/// board that its width says, the check, the rows and `gen rig` tell it, and what samples lack by their own defects is not told.
+#[test]
+fn a_fan_that_ends_on_the_object_is_told() {
+    let place = of_one_class("wood-small");
+    let board = "--set board.offset_mm=0 --set board.width_mm=20 --set board.thickness_mm=22";
+    let narrow = "--set laser.fan_angle_deg=1 --set laser.power_mw=1";
+    let made = place.done(&format!("--recipe tiny.yaml {narrow} {board} --n 2 --out set"));
+    assert!(made.err.contains("the laser's fan ends on it") && !made.err.contains("of 2 samples made"), "{}", made.err);
+    let expected = 2.0 * (400.0 - 22.0) * 0.5f64.to_radians().tan() / 20.0;
+    for sample in place.samples("set").values() {
+        let Field::Double(measured) = sample.columns["measured_share"] else { panic!("no number") };
+        // Light creeps a few tenths of a mm through the wood beyond either end.
+        assert!((0.0..0.04).contains(&(measured - expected)), "{measured} of {expected}");
+    }
+    let rig = place.done("rig tiny.yaml --set laser.fan_angle_deg=1");
+    assert!(rig.err.contains("widen the fan") && !rig.err.contains("shorten exposure"), "{}", rig.err);
+    assert!(!place.done("rig tiny.yaml --set laser.power_mw=3000").err.contains("fan"));
+
+    // Holes and the dark parts of knots are what samples show.
+    let defects = "--set knots.hole_count=3 --set knots.width_mm=8 --set knots.dead_count=2";
+    let made = place.done(&format!("--recipe tiny.yaml {defects} --n 3 --out holes --strict"));
+    assert!(!made.err.contains("warning: "), "{}", made.err);
 }
 
 /// Warnings of validation are told with what to do, and change the status only where that is asked for.
@@ -192,6 +242,16 @@ fn shipped_recipes_have_no_warnings() {
         let codes: Vec<String> = rig_warnings(&recipe, 0).into_iter().map(|warning| warning.code).collect();
         assert_eq!(codes, expected, "{name}");
     }
+}
+
+/// Walls of pockets hide a third of the cards from a camera that looks along them.
+#[test]
+fn what_hides_itself_is_told_as_that() {
+    let recipe =
+        Recipe::load_changed("blister-small", &["camera.tilt_deg=73".parse().expect("a change")]).expect("loads");
+    let found = rig_warnings(&recipe, 0);
+    let own = found.iter().find(|warning| warning.code == "partly-measured").expect("it is told");
+    assert!(own.what.contains("higher parts hide") && own.remedy == "lower camera.tilt_deg", "{own:?}");
 }
 
 /// Half of a board beside the middle of the line: the share that lies in the field is that of the rig's own field of view.

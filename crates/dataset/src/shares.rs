@@ -9,6 +9,11 @@ use procedural::Class;
 
 /// Least share of the object's pixels in which Range is measured: shadows, glints and dark parts of shipped recipes leave 0.89 [1].
 pub const LEAST_MEASURED: f64 = 0.1;
+/// Least share of the pixels that show sound matter in which Range is measured: what laser, camera and extraction do to matter as it
+/// should be is the rig's doing, while holes and dark knots are what samples show. Shipped recipes reach down to 0.9, packs by the walls of their pockets [1].
+pub const LEAST_SOUND: f64 = 0.8;
+/// Share of the object's pixels below which those of sound matter tell nothing of the rig [1].
+pub const FEW_SOUND: f64 = 0.1;
 /// Share of the object's measured pixels from which on they count as saturated as a whole: packs at the longest exposure that
 /// their recipe draws reach 0.94, at sixty times the usual light 0.96 to 0.98, boards 1 [1].
 pub const MOST_SATURATED: f64 = 0.95;
@@ -21,6 +26,8 @@ pub const LEAST_IN_VIEW: f64 = 2.0 / 3.0;
 pub struct SampleShares {
     /// Share of the object's pixels in which Range is measured; NaN where no pixel shows the object [1].
     pub measured: f64,
+    /// Share of the pixels of sound matter in which Range is measured; NaN where hardly any shows it, or where that is not known [1].
+    pub sound: f64,
     /// Share of the object's measured pixels in which the line saturates; NaN where there are none [1].
     pub saturated: f64,
     /// Share of the object's outline that lies in the field; NaN on a turntable [1].
@@ -34,19 +41,22 @@ pub enum Shortfall {
     ObjectOutOfView,
     /// Range is measured in less of the object than [`LEAST_MEASURED`].
     HardlyMeasured,
+    /// Range is measured in less of sound matter than [`LEAST_SOUND`].
+    PartlyMeasured,
     /// The line saturates in [`MOST_SATURATED`] of what is measured of the object, or more.
     Saturated,
 }
 
 impl Shortfall {
     /// Every one in order.
-    pub const ALL: [Self; 3] = [Self::ObjectOutOfView, Self::HardlyMeasured, Self::Saturated];
+    pub const ALL: [Self; 4] = [Self::ObjectOutOfView, Self::HardlyMeasured, Self::PartlyMeasured, Self::Saturated];
 
     /// Its code, in documents and reports.
     pub fn code(self) -> &'static str {
         match self {
             Self::ObjectOutOfView => "object-out-of-view",
             Self::HardlyMeasured => "hardly-measured",
+            Self::PartlyMeasured => "partly-measured",
             Self::Saturated => "saturated",
         }
     }
@@ -62,6 +72,11 @@ impl Shortfall {
                 "see `gen rig`: where the object is higher than the sensor sees, raise camera.rows or camera.distance_mm; where \
                  the line is wide, bring it into focus; else raise exposure.time_us or laser.power_mw"
             }
+            Self::PartlyMeasured => {
+                "see `gen rig`: where the fan ends on the object, widen it by laser.fan_angle_deg; where the object is higher than \
+                 the sensor sees, raise camera.rows; where it hides itself, lower camera.tilt_deg; where the line is wide, bring it \
+                 into focus; where it is too dark or too bright, set exposure.time_us, laser.power_mw or extraction.threshold_dn"
+            }
             Self::Saturated => "shorten exposure.time_us or lower laser.power_mw",
         }
     }
@@ -71,10 +86,11 @@ impl SampleShares {
     /// Of measured maps and labels on one grid; `most` is the greatest digital number [DN].
     pub fn of(maps: &Maps, labels: &Labels, most: u16, in_view: f64) -> Self {
         let pixels = labels.class.iter().zip(maps.range.iter().zip(&maps.reflectance));
-        let own = pixels.filter(|(class, _)| **class != Class::Background as u8);
-        let marks = |(_, (range, dn)): (&u8, (&f32, &f32))| [!range.is_nan(), dn.round() >= f32::from(most)];
-        let [measured, saturated] = ObjectPixels::count(own.map(marks)).shares();
-        Self { measured, saturated, in_view }
+        let marks = |(class, (range, dn)): (&u8, (&f32, &f32))| {
+            (u16::from(*class), [!range.is_nan(), dn.round() >= f32::from(most)])
+        };
+        let [measured, sound, saturated] = ObjectPixels::count(pixels.map(marks)).shares();
+        Self { measured, sound, saturated, in_view }
     }
 
     /// In what the sample falls short.
@@ -82,6 +98,7 @@ impl SampleShares {
         let falls_short = |shortfall: &Shortfall| match shortfall {
             Shortfall::ObjectOutOfView => self.measured.is_nan() || self.in_view < LEAST_IN_VIEW,
             Shortfall::HardlyMeasured => self.measured < LEAST_MEASURED,
+            Shortfall::PartlyMeasured => self.measured >= LEAST_MEASURED && self.sound < LEAST_SOUND,
             Shortfall::Saturated => self.saturated >= MOST_SATURATED,
         };
         Shortfall::ALL.into_iter().filter(falls_short).collect()
@@ -105,6 +122,10 @@ impl SampleShares {
                 let (share, least) = (percent(self.measured), percent(LEAST_MEASURED));
                 format!("Range is measured in {share} of the pixels that show the object, less than {least}")
             }
+            Shortfall::PartlyMeasured => {
+                let (share, least) = (percent(self.sound), percent(LEAST_SOUND));
+                format!("Range is measured in {share} of the pixels that show matter without defect, less than {least}")
+            }
             Shortfall::Saturated => {
                 let (share, most) = (percent(self.saturated), percent(MOST_SATURATED));
                 format!("the line saturates in {share} of the object's measured pixels, {most} or more")
@@ -120,26 +141,34 @@ pub(crate) struct ObjectPixels {
     pub all: u64,
     /// Those in which Range is measured.
     pub measured: u64,
+    /// Those of sound matter, and how many of these are measured.
+    pub sound: [u64; 2],
     /// Those of the measured ones in which the line saturates.
     pub saturated: u64,
 }
 
 impl ObjectPixels {
-    /// Counts pixels that show the object, each with whether it is measured and whether its number is the greatest.
-    pub(crate) fn count(pixels: impl Iterator<Item = [bool; 2]>) -> Self {
+    /// Counts the pixels of a label that show the object, each with whether it is measured and whether its number is the greatest.
+    pub(crate) fn count(pixels: impl Iterator<Item = (u16, [bool; 2])>) -> Self {
+        let is_sound = Class::ALL.map(Class::is_sound);
         let mut found = Self::default();
-        for [measured, greatest] in pixels {
+        for (class, [measured, greatest]) in pixels.filter(|(class, _)| *class != Class::Background as u16) {
+            let sound = is_sound.get(usize::from(class)).is_some_and(|sound| *sound);
             found.all += 1;
             found.measured += u64::from(measured);
+            found.sound[0] += u64::from(sound);
+            found.sound[1] += u64::from(sound & measured);
             found.saturated += u64::from(measured & greatest);
         }
         found
     }
 
-    /// The measured share, and the saturated one of that; NaN where there are no pixels [1].
-    pub(crate) fn shares(self) -> [f64; 2] {
+    /// The measured share, that of sound matter, and the saturated one of what is measured; NaN where there are no pixels [1].
+    pub(crate) fn shares(self) -> [f64; 3] {
         let share = |part: u64, all: u64| if all == 0 { f64::NAN } else { part as f64 / all as f64 };
-        [share(self.measured, self.all), share(self.saturated, self.measured)]
+        let [sound, measured] = self.sound;
+        let of_sound = if share(sound, self.all) < FEW_SOUND { f64::NAN } else { share(measured, sound) };
+        [share(self.measured, self.all), of_sound, share(self.saturated, self.measured)]
     }
 }
 
@@ -158,8 +187,8 @@ mod tests {
         };
         let labels = Labels { class: vec![0, 0, 1, 1, 3, 1], instance: vec![0; 6] };
         let shares = SampleShares::of(&maps, &labels, 255, 1.0);
-        assert_eq!((shares.measured, shares.saturated, shares.in_view), (0.75, 1.0 / 3.0, 1.0));
-        assert_eq!(shares.shortfalls(), []);
+        assert_eq!((shares.measured, shares.sound, shares.saturated), (0.75, 1.0, 1.0 / 3.0));
+        assert_eq!((shares.in_view, shares.shortfalls()), (1.0, vec![]));
         let none = SampleShares::of(&maps, &Labels { class: vec![0; 6], ..labels }, 255, 0.0);
         assert!(none.measured.is_nan() && none.saturated.is_nan());
         assert_eq!(none.shortfalls(), [Shortfall::ObjectOutOfView]);
@@ -168,12 +197,32 @@ mod tests {
 
     #[test]
     fn limits_are_told_with_what_was_found() {
-        let shares = SampleShares { measured: 0.004, saturated: 0.97, in_view: 0.5 };
-        assert_eq!(shares.shortfalls(), Shortfall::ALL);
-        let told = Shortfall::ALL.map(|shortfall| shares.describe(shortfall));
-        assert!(told[0].starts_with("50.0 %") && told[1].contains("0.4 %") && told[2].contains("97.0 %"), "{told:?}");
+        let shares = SampleShares { measured: 0.0004, sound: 0.0004, saturated: 0.97, in_view: 0.5 };
+        let hardly = [Shortfall::ObjectOutOfView, Shortfall::HardlyMeasured, Shortfall::Saturated];
+        assert_eq!(shares.shortfalls(), hardly);
+        let told = hardly.map(|shortfall| shares.describe(shortfall));
+        assert!(told[0].starts_with("50.0 %") && told[1].contains("0.04 %") && told[2].contains("97.0 %"), "{told:?}");
+        // What is told of the whole object is not told of its sound matter again.
+        let partly = SampleShares { measured: 0.35, sound: 0.4, saturated: 0.0, in_view: 1.0 };
+        assert_eq!(partly.shortfalls(), [Shortfall::PartlyMeasured]);
+        assert!(partly.describe(Shortfall::PartlyMeasured).contains(" 40.0 % "));
         // A share without meaning is no shortfall.
-        let turned = SampleShares { measured: 1.0, saturated: 0.0, in_view: f64::NAN };
+        let turned = SampleShares { measured: 1.0, sound: 1.0, saturated: 0.0, in_view: f64::NAN };
         assert_eq!(turned.shortfalls(), []);
+    }
+
+    /// Holes and dark knots are what samples show: only matter without defect tells of the rig, where there is enough of it.
+    #[test]
+    fn defects_that_are_not_measured_are_no_shortfall() {
+        let shares = |sound: usize, hole: usize| {
+            let all = sound + hole;
+            let range = [vec![1.0; sound], vec![f32::NAN; hole]].concat();
+            let maps = Maps { range, reflectance: vec![100.0; all], scatter: vec![0.0; all] };
+            let class = [vec![Class::Clear as u8; sound], vec![Class::KnotHole as u8; hole]].concat();
+            SampleShares::of(&maps, &Labels { class, instance: vec![0; all] }, 255, 1.0)
+        };
+        assert_eq!((shares(6, 4).measured, shares(6, 4).sound), (0.6, 1.0));
+        assert_eq!(shares(6, 4).shortfalls(), []);
+        assert!(shares(1, 11).sound.is_nan());
     }
 }

@@ -315,6 +315,16 @@ pub fn render_profiles(scene: &Scene, sensor: &Sensor, specimen: &Specimen, prof
     (scan.maps, scan.labels)
 }
 
+/// What the pixels of a profile show, without light.
+pub fn profile_hits(scene: &Scene, sensor: &Sensor, specimen: &Specimen, profile: usize) -> Vec<Hit> {
+    let mut hits = Vec::new();
+    sensor.hits(specimen, profile, &mut hits);
+    match grid(scene, &sensor.camera().rig) {
+        Some(grid) => labels::on_grid(&hits, grid.first_mm, grid.pitch_mm),
+        None => hits,
+    }
+}
+
 /// Truth maps of so many pixels, those that the subject has.
 fn truth_maps(scene: &Scene, pixels: usize) -> TruthMaps {
     let map = || vec![0.0f32; pixels];

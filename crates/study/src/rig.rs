@@ -92,8 +92,11 @@ pub fn report(scene: &Scene) -> RigReport {
     let top = f64::from(body.bounds().1.z);
     let (sensor, specimen) = set_up(scene, body, &patterns);
     let facts = Facts::of(scene, &sensor, top);
+    let fan = check::cut_by_fan(scene, &sensor, &specimen);
     let out_of_view = check::out_of_view(scene, &sensor, &specimen);
-    RigReport { numbers: facts.numbers(), warnings: facts.warnings().into_iter().chain(out_of_view).collect() }
+    let own = facts.warnings(fan.is_some());
+    let warnings = own.into_iter().chain(fan).chain(out_of_view).collect();
+    RigReport { numbers: facts.numbers(), warnings }
 }
 
 /// What numbers and warnings are made from.
@@ -304,7 +307,8 @@ impl<'a> Facts<'a> {
         (2 * self.scene.extraction.window_rows + 1) as f64
     }
 
-    fn warnings(&self) -> Vec<String> {
+    /// What the numbers alone warn of; light that a fan puts beside much of the object is not called too much.
+    fn warnings(&self, is_cut_by_fan: bool) -> Vec<String> {
         let motion = &self.scene.bench.motion;
         let mut warnings = Vec::new();
         let mut warn = |holds: bool, text: String| {
@@ -324,7 +328,7 @@ impl<'a> Facts<'a> {
             ),
         );
         warn(
-            self.peak > BRIGHT_PEAK,
+            self.peak > BRIGHT_PEAK && !is_cut_by_fan,
             format!(
                 "matter that reflects more than {} saturates: shorten exposure.time_us or lower laser.power_mw",
                 percent(1.0 / self.peak)

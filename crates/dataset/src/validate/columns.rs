@@ -103,7 +103,9 @@ pub(super) fn stored_row(batch: &RecordBatch, head: &DatasetHead) -> Result<Stor
         Some(shares) => {
             let [measured, saturated, in_view] =
                 shares.map(|share| share.map(|s| s.map_or(f64::NAN, |(_, share)| share)));
-            Some(SampleShares { measured: measured?, saturated: saturated?, in_view: in_view? })
+            // The share of sound matter is in the images alone.
+            let sound = f64::NAN;
+            Some(SampleShares { measured: measured?, sound, saturated: saturated?, in_view: in_view? })
         }
         None => None,
     };

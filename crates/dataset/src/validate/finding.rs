@@ -144,6 +144,8 @@ codes! {
     ObjectOutOfView,
     /// Warning: Range is measured in less than a tenth of the pixels that show the object.
     HardlyMeasured,
+    /// Warning: Range is measured in less than 80 % of the pixels that show matter without defect.
+    PartlyMeasured,
     /// Warning: the line saturates in 95 % of the object's measured pixels, or more.
     Saturated,
 }
@@ -153,6 +155,7 @@ impl From<Shortfall> for Code {
         match shortfall {
             Shortfall::ObjectOutOfView => Self::ObjectOutOfView,
             Shortfall::HardlyMeasured => Self::HardlyMeasured,
+            Shortfall::PartlyMeasured => Self::PartlyMeasured,
             Shortfall::Saturated => Self::Saturated,
         }
     }
@@ -191,6 +194,7 @@ impl Code {
             }
             Self::ObjectOutOfView => Shortfall::ObjectOutOfView.remedy(),
             Self::HardlyMeasured => Shortfall::HardlyMeasured.remedy(),
+            Self::PartlyMeasured => Shortfall::PartlyMeasured.remedy(),
             Self::Saturated => Shortfall::Saturated.remedy(),
             Self::RerenderDiffers => "use the same program version and target; if they are the same, report it",
             Self::ManifestUnreadable

@@ -18,7 +18,7 @@ pub(super) fn check(
     report: &mut ValidationReport,
 ) {
     let Some(shares) = row.shares else { return };
-    let SampleShares { measured, saturated, in_view } = shares;
+    let SampleShares { measured, saturated, in_view, .. } = shares;
     let mut fault = |code, what: String| report.faults.push(Finding::new(code, place, what));
     let stored = SHARES.into_iter().zip([measured, saturated, in_view]);
     let outside: Vec<String> = stored
@@ -33,11 +33,12 @@ pub(super) fn check(
     let reflectance = decoded.get("reflectance").filter(|_| is_rounded);
     let most = task.head.images.most_dn();
     let made = decoded.get("label").zip(decoded.get("range")).map(|(label, range)| {
-        let own = label.iter().zip(range).enumerate().filter(|(_, (label, _))| **label != 0);
         let greatest = |i: usize| reflectance.and_then(|dn| dn.get(i)).is_some_and(|dn| *dn >= most);
-        ObjectPixels::count(own.map(|(i, (_, range))| [*range > 0, greatest(i)])).shares()
+        let pixels = label.iter().zip(range).enumerate();
+        ObjectPixels::count(pixels.map(|(i, (label, range))| (*label, [*range > 0, greatest(i)]))).shares()
     });
-    let made = [made.map(|[measured, _]| measured), made.and_then(|[_, saturated]| reflectance.map(|_| saturated))];
+    let sound = made.map_or(f64::NAN, |[_, sound, _]| sound);
+    let made = [made.map(|[measured, ..]| measured), made.and_then(|[.., saturated]| reflectance.map(|_| saturated))];
     // Whether any pixel shows the object the row says without images too.
     let background = task.head.shown_classes().position(|(value, _)| value == 0);
     let bare = background.and_then(|place| row.class_area_px.get(place)).copied().unwrap_or(0);
@@ -61,6 +62,7 @@ pub(super) fn check(
     if !other.is_empty() {
         return fault(Code::ShareDiffers, other.join("; "));
     }
+    let shares = SampleShares { sound, ..shares };
     let short = shares.shortfalls().into_iter();
     report.warnings.extend(short.map(|short| Finding::new(short.into(), place, shares.describe(short))));
 }

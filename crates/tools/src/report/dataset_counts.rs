@@ -149,11 +149,12 @@ pub(super) fn tells_shares(head: &DatasetHead) -> bool {
     ROW.iter().filter(|column| SHARES.contains(&column.name)).all(|column| head.has(column))
 }
 
-/// How much of each sample is of use.
+/// How much of each sample is of use, as far as rows tell.
 pub(super) fn shares(rows: &RowBatch) -> Result<Vec<SampleShares>, String> {
     let [measured, saturated, in_view] = SHARES.map(|name| rows.numbers(name));
     let all = measured?.into_iter().zip(saturated?).zip(in_view?);
-    Ok(all.map(|((measured, saturated), in_view)| SampleShares { measured, saturated, in_view }).collect())
+    let sound = f64::NAN;
+    Ok(all.map(|((measured, saturated), in_view)| SampleShares { measured, sound, saturated, in_view }).collect())
 }
 
 fn wanted(name: &str) -> bool {

@@ -160,6 +160,12 @@ impl Laser {
         self.line_profile.as_ref()
     }
 
+    /// Whether `x`, `z` lies between the ends of the fan: half of the even light of a Powell lens, 1/e^2 behind a cylindrical one, the
+    /// edges of a texture. A point laser has no fan [mm].
+    pub fn fan_reaches(&self, x: f32, z: f32) -> bool {
+        self.is_point() || x.abs() <= self.half * (self.height - z).max(1.0)
+    }
+
     /// Whether it is a point laser.
     pub(crate) fn is_point(&self) -> bool {
         self.point.is_some()
