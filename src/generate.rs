@@ -25,7 +25,7 @@ use procedural::Class;
 use recipe::Recipe;
 use recipe::asset::{Asset, AssetSource, KeptAsset};
 use scanner::optics::speckle::PatternCache;
-use study::rig::check;
+use study::rig::{check, mistakes};
 
 pub use self::estimate::GenerateEstimate;
 pub use self::expected_dataset::{ExpectedDataset, declared};
@@ -225,7 +225,14 @@ pub fn dataset_warnings(recipe: &Recipe, request: &DatasetRequest) -> Vec<RigWar
 
 /// The same of one sample alone.
 pub fn sample_warnings(recipe: &Recipe, seed: u64, index: u64) -> Vec<RigWarning> {
-    check::check_sample(recipe, seed, index).into_iter().map(described).collect()
+    let mistakes = mistakes::mistakes_of_scene(&recipe.draw(seed, index));
+    check::check_sample(recipe, seed, index).into_iter().chain(mistakes).map(described).collect()
+}
+
+/// Numbers of a recipe that are legal and absurd beside the others, with the likely ones. These are guesses at what was meant, and
+/// no document of a dataset has them.
+pub fn unlikely_values(recipe: &Recipe, seed: u64) -> Vec<RigWarning> {
+    mistakes::mistakes(recipe, seed).into_iter().map(described).collect()
 }
 
 fn described(found: check::RigWarning) -> RigWarning {

@@ -13,6 +13,7 @@ use super::{CommandResult, DONE, FAULTS, GenerateArgs, UsageError, print};
 use crate::api::{LoadedRecipe, holds_dataset};
 use crate::generate::{
     DatasetRequest, GenerateEstimate, GenerateSummary, MemoryEstimate, dataset_head, dataset_warnings, generate,
+    unlikely_values,
 };
 use bench::settings::Transport;
 use dataset::Dataset;
@@ -41,11 +42,12 @@ pub(super) fn run(arguments: &GenerateArgs, console: &Console) -> CommandResult 
     memory.check()?;
     pool.install(|| {
         let warnings = dataset_warnings(&recipe, &request);
-        if arguments.strict && !warnings.is_empty() {
-            let faults: Vec<String> = warnings.iter().map(described).collect();
-            return Err(format!("--strict: nothing is written: {}", faults.join("\n")).into());
+        let unlikely = unlikely_values(&recipe, request.seed);
+        let told: Vec<String> = warnings.iter().chain(&unlikely).map(described).collect();
+        if arguments.strict && !told.is_empty() {
+            return Err(format!("--strict: nothing is written: {}", told.join("\n")).into());
         }
-        tell(&warnings, console);
+        tell(&told, console);
         if arguments.estimate {
             let trial = GenerateEstimate::trial(&recipe, &request);
             console.note(&format!("rendering {} to measure ...", counted(trial, "sample")));
@@ -64,16 +66,16 @@ pub(super) fn run(arguments: &GenerateArgs, console: &Console) -> CommandResult 
         if !estimate.fits() {
             return Err(refusal(&estimate, &request).into());
         }
-        generate_dataset((name, &recipe, &request), warnings, arguments, console)
+        generate_dataset((name, &recipe, &request), warnings, told, arguments, console)
     })
 }
 
-/// Tells what samples fall short in.
-pub(super) fn tell(warnings: &[RigWarning], console: &Console) {
-    warnings.iter().for_each(|warning| console.note(&format!("warning: {}", described(warning))));
+/// Tells what samples fall short in, and what of a recipe is unlikely.
+pub(super) fn tell(warnings: &[String], console: &Console) {
+    warnings.iter().for_each(|warning| console.note(&format!("warning: {warning}")));
 }
 
-fn described(warning: &RigWarning) -> String {
+pub(super) fn described(warning: &RigWarning) -> String {
     format!("{}; {}", warning.what, warning.remedy)
 }
 
@@ -158,6 +160,7 @@ fn dataset_request(
 fn generate_dataset(
     (name, recipe, request): (&str, &Recipe, &DatasetRequest),
     warnings: Vec<RigWarning>,
+    mut warned: Vec<String>,
     arguments: &GenerateArgs,
     console: &Console,
 ) -> CommandResult {
@@ -167,7 +170,6 @@ fn generate_dataset(
         let unkept = Arc::clone(&unkept);
         move || describe_stop(&out, unkept.load(Ordering::Relaxed))
     });
-    let mut warned: Vec<String> = warnings.iter().map(described).collect();
     let known: Vec<String> = warnings.iter().map(|warning| warning.code.clone()).collect();
     let summary = {
         let progress = GenerateProgress::new(console, name, recipe, request, unkept);

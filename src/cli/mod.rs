@@ -160,8 +160,8 @@ pub(crate) struct GenerateArgs {
     /// what stays under about 500 MB and about a minute's work of two cores]
     #[arg(long, value_name = "S", value_parser = whole::<u64>)]
     samples_per_shard: Option<u64>,
-    /// Take warnings of the rig's check (nothing in the field, hardly measured, saturated) as errors: nothing is written. Where
-    /// only single samples fall short, all are written and the exit status is 1
+    /// Take warnings of the rig's check (nothing in the field, hardly or partly measured, saturated, values that look like a mistake) as
+    /// errors: nothing is written. Where only single samples fall short, all are written and the exit status is 1
     #[arg(long)]
     strict: bool,
     /// Say what it would take (time, disk, samples of each class) and stop
@@ -422,7 +422,8 @@ fn preview_command(arguments: &PreviewArgs, console: &Console) -> CommandResult 
         let root = dataset.root().display();
         console.note(&format!("--seed or --set ask for another sample than number {} of {root}", arguments.index));
     }
-    generate::tell(&crate::generate::sample_warnings(&loaded.recipe, seed, arguments.index), console);
+    let warnings = crate::generate::sample_warnings(&loaded.recipe, seed, arguments.index);
+    generate::tell(&warnings.iter().map(generate::described).collect::<Vec<_>>(), console);
     let picture = {
         let progress = Progress::new(console, "profiles", Some(loaded.recipe.size().profiles as u64));
         preview::preview(&loaded.recipe, seed, arguments.index, &|profiles| progress.add(profiles))

@@ -3,6 +3,7 @@
 use clap::Args;
 
 use super::console::Console;
+use super::generate::tell;
 use super::{CommandResult, DONE, RecipeArgs, print, whole};
 use study::rig::report;
 
@@ -47,6 +48,6 @@ pub(super) fn run(arguments: &RigArgs, console: &Console) -> CommandResult {
     if arguments.strict && !report.warnings.is_empty() {
         return Err(format!("--strict: {}", report.warnings.join("\n")).into());
     }
-    report.warnings.iter().for_each(|warning| console.note(&format!("warning: {warning}")));
+    tell(&report.warnings, console);
     Ok(DONE)
 }

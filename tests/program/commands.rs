@@ -292,7 +292,7 @@ fn a_rig_is_told_in_words_of_data_sheets() {
     for (change, words) in [
         ("exposure.time_us=4000", "saturates: shorten exposure.time_us"),
         ("exposure.time_us=1", "lengthen exposure.time_us"),
-        ("laser.waist_mm=1.5", "raise extraction.window_rows"),
+        ("laser.waist_mm=1", "raise extraction.window_rows"),
         ("camera.rows=64", "are not seen in all columns"),
         ("motion.step_mm=0.3 --set motion.line_rate_hz=20000", "rows in an exposure: shorten exposure.time_us"),
         ("motion.step_mm=0.5", "times as long as wide; set motion.step_mm"),

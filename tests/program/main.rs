@@ -15,6 +15,7 @@ mod progress;
 mod range;
 mod red_team;
 mod rig_check;
+mod rig_mistakes;
 mod study;
 mod thesis_frames;
 mod transport;

@@ -12,6 +12,7 @@
 //! the surface widens the line and has less speckle: matter that scatters in depth has another noise.
 
 pub mod check;
+pub mod mistakes;
 
 use std::f64::consts::PI;
 
@@ -23,6 +24,7 @@ use pipeline::{body, set_up};
 use recipe::Scene;
 use scanner::extract::margin;
 use scanner::optics::Sensor;
+use scanner::optics::camera::Sight;
 use scanner::optics::speckle::PatternCache;
 
 /// Full width at half maximum over the standard deviation of a Gaussian.
@@ -95,7 +97,8 @@ pub fn report(scene: &Scene) -> RigReport {
     let fan = check::cut_by_fan(scene, &sensor, &specimen);
     let out_of_view = check::out_of_view(scene, &sensor, &specimen);
     let own = facts.warnings(fan.is_some());
-    let warnings = own.into_iter().chain(fan).chain(out_of_view).collect();
+    let mistakes = mistakes::mistakes_of_scene(scene).into_iter().map(|told| format!("{}; {}", told.what, told.remedy));
+    let warnings = own.into_iter().chain(fan).chain(out_of_view).chain(mistakes).collect();
     RigReport { numbers: facts.numbers(), warnings }
 }
 
@@ -180,7 +183,7 @@ impl<'a> Facts<'a> {
         let line_px = f64::from(sight.variance).sqrt();
         let line_mm = f64::from(sight.laser_variance).sqrt() / f64::from(sight.rows_per_mm);
         let electrons = f64::from(sight.electrons * sight.view.z);
-        let peak = electrons * libm::erf(0.5 / (2f64.sqrt() * line_px)) / bench.exposure.full_well_e;
+        let peak = white_peak(&sight, bench.exposure.full_well_e);
         let contrast = f64::from(sensor.speckle_contrast()[0]);
         let grain = grain_px(bench);
 
@@ -265,7 +268,10 @@ impl<'a> Facts<'a> {
         // Both in rows, one after the other along the light.
         let laser_px = self.line_mm * self.rows_per_mm;
         let narrower = if 2.0 * laser_px * laser_px < self.line_px * self.line_px { on_sensor } else { on_object };
-        if self.scene.extraction.window_rows < WIDEST_WINDOW {
+        // More rows are a remedy where enough of them are to be had, and where the line is not wide for being far from its waist.
+        let is_enough = 4.0 * self.line_px <= (2 * WIDEST_WINDOW + 1) as f64;
+        let is_near_waist = self.line_mm < self.scene.bench.laser.waist_mm;
+        if self.scene.extraction.window_rows < WIDEST_WINDOW && is_enough && is_near_waist {
             format!("{narrower}, or raise extraction.window_rows, {WIDEST_WINDOW} at most")
         } else {
             narrower.to_owned()
@@ -375,6 +381,12 @@ impl<'a> Facts<'a> {
         );
         warnings
     }
+}
+
+/// Peak of a white matte surface under a line that is seen like this [share of saturation].
+fn white_peak(sight: &Sight, full_well_e: f64) -> f64 {
+    let (electrons, line_px) = (f64::from(sight.electrons * sight.view.z), f64::from(sight.variance).sqrt());
+    electrons * libm::erf(0.5 / (2f64.sqrt() * line_px)) / full_well_e
 }
 
 /// A number with two significant digits at least, and with three below a hundredth.

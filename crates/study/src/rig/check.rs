@@ -50,6 +50,8 @@ pub enum RigFault {
     FanCuts,
     /// The object reaches to heights that the sensor does not see.
     RowsCut,
+    /// A number is absurd beside the others, and there is another reading of it ([`mistakes`](super::mistakes)).
+    UnlikelyValue,
 }
 
 impl RigFault {
@@ -73,6 +75,7 @@ impl RigFault {
             Self::FarApart => "profiles-far-apart",
             Self::FanCuts => "fan-cuts-object",
             Self::RowsCut => "rows-cut-object",
+            Self::UnlikelyValue => "unlikely-value",
         }
     }
 }
@@ -128,7 +131,9 @@ pub fn check(recipe: &Recipe, seed: u64) -> Vec<RigWarning> {
         };
         let are = match fault {
             RigFault::FanCuts | RigFault::RowsCut => "lack a part of the object",
-            RigFault::Shortfall(_) | RigFault::WideLine | RigFault::FarApart => "are of little use",
+            RigFault::Shortfall(_) | RigFault::WideLine | RigFault::FarApart | RigFault::UnlikelyValue => {
+                "are of little use"
+            }
         };
         let what = format!("{of} {are}: {}, as the sample of index {index} shows", first.what);
         warnings.push(RigWarning { fault, what, remedy: first.remedy.clone() });
@@ -137,7 +142,7 @@ pub fn check(recipe: &Recipe, seed: u64) -> Vec<RigWarning> {
 }
 
 /// The most frequent classes in the order of the recipe, each with the indices of its first samples.
-fn samples_of_classes(recipe: &Recipe, seed: u64) -> Vec<(String, Vec<u64>)> {
+pub(super) fn samples_of_classes(recipe: &Recipe, seed: u64) -> Vec<(String, Vec<u64>)> {
     let mut places: Vec<usize> = (0..recipe.classes().len()).collect();
     let share = |place: usize| recipe.classes()[place].share;
     places.sort_by(|&a, &b| share(b).total_cmp(&share(a)));
