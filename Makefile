@@ -99,7 +99,7 @@ prepare: ## format, lints, docs, and all that tests need: their programs, and .v
 
 built:
 	cargo clippy $(ALL) --all-targets -- -D warnings
-	RUSTDOCFLAGS="-D warnings --force-warn rustdoc::broken-intra-doc-links" cargo doc $(ALL) --no-deps 2> target/doc.log || { cat target/doc.log; exit 1; }
+	RUSTDOCFLAGS="-D warnings --force-warn rustdoc::broken-intra-doc-links" cargo doc $(ALL) --no-deps 2> target/doc.log || { grep -A 9 '^error' target/doc.log; exit 1; }
 	@! grep 'unresolved link to' -A 6 target/doc.log | grep -v -E 'link to `($(UNITS))`' | grep -A 6 'unresolved link to'
 	cargo test $(ALL) --tests --no-run
 

@@ -8,7 +8,7 @@
 //!
 //! **Interpolated heights** have no noise of their own: what was resampled onto another grid lies on the line between its
 //! neighbours, or repeats one of them, and second differences tell the interpolation. So it is where heights have steps more than
-//! twice as coarse as their noise. Both are found by exact means ([`is_noise_told`]), and no noise is told then.
+//! twice as coarse as their noise. Both are found by exact means (`is_noise_told`), and no noise is told then.
 //!
 //! The correlation along one direction is that of second differences across the other: such a difference mixes no
 //! neighbours along the first, so the surface goes and the correlation stays.
