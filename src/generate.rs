@@ -73,8 +73,8 @@ impl DatasetRequest {
 /// What a run reports while it makes a dataset.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum GenerateEvent {
-    /// The dataset in the folder, of which nothing was made, is begun anew: with fewer samples than these, or in shards of another
-    /// size than this.
+    /// The dataset in the folder, of which nothing was made, is begun anew: with fewer samples than these, or in shards
+    /// of another size than this.
     Anew {
         /// Samples that it was begun with.
         samples: u64,
@@ -229,8 +229,8 @@ pub fn sample_warnings(recipe: &Recipe, seed: u64, index: u64) -> Vec<RigWarning
     check::check_sample(recipe, seed, index).into_iter().chain(mistakes).map(described).collect()
 }
 
-/// Numbers of a recipe that are legal and absurd beside the others, with the likely ones. These are guesses at what was meant, and
-/// no document of a dataset has them.
+/// Numbers of a recipe that are legal and absurd beside the others, with the likely ones. These are guesses at what was
+/// meant, and no document of a dataset has them.
 pub fn unlikely_values(recipe: &Recipe, seed: u64) -> Vec<RigWarning> {
     mistakes::mistakes(recipe, seed).into_iter().map(described).collect()
 }

@@ -259,8 +259,8 @@ fn openings(file: &str, text: &str) -> Vec<String> {
     opens.map(|(line, number)| format!("{file}:{number}: {}", line.trim())).collect()
 }
 
-/// Files are opened by few functions, which say what is refused: a pipe that is waited for, a device that never ends, a link that
-/// leads elsewhere. Everything else asks `files` or `dataset::enclosed`.
+/// Files are opened by few functions, which say what is refused: a pipe that is waited for, a device that never ends, a
+/// link that leads elsewhere. Everything else asks `files` or `dataset::enclosed`.
 #[test]
 fn few_files_open_files() {
     let mut openers = Vec::new();

@@ -126,8 +126,8 @@ fn memory_of_generation_is_flat_and_said_before() {
     }
 }
 
-/// Fibres of a picture take no more for each pixel than is said before, and hardly less: of colours of 16 bits, where no pixels are put
-/// together.
+/// Fibres of a picture take no more for each pixel than is said before, and hardly less: of colours of 16 bits, where
+/// no pixels are put together.
 #[test]
 fn memory_of_fibres_is_said_before() {
     if let Some(folder) = std::env::var_os(FOLDER) {

@@ -52,8 +52,8 @@ fn toolchains_are_the_one_that_cargo_names() {
     }
 }
 
-/// Guards all that others could change under us: each action and each image is named by the digest of its content, with the
-/// version beside it for people, and a file renews them.
+/// Guards all that others could change under us: each action and each image is named by the digest of its content, with
+/// the version beside it for people, and a file renews them.
 #[test]
 fn actions_and_images_are_named_by_digest() {
     let is_digest = |text: &str, digits: usize| text.len() == digits && text.bytes().all(|b| b.is_ascii_hexdigit());

@@ -152,7 +152,8 @@ impl Class {
         Self::LooseKnot,
     ];
 
-    /// Whether it is a defect: neither what surfaces show where all is well nor a pocket, tooth or part that is as it should be.
+    /// Whether it is a defect: neither what surfaces show where all is well nor a pocket, tooth or part that is as it
+    /// should be.
     pub fn is_defect(self) -> bool {
         !matches!(self, Self::Background | Self::Clear | Self::Flange | Self::Pocket | Self::Tooth | Self::Object)
     }

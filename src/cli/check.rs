@@ -52,8 +52,8 @@ pub(super) struct CheckArgs {
     /// The model (ONNX)
     #[arg(long, value_name = "FILE")]
     model: PathBuf,
-    /// What the model takes and answers (YAML or JSON), - for standard input [default: the model's name with .yaml, .yml
-    /// or .json]
+    /// What the model takes and answers (YAML or JSON), - for standard input [default: the model's name with .yaml,
+    /// .yml or .json]
     #[arg(long, value_name = "FILE")]
     sidecar: Option<PathBuf>,
     /// Part of the dataset

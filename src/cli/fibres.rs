@@ -34,7 +34,8 @@ const MAX_FILE_BYTES: u64 = 8 * (MAX_SIDE as u64).pow(2) + (16 << 20);
 
 docs/pictures.md says how it works, how good it is, and when not to trust it.")]
 pub(super) struct FibresArgs {
-    /// PNG with 8 or 16 bits, - for standard input; of a colour picture the red channel counts, which is nearest to the laser
+    /// PNG with 8 or 16 bits, - for standard input; of a colour picture the red channel counts, which is nearest to the
+    /// laser
     picture: PathBuf,
     /// Size of a pixel, or down the rows and across them [mm]
     #[arg(long, value_name = "MM[,MM]", value_parser = pixel_sides)]

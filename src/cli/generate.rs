@@ -220,7 +220,8 @@ fn describe_short(shortfall: Shortfall, count: u64, summary: &GenerateSummary) -
     format!("{of} ({}); {}; `gen validate` names them", shortfall.code(), shortfall.remedy())
 }
 
-/// What is there after a run was stopped, what is lost, and how to go on; `unkept` samples were finished in a shard that was not.
+/// What is there after a run was stopped, what is lost, and how to go on; `unkept` samples were finished in a shard
+/// that was not.
 fn describe_stop(out: &Path, unkept: u64) -> String {
     let Ok(dataset) = Dataset::open(out) else { return "no dataset is begun".into() };
     let shards = dataset.head().shards;

@@ -136,8 +136,8 @@ pub(crate) struct GenerateArgs {
     recipe: RecipeName,
     #[command(flatten)]
     changes: Changes,
-    /// Samples that the dataset shall have; a larger number later extends it. Of one that was begun with more, only the shards with
-    /// the first N are made; where nothing of it is made yet, it is begun anew
+    /// Samples that the dataset shall have; a larger number later extends it. Of one that was begun with more, only the
+    /// shards with the first N are made; where nothing of it is made yet, it is begun anew
     #[arg(short, long, value_name = "N", value_parser = whole::<u64>)]
     n: Option<u64>,
     /// What other programs call `-n`.
@@ -156,12 +156,13 @@ pub(crate) struct GenerateArgs {
     /// processes are making come last and are waited for; whatever they leave unfinished is made here
     #[arg(long, value_name = "K/M", value_parser = parse_part, default_value = "0/1", allow_hyphen_values = true)]
     part: (u64, u64),
-    /// Samples in a shard, which is kept as a whole or not at all [default: those of a dataset that is continued, the recipe's, or
-    /// what stays under about 500 MB and about a minute's work of two cores]
+    /// Samples in a shard, which is kept as a whole or not at all [default: those of a dataset that is continued, the
+    /// recipe's, or what stays under about 500 MB and about a minute's work of two cores]
     #[arg(long, value_name = "S", value_parser = whole::<u64>)]
     samples_per_shard: Option<u64>,
-    /// Take warnings of the rig's check (nothing in the field, hardly or partly measured, saturated, values that look like a mistake) as
-    /// errors: nothing is written. Where only single samples fall short, all are written and the exit status is 1
+    /// Take warnings of the rig's check (nothing in the field, hardly or partly measured, saturated, values that look
+    /// like a mistake) as errors: nothing is written. Where only single samples fall short, all are written and the
+    /// exit status is 1
     #[arg(long)]
     strict: bool,
     /// Say what it would take (time, disk, samples of each class) and stop
@@ -170,8 +171,10 @@ pub(crate) struct GenerateArgs {
     /// Print the estimate, or what was made, as JSON
     #[arg(long)]
     json: bool,
-    /// For programs: all that is said on standard error is a JSON object a line, with `event` begin (samples, finished), anew
-    /// (samples, samples_per_shard: as it was begun) and larger (samples, to_make, left) of a dataset that is there, profiles (done, of; at most one a second), sample (bytes), shard, busy and waits (shard), note, fault and stopped (text)
+    /// For programs: all that is said on standard error is a JSON object a line, with `event` begin (samples,
+    /// finished), anew (samples, samples_per_shard: as it was begun) and larger (samples, to_make, left) of a dataset
+    /// that is there, profiles (done, of; at most one a second), sample (bytes), shard, busy and waits (shard), note,
+    /// fault and stopped (text)
     #[arg(long, conflicts_with = "quiet")]
     events: bool,
 }
@@ -188,7 +191,8 @@ struct Changes {
 /// The name of a recipe, as a word or behind `--recipe`.
 #[derive(Debug, Args)]
 struct RecipeName {
-    /// Recipe: a YAML file, a built-in one (wood, wood-small, blister, ...), the folder of a dataset, or - for standard input
+    /// Recipe: a YAML file, a built-in one (wood, wood-small, blister, ...), the folder of a dataset, or - for standard
+    /// input
     #[arg(id = "recipe_word", value_name = "RECIPE", conflicts_with = "recipe")]
     word: Option<String>,
     /// The same, behind an option

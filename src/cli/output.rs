@@ -266,8 +266,8 @@ pub(super) fn check_replaceable(path: &Path, written: Written) -> Result<(), Usa
     Ok(())
 }
 
-/// Refuses a folder in a dataset, however deep and whatever leads there: a file that no manifest names is a fault of the dataset.
-/// The folder itself `may_be_one`.
+/// Refuses a folder in a dataset, however deep and whatever leads there: a file that no manifest names is a fault of
+/// the dataset. The folder itself `may_be_one`.
 pub(super) fn check_outside_datasets(out: &Path, may_be_one: bool) -> Result<(), UsageError> {
     let Some(folder) = resolve(out) else { return Ok(()) };
     match folder.ancestors().skip(may_be_one.into()).find(|folder| dataset::is_dataset(folder)) {

@@ -49,8 +49,9 @@ pub(super) struct ValidateArgs {
     /// Take warnings (samples of little use, and what to look at) as faults: exit status 1
     #[arg(long)]
     strict: bool,
-    /// Places in each sample at which rows are exposed again and compared bit for bit, a row and up to 7 neighbours at each; and how
-    /// many of its sensor frames, where these are kept [default: one place for each 1000 rows, all frames]
+    /// Places in each sample at which rows are exposed again and compared bit for bit, a row and up to 7 neighbours at
+    /// each; and how many of its sensor frames, where these are kept [default: one place for each 1000 rows, all
+    /// frames]
     #[arg(long, value_name = "K", value_parser = whole::<u64>)]
     rows: Option<u64>,
     /// Which rows these are follows from this number and the dataset; the report tells it [default: another one each time]

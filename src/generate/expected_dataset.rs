@@ -77,7 +77,8 @@ impl ExpectedDataset {
         }
     }
 
-    /// Expected numbers and labels of a sample that need no light, and the rows `asked`; its sensor frames go to `take_frame`.
+    /// Expected numbers and labels of a sample that need no light, and the rows `asked`; its sensor frames go to
+    /// `take_frame`.
     pub fn derived(&self, index: u64, asked: &AskedRows, take_frame: TakeFrame) -> DerivedSample {
         let scene = self.recipe.draw(self.head.seed, index);
         let pipeline::Derived { unlit, exposed } = pipeline::derived(&scene, &self.tiles, asked, take_frame);
@@ -93,9 +94,9 @@ impl ExpectedDataset {
         DerivedSample { unlit, exposed }
     }
 
-    /// How many rows and sensor frames of each sample are exposed again: at `places` and as many frames, or as many rows as cost little and
-    /// all frames; `seed` says which. `None` where nobody asks for rows and one costs as much as thousands: by a model that answers
-    /// one line at a time.
+    /// How many rows and sensor frames of each sample are exposed again: at `places` and as many frames, or as many
+    /// rows as cost little and all frames; `seed` says which. `None` where nobody asks for rows and one costs as much
+    /// as thousands: by a model that answers one line at a time.
     pub fn rows(&self, places: Option<u64>, seed: u64) -> Option<RowChoice> {
         let cheap = !matches!(self.recipe.transport(), Transport::Path { .. } | Transport::Diffusion { .. });
         let usual = || cheap.then(|| (self.head.images.rows as usize).div_ceil(ROWS_PER_PLACE).max(1) as u64);

@@ -1,5 +1,5 @@
-//! Words of card and Croissant metadata that the recipe decides: kind and origin of the wood, whether light enters the object, which model
-//! of light and which effects. A fixed word in their place is wrong of some recipe.
+//! Words of card and Croissant metadata that the recipe decides: kind and origin of the wood, whether light enters the
+//! object, which model of light and which effects. A fixed word in their place is wrong of some recipe.
 
 use std::fs;
 
@@ -10,7 +10,8 @@ use recipe::Recipe;
 use serde_json::Value;
 use sheetlight::generate::{DatasetRequest, dataset_head};
 
-/// What is said of a dataset of one sample, which nobody rendered: the words for its objects, the card and the metadata.
+/// What is said of a dataset of one sample, which nobody rendered: the words for its objects, the card and the
+/// metadata.
 fn said(recipe: &Recipe) -> (String, String, Value) {
     let place = tempfile::tempdir().expect("a temporary folder");
     let request =

@@ -76,8 +76,8 @@ fn fewer_samples_remove_nothing() {
     assert_eq!(tree(place.path()), before);
 }
 
-/// A dataset is begun anew where nothing of it is made and nobody holds a shard, and where that may be: guards what others have
-/// made, or are making.
+/// A dataset is begun anew where nothing of it is made and nobody holds a shard, and where that may be: guards what
+/// others have made, or are making.
 #[test]
 fn nothing_that_is_made_is_begun_anew() {
     let place = tempfile::tempdir().expect("a folder");

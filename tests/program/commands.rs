@@ -310,8 +310,8 @@ fn a_rig_is_told_in_words_of_data_sheets() {
     assert!(table.contains("field_of_view_mm") && table.contains("range_noise_um"), "{table}");
 }
 
-/// Guards against a command that warns in another way than `gen`: beside its result on standard output, and with no means to
-/// have the status say it.
+/// Guards against a command that warns in another way than `gen`: beside its result on standard output, and with no
+/// means to have the status say it.
 #[test]
 fn a_rig_warns_as_a_run_does() {
     let place = Place::new();

@@ -72,7 +72,8 @@ fn grows(place: &Place) {
     assert_same(&before, &place.tree("grown"), "5 samples of 16");
 }
 
-/// Guards the number that is asked for: it rules, whoever began the dataset with whatever number, and what is made is said before.
+/// Guards the number that is asked for: it rules, whoever began the dataset with whatever number, and what is made is
+/// said before.
 #[test]
 fn the_number_asked_for_rules() {
     let place = Place::with(&[]);

@@ -134,8 +134,8 @@ fn another_dataset_in_the_folder() {
     place.done(&format!("{order} said.yaml"));
 }
 
-/// A limit of this process is called what it is. Guards refusals of the system that are no fault of a disk, a folder or a
-/// dataset: whoever looks for one there looks in vain.
+/// A limit of this process is called what it is. Guards refusals of the system that are no fault of a disk, a folder or
+/// a dataset: whoever looks for one there looks in vain.
 #[cfg(unix)]
 #[test]
 fn a_limit_of_open_files_is_called_so() {

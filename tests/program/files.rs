@@ -86,8 +86,8 @@ fn faults_of_a_file_name_line_key_and_remedy() {
     place.run("preview --recipe tiny.yaml").refused(&["must be above the part"]);
 }
 
-/// What the analysis of a picture has found is kept for the next run, and changes nothing: whether it is found, taken from the cache,
-/// damaged there, or cannot be kept.
+/// What the analysis of a picture has found is kept for the next run, and changes nothing: whether it is found, taken
+/// from the cache, damaged there, or cannot be kept.
 #[test]
 fn a_picture_is_analysed_once() {
     let place = Place::new();

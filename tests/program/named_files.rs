@@ -1,8 +1,9 @@
-//! Every option and argument that names a file, of every command: whatever lies under that name, the command ends, says so, and
-//! touches nothing else. They are enumerated from the command line itself, so that a new option is held to it as it joins.
+//! Every option and argument that names a file, of every command: whatever lies under that name, the command ends, says
+//! so, and touches nothing else. They are enumerated from the command line itself, so that a new option is held to it
+//! as it joins.
 //!
-//! The kind of fault: a file opened beside the functions that guard (`files`, `dataset::enclosed`), which waits for a pipe, reads
-//! a device without end, takes the memory that a sparse file claims, or writes through a link.
+//! The kind of fault: a file opened beside the functions that guard (`files`, `dataset::enclosed`), which waits for a
+//! pipe, reads a device without end, takes the memory that a sparse file claims, or writes through a link.
 
 use std::fs::{self, File};
 use std::os::unix::fs::{FileTypeExt, symlink};
@@ -170,8 +171,8 @@ fn put(place: &Place, kind: &str, whole: &str) -> String {
     name
 }
 
-/// Whatever has the name of an input, no command waits, takes memory for it or panics: it is refused and named. A link to
-/// what is meant serves as that itself.
+/// Whatever has the name of an input, no command waits, takes memory for it or panics: it is refused and named. A link
+/// to what is meant serves as that itself.
 #[test]
 fn no_input_hangs_a_command() {
     let place = place();
@@ -263,7 +264,8 @@ fn no_output_goes_through_what_is_there() {
     }
 }
 
-/// What `gen fit` keeps beside its result is its own file: one of that name that is none stays, and is not written through.
+/// What `gen fit` keeps beside its result is its own file: one of that name that is none stays, and is not written
+/// through.
 #[test]
 fn what_a_fit_keeps_replaces_nothing() {
     let place = place();

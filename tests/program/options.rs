@@ -191,7 +191,8 @@ fn shells_get_their_completions() {
     unusable(&place, "man export none", &["no command `none`", "coco"]);
 }
 
-/// Guards pages that list commands by hand: the program writes a page for each command that it has, and the guide asks it to.
+/// Guards pages that list commands by hand: the program writes a page for each command that it has, and the guide asks
+/// it to.
 #[test]
 fn manual_pages_are_those_of_all_commands() {
     let place = Place::new();

@@ -85,8 +85,8 @@ fn nothing_is_written_over_what_is_none_of_its_own() {
     place.done("preview --recipe tiny.yaml --out new.png --index 1");
 }
 
-/// Guards every command that writes a folder or a file: nothing lands in the folder of a dataset, whatever path leads there,
-/// where it would be a fault of that dataset. `reports/` takes results, and no datasets.
+/// Guards every command that writes a folder or a file: nothing lands in the folder of a dataset, whatever path leads
+/// there, where it would be a fault of that dataset. `reports/` takes results, and no datasets.
 #[test]
 fn nothing_lands_in_a_dataset() {
     let place = place();

@@ -51,8 +51,8 @@ fn stopping_says_what_is_kept() {
     assert!(going_on.err.contains("set: "), "{}", going_on.err);
 }
 
-/// What a stop loses is said: by progress, which tells what is kept of what is done, and at the stop. Guards counts that take for
-/// done what may be lost. Nothing is kept, so the shards may have another size.
+/// What a stop loses is said: by progress, which tells what is kept of what is done, and at the stop. Guards counts
+/// that take for done what may be lost. Nothing is kept, so the shards may have another size.
 #[test]
 fn stopping_says_what_is_lost() {
     let place = Place::with(&[]);

@@ -148,8 +148,9 @@ fn remedies_name_the_cause() {
     }
 }
 
-/// Guards against data of which a part is missing by the rig's doing and nobody says so: a fan of one degree lights the share of the
-/// board that its width says, the check, the rows and `gen rig` tell it, and what samples lack by their own defects is not told.
+/// Guards against data of which a part is missing by the rig's doing and nobody says so: a fan of one degree lights the
+/// share of the board that its width says, the check, the rows and `gen rig` tell it, and what samples lack by their
+/// own defects is not told.
 #[test]
 fn a_fan_that_ends_on_the_object_is_told() {
     let place = of_one_class("wood-small");

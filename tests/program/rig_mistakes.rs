@@ -1,5 +1,5 @@
-//! Guards against values that are legal alone and absurd together: each usual mistake in copying a data sheet is named with the number
-//! that was likely to be meant, and neither shipped recipes nor ordinary benches are suspected of one.
+//! Guards against values that are legal alone and absurd together: each usual mistake in copying a data sheet is named
+//! with the number that was likely to be meant, and neither shipped recipes nor ordinary benches are suspected of one.
 
 use recipe::Recipe;
 use study::rig::mistakes::{MISTAKES, mistakes};

@@ -1,6 +1,7 @@
-//! Every key of every object at another value: it changes the object, or it is refused or noted with what to do. And of every
-//! object alone: what it is said to lack changes nothing, so nothing is said to be lacking that is there (the whole kind of "none"
-//! for a sample that has the thing: all kinds of knots, of rot, of other defects, on boards from anywhere, and packs).
+//! Every key of every object at another value: it changes the object, or it is refused or noted with what to do. And of
+//! every object alone: what it is said to lack changes nothing, so nothing is said to be lacking that is there (the
+//! whole kind of "none" for a sample that has the thing: all kinds of knots, of rot, of other defects, on boards from
+//! anywhere, and packs).
 
 use std::collections::BTreeMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -129,7 +130,8 @@ fn with_values(scene: &Scene, changed: &BTreeMap<String, f64>) -> Scene {
     Scene { plan: Plan::from_values(scene.plan.subject(), value), ..scene.clone() }
 }
 
-/// Random objects, each with a few of the things that the numbers are of: numbers of what one lacks change nothing of it.
+/// Random objects, each with a few of the things that the numbers are of: numbers of what one lacks change nothing of
+/// it.
 #[test]
 fn what_an_object_is_said_to_lack_changes_nothing() {
     let board = "subject: wood\nboard: {width_mm: 60, length_mm: 90}\nlog: {pith_depth_mm: 4, pith_offset_mm: 0}\n\
@@ -209,7 +211,8 @@ fn what_an_object_is_said_to_lack_changes_nothing() {
     }
 }
 
-/// Counts say themselves that there is nothing; what boards from elsewhere have is not asked of counts that these don't have.
+/// Counts say themselves that there is nothing; what boards from elsewhere have is not asked of counts that these don't
+/// have.
 #[test]
 fn counts_are_never_lacking() {
     let of = |source: &str, path: &str| {

@@ -52,8 +52,8 @@ fn documented(head: &str) -> Vec<Vec<String>> {
     rows.map(|line| line.trim_matches('|').split('|').map(|cell| cell.trim().to_owned()).collect()).collect()
 }
 
-/// Guards figures that are written twice: the page has the coefficients of the media, the reference's figures, and the kernel's
-/// to the digits that it shows.
+/// Guards figures that are written twice: the page has the coefficients of the media, the reference's figures, and the
+/// kernel's to the digits that it shows.
 #[test]
 fn the_page_has_these_figures() {
     let [truth, kernel] = ["| medium | mu_a, s, k, n |", "| medium | R |"].map(documented);

@@ -43,9 +43,9 @@ fn a_dataset_is_like_itself() {
     assert!(both["sim"]["line_width_px"]["p50"].as_f64().is_some_and(|px| (1.0..30.0).contains(&px)));
 }
 
-/// The conveyor of a dataset does not count: three boards have the noise of their wood, whichever files their maps are in, and so
-/// has a region or a mask of it, on either side; all of the scan has four times as much, as two thirds of it are
-/// conveyor. The whole kind: statistics of a side are those of its object, and what counts is said.
+/// The conveyor of a dataset does not count: three boards have the noise of their wood, whichever files their maps are
+/// in, and so has a region or a mask of it, on either side; all of the scan has four times as much, as two thirds of it
+/// are conveyor. The whole kind: statistics of a side are those of its object, and what counts is said.
 #[test]
 fn the_object_alone_counts() {
     let place = Place::new();
@@ -156,8 +156,8 @@ fn formats_agree() {
     }
 }
 
-/// A scan of a Ruler, as its tools write it: a plane of places along the line beside that of heights, a plane that nobody knows, another
-/// component, and marks.
+/// A scan of a Ruler, as its tools write it: a plane of places along the line beside that of heights, a plane that
+/// nobody knows, another component, and marks.
 fn ruler(place: &Place, name: &str, kind: &str) {
     let (cols, rows) = (240, 60);
     let bytes = if kind == "FLOAT" { 4 } else { 2 };
@@ -210,8 +210,8 @@ fn ruler(place: &Place, name: &str, kind: &str) {
     place.write(&format!("{name}.dat"), data);
 }
 
-/// Places along the line of a Ruler's file are read: pitch and noise are those of the places, not of columns in the bounds of the scan.
-/// The whole kind: whatever a file of the camera holds beside what is used is named.
+/// Places along the line of a Ruler's file are read: pitch and noise are those of the places, not of columns in the
+/// bounds of the scan. The whole kind: whatever a file of the camera holds beside what is used is named.
 #[test]
 fn places_along_the_line_are_read() {
     let place = Place::new();
@@ -219,7 +219,8 @@ fn places_along_the_line_are_read() {
     let side = json(&place, "compare ruler.xml ruler.dat --json")["real"].clone();
     let number = |value: &Value| value.as_f64().expect("a number");
     assert!((number(&side["pitch_mm"]["along"]) - 0.59).abs() < 1e-3, "{}", side["pitch_mm"]);
-    // 4600 second differences: a standard error of 1.167 / sqrt(4600), alpha 1e-4. By columns the slope makes it four times as much.
+    // 4600 second differences: a standard error of 1.167 / sqrt(4600), alpha 1e-4. By columns the slope makes it four
+    // times as much.
     let noise = number(&side["range_noise_um"]["along"]);
     assert!((noise / 12.0 - 1.0).abs() < 3.9 * 0.0172, "{noise} um");
     assert_eq!(side["unused"], serde_json::json!(["Temperature WORD", "Grey BYTE", "Mark INT"]));
@@ -306,8 +307,8 @@ fn the_page_is_a_picture() {
     assert!(page.width() > 1000 && page.height() > 700);
 }
 
-/// Files of any other kind are told as such, with a list of what can be read, on either side and by `gen fit` too; the list is of
-/// kinds that are read: each is refused for another reason.
+/// Files of any other kind are told as such, with a list of what can be read, on either side and by `gen fit` too; the
+/// list is of kinds that are read: each is refused for another reason.
 #[test]
 fn what_can_be_read_is_listed() {
     let place = Place::with(&[]);

@@ -253,7 +253,8 @@ fn ply_is_the_dataset() {
     assert_eq!(um["range_noise_um"], real["range_noise_um"]);
 }
 
-/// A surface as a Gocator exports it has the statistics of the dataset, with nothing stated; `.xyz` are points without being told.
+/// A surface as a Gocator exports it has the statistics of the dataset, with nothing stated; `.xyz` are points without
+/// being told.
 #[test]
 fn exports_say_what_they_are() {
     let sample = Sample::new();

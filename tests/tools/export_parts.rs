@@ -163,8 +163,9 @@ fn notes_are_of_what_was_asked() {
     assert!(!good.contains("test") && !good.contains("validation") && !good.contains("is empty"), "{good}");
 }
 
-/// Folders of anomaly detection without `train` or without `test` are refused before anything is written, with what is missing and what
-/// to do, unless one of them alone is asked for; where `test` shows no defect, or nothing good, a note says so.
+/// Folders of anomaly detection without `train` or without `test` are refused before anything is written, with what is
+/// missing and what to do, unless one of them alone is asked for; where `test` shows no defect, or nothing good, a note
+/// says so.
 #[test]
 fn a_split_without_samples_is_refused() {
     for (splits, missing, other) in [

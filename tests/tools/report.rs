@@ -221,8 +221,8 @@ fn sizes_are_of_what_is_there() {
     assert_eq!(row("files of the recipe"), "");
 }
 
-/// An unfinished or damaged dataset has a page that says what is missing, with status 1 where it is damaged: guards every result
-/// made of a part of the data that is told as if it were of all. What is no dataset is refused.
+/// An unfinished or damaged dataset has a page that says what is missing, with status 1 where it is damaged: guards
+/// every result made of a part of the data that is told as if it were of all. What is no dataset is refused.
 #[test]
 fn damage_has_a_page_too() {
     let (place, _) = planks_page("--frames 0");

@@ -80,7 +80,8 @@ def test_other_threads_go_on_while_a_sample_is_rendered():
     turns = counted[0] - before
     done.set()
     counter.join()
-    # A thread that holds the interpreter all the while leaves the other one no turn, but for one as it begins and one as it ends.
+    # A thread that holds the interpreter all the while leaves the other one no turn, but for one as it begins and one
+    # as it ends.
     assert turns > 5, turns
 
 

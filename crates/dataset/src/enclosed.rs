@@ -275,8 +275,8 @@ pub(super) fn sync(root: &Path, relative: &str) -> Result<(), FileError> {
     synced.map_err(FileError::of("sync", &root.join(relative)))
 }
 
-/// Makes all that lies below the root last, and its names: at once for all that waits on its disk, which takes far less than
-/// file by file.
+/// Makes all that lies below the root last, and its names: at once for all that waits on its disk, which takes far less
+/// than file by file.
 ///
 /// # Errors
 /// What the system refuses.
@@ -301,7 +301,8 @@ pub fn sync_below(root: &Path) -> io::Result<()> {
     below(root, "")
 }
 
-/// Opens the plain file at `path`, which a command keeps beside its results, to read and to change; no link of that name is followed.
+/// Opens the plain file at `path`, which a command keeps beside its results, to read and to change; no link of that
+/// name is followed.
 ///
 /// # Errors
 /// The system's, and where something else has the name.

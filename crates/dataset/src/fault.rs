@@ -205,8 +205,8 @@ fn full(kind: ErrorKind, source: &Error, space: Option<DiskSpace>, needed: Optio
 mod tests {
     use super::*;
 
-    /// Guards every refusal of the system that users meet: each has a remedy that fits, and only a disk that fails is called
-    /// one.
+    /// Guards every refusal of the system that users meet: each has a remedy that fits, and only a disk that fails is
+    /// called one.
     #[cfg(unix)]
     #[test]
     fn every_refusal_has_its_own_remedy() {

@@ -31,9 +31,10 @@ impl Dataset {
         Self::open_or_create_telling(path, head, false, &|| ())
     }
 
-    /// The same; `waits` is called before it waits for another process that holds the folder. Where it may begin `anew`, a dataset
-    /// of which nothing is made, and nothing is being made, takes the sizes of `head`: a smaller number of samples, or shards of
-    /// another size. Not for one of many parts, which does not know what others have made elsewhere.
+    /// The same; `waits` is called before it waits for another process that holds the folder. Where it may begin
+    /// `anew`, a dataset of which nothing is made, and nothing is being made, takes the sizes of `head`: a smaller
+    /// number of samples, or shards of another size. Not for one of many parts, which does not know what others have
+    /// made elsewhere.
     ///
     /// # Errors
     /// As [`Dataset::open_or_create`].
@@ -115,7 +116,8 @@ impl Dataset {
         firsts.map(|first| shard_folder(directory, first)).collect()
     }
 
-    /// Whether nothing of its shards is made, or is being made by a process that holds one. Where there are no locks nobody knows.
+    /// Whether nothing of its shards is made, or is being made by a process that holds one. Where there are no locks
+    /// nobody knows.
     fn nothing_is_made(mut self, lock: &Lock) -> Result<bool, Fault> {
         if !lock.is_held() {
             return Ok(false);

@@ -413,7 +413,8 @@ struct Versioned {
     schema_version: [u32; 2],
 }
 
-/// Whether a folder is that of a dataset, be it damaged or of another version: not where its `dataset.json` is another program's.
+/// Whether a folder is that of a dataset, be it damaged or of another version: not where its `dataset.json` is another
+/// program's.
 pub fn is_dataset(folder: &Path) -> bool {
     match enclosed::read(folder, DATASET, largest::DOCUMENT_BYTES) {
         Ok(text) => serde_json::from_slice::<serde_json::Value>(&text).map_or(true, |found| found["format"] == FORMAT),

@@ -1,5 +1,5 @@
-//! Recipe words: what the recipe of a dataset says of its objects, for the card, Croissant metadata and the page of `gen report`. What
-//! the recipe leaves open is left open here too.
+//! Recipe words: what the recipe of a dataset says of its objects, for the card, Croissant metadata and the page of
+//! `gen report`. What the recipe leaves open is left open here too.
 
 use output_schema::DatasetHead;
 use serde_json::Value;
@@ -18,8 +18,8 @@ pub fn objects_in_words(head: &DatasetHead) -> String {
     }
 }
 
-/// Hardwoods are those with vessels; of woods without them, those with resin canals are softwoods. Wood with neither may be any whose
-/// cells are not drawn.
+/// Hardwoods are those with vessels; of woods without them, those with resin canals are softwoods. Wood with neither
+/// may be any whose cells are not drawn.
 fn kind_of_wood(head: &DatasetHead) -> &'static str {
     let (vessels, canals) = (bounds(head, "anatomy", "pores_per_mm2"), bounds(head, "anatomy", "canals_per_mm2"));
     let all_have = |bounds: &[[f64; 2]]| !bounds.is_empty() && bounds.iter().all(|[least, _]| *least > 0.0);
@@ -54,7 +54,8 @@ pub(crate) fn has_speckle(head: &DatasetHead) -> bool {
     strength.is_empty() || strength.iter().any(|[_, most]| *most > 0.0)
 }
 
-/// The least and the greatest that a number of the recipe can be, of each class; none where the recipe does not have it.
+/// The least and the greatest that a number of the recipe can be, of each class; none where the recipe does not have
+/// it.
 fn bounds(head: &DatasetHead, group: &str, key: &str) -> Vec<[f64; 2]> {
     let recipe = &head.recipe.canonical;
     let law = |class: &String| {

@@ -82,9 +82,9 @@ pub fn open_tables_bytes(output: &Output, size: &Size, splits: &Splits, samples:
     rows.iter().take(samples as usize).sum::<u64>() + group(1.0, frames)
 }
 
-/// Samples in a shard: what the recipe asks for, else as many as stay under about 500 MB and about a minute's work of two cores,
-/// at most 1000, at least 1; a sample takes `sample_seconds` of one core. A pure function of sizes, output and that, which is
-/// fixed too, so that every process cuts alike.
+/// Samples in a shard: what the recipe asks for, else as many as stay under about 500 MB and about a minute's work of
+/// two cores, at most 1000, at least 1; a sample takes `sample_seconds` of one core. A pure function of sizes, output
+/// and that, which is fixed too, so that every process cuts alike.
 pub fn samples_per_shard(output: &Output, size: &Size, sample_seconds: f64) -> usize {
     let of_work = (TARGET_SHARD_SECONDS / sample_seconds) as u64;
     let of_bytes = TARGET_SHARD_BYTES / estimated_bytes_per_sample(output, size);

@@ -9,8 +9,9 @@ use procedural::Class;
 
 /// Least share of the object's pixels in which Range is measured: shadows, glints and dark parts of shipped recipes leave 0.89 [1].
 pub const LEAST_MEASURED: f64 = 0.1;
-/// Least share of the pixels that show sound matter in which Range is measured: what laser, camera and extraction do to matter as it
-/// should be is the rig's doing, while holes and dark knots are what samples show. Shipped recipes reach down to 0.9, packs by the walls of their pockets [1].
+/// Least share of the pixels that show sound matter in which Range is measured: what laser, camera and extraction do to
+/// matter as it should be is the rig's doing, while holes and dark knots are what samples show. Shipped recipes reach
+/// down to 0.9, packs by the walls of their pockets [1].
 pub const LEAST_SOUND: f64 = 0.8;
 /// Share of the object's pixels below which those of sound matter tell nothing of the rig [1].
 pub const FEW_SOUND: f64 = 0.1;
@@ -26,7 +27,8 @@ pub const LEAST_IN_VIEW: f64 = 2.0 / 3.0;
 pub struct SampleShares {
     /// Share of the object's pixels in which Range is measured; NaN where no pixel shows the object [1].
     pub measured: f64,
-    /// Share of the pixels of sound matter in which Range is measured; NaN where hardly any shows it, or where that is not known [1].
+    /// Share of the pixels of sound matter in which Range is measured; NaN where hardly any shows it, or where that is
+    /// not known [1].
     pub sound: f64,
     /// Share of the object's measured pixels in which the line saturates; NaN where there are none [1].
     pub saturated: f64,
@@ -148,7 +150,8 @@ pub(crate) struct ObjectPixels {
 }
 
 impl ObjectPixels {
-    /// Counts the pixels of a label that show the object, each with whether it is measured and whether its number is the greatest.
+    /// Counts the pixels of a label that show the object, each with whether it is measured and whether its number is
+    /// the greatest.
     pub(crate) fn count(pixels: impl Iterator<Item = (u16, [bool; 2])>) -> Self {
         let is_sound = Class::ALL.map(Class::is_sound);
         let mut found = Self::default();
@@ -163,7 +166,8 @@ impl ObjectPixels {
         found
     }
 
-    /// The measured share, that of sound matter, and the saturated one of what is measured; NaN where there are no pixels [1].
+    /// The measured share, that of sound matter, and the saturated one of what is measured; NaN where there are no
+    /// pixels [1].
     pub(crate) fn shares(self) -> [f64; 3] {
         let share = |part: u64, all: u64| if all == 0 { f64::NAN } else { part as f64 / all as f64 };
         let [sound, measured] = self.sound;
@@ -211,7 +215,8 @@ mod tests {
         assert_eq!(turned.shortfalls(), []);
     }
 
-    /// Holes and dark knots are what samples show: only matter without defect tells of the rig, where there is enough of it.
+    /// Holes and dark knots are what samples show: only matter without defect tells of the rig, where there is enough
+    /// of it.
     #[test]
     fn defects_that_are_not_measured_are_no_shortfall() {
         let shares = |sound: usize, hole: usize| {

@@ -1,9 +1,9 @@
 //! What can be made again, kept in the user's cache folder so that it need not be.
 //!
-//! The folder is `$SHEETLIGHT_CACHE` (empty: nothing is kept), else `sheetlight` in `$XDG_CACHE_HOME`, in `~/.cache`, or on Windows in
-//! `%LOCALAPPDATA%`. Whatever goes wrong there is no fault: what cannot be read is made again, what cannot be written is not kept.
-//! Whoever reads must be able to tell that the content is whole, and is what was asked for. The oldest files go where all together
-//! have too many bytes.
+//! The folder is `$SHEETLIGHT_CACHE` (empty: nothing is kept), else `sheetlight` in `$XDG_CACHE_HOME`, in `~/.cache`,
+//! or on Windows in `%LOCALAPPDATA%`. Whatever goes wrong there is no fault: what cannot be read is made again, what
+//! cannot be written is not kept. Whoever reads must be able to tell that the content is whole, and is what was asked
+//! for. The oldest files go where all together have too many bytes.
 
 use std::env::var_os;
 use std::fs::{self, File};
@@ -51,7 +51,8 @@ impl Cache {
         crate::read(&self.folder.join(name), self.most_bytes).ok()
     }
 
-    /// Keeps a file of this name, which ends as all of its kind do; one that is there is replaced, and the oldest of the kind go.
+    /// Keeps a file of this name, which ends as all of its kind do; one that is there is replaced, and the oldest of
+    /// the kind go.
     pub fn keep(&self, name: &str, content: &[u8]) {
         if content.len() as u64 <= self.most_bytes && self.write(name, content).is_ok() {
             // What cannot be listed or removed stays.
@@ -72,7 +73,8 @@ impl Cache {
         })
     }
 
-    /// Removes the oldest files of the kind of `name` until the others have few enough bytes, and what killed processes have begun.
+    /// Removes the oldest files of the kind of `name` until the others have few enough bytes, and what killed processes
+    /// have begun.
     fn shrink(&self, name: &str) -> io::Result<()> {
         let ending = Path::new(name).extension();
         let now = SystemTime::now();
@@ -106,7 +108,8 @@ impl Cache {
 mod tests {
     use super::*;
 
-    /// What is kept comes back; the oldest goes where there is too much; other files stay; where nothing can be written nothing is said.
+    /// What is kept comes back; the oldest goes where there is too much; other files stay; where nothing can be written
+    /// nothing is said.
     #[test]
     fn the_newest_are_kept() {
         let place = tempfile::tempdir().expect("a folder");

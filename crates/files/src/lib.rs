@@ -1,8 +1,8 @@
 //! Files that a user names are opened here, and nowhere else.
 //!
-//! A link to a plain file is followed: caches and version control of data consist of them. A folder, a pipe, a socket or a
-//! device, of which reading may wait or never end, is refused at once, and nothing is read beyond what the caller can use. `-`
-//! stands for standard input where a command takes the content of one file; `./-` is a file of that name.
+//! A link to a plain file is followed: caches and version control of data consist of them. A folder, a pipe, a socket
+//! or a device, of which reading may wait or never end, is refused at once, and nothing is read beyond what the caller
+//! can use. `-` stands for standard input where a command takes the content of one file; `./-` is a file of that name.
 //!
 //! What can be made again is kept in a [`Cache`].
 //!
@@ -159,7 +159,8 @@ mod tests {
 
     use super::*;
 
-    /// Plain files and links to them are read, up to the bound; all else is refused by its kind, and nothing is waited for.
+    /// Plain files and links to them are read, up to the bound; all else is refused by its kind, and nothing is waited
+    /// for.
     #[test]
     fn plain_files_are_read_and_nothing_else() {
         let folder = tempfile::tempdir().expect("a folder");

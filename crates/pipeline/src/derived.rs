@@ -42,8 +42,8 @@ pub struct Derived {
     pub exposed: Vec<ExposedRows>,
 }
 
-/// What of a sample follows without light, and the rows and frames `asked`: to the bit those of [`super::render`]. Frames go to
-/// `take_frame` as they are made, in any order.
+/// What of a sample follows without light, and the rows and frames `asked`: to the bit those of [`super::render`].
+/// Frames go to `take_frame` as they are made, in any order.
 pub fn derived(
     scene: &Scene,
     tiles: &PatternCache,

@@ -278,7 +278,8 @@ impl Recipe {
         self.settings.output()
     }
 
-    /// What a sample takes on one core by a fixed rule, the same on every machine: where shards are cut follows from it [s].
+    /// What a sample takes on one core by a fixed rule, the same on every machine: where shards are cut follows from it
+    /// [s].
     pub fn sample_seconds(&self) -> f64 {
         sample_work::core_seconds(self.subject, self.transport(), self.postprocess().order, &self.size())
     }

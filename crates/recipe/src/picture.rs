@@ -1,10 +1,11 @@
 //! Pictures that boards are cut from: PNG of a face, maps of fibres, pictures of classes -> `wood_picture::BoardPicture`.
 //!
-//! Everything is read and analysed once, with the recipe, and the fibres of a picture are kept for the next run, so that a picture that does not serve is a fault of the recipe; samples
-//! share what comes of it. Rows are brought to the order of the scan: the first row of a photograph from above is the far end.
-//! Colours of directions are those of the thesis (section 3.2.3, Figure 3.9): between red and green the slope is R / G, rising,
-//! between blue and green B / G, falling; as a vector (G, R - B), right and up as the map is looked at.
-//! Limits: memory is 20 bytes a pixel, and some times that while the picture is analysed; PNG alone is read.
+//! Everything is read and analysed once, with the recipe, and the fibres of a picture are kept for the next run, so
+//! that a picture that does not serve is a fault of the recipe; samples share what comes of it. Rows are brought to the
+//! order of the scan: the first row of a photograph from above is the far end. Colours of directions are those of the
+//! thesis (section 3.2.3, Figure 3.9): between red and green the slope is R / G, rising, between blue and green B / G,
+//! falling; as a vector (G, R - B), right and up as the map is looked at. Limits: memory is 20 bytes a pixel, and some
+//! times that while the picture is analysed; PNG alone is read.
 
 use std::io::Cursor;
 

@@ -89,8 +89,9 @@ mod tests {
         WOODS.iter().find(|wood| wood.name == name).expect(name).coefficients
     }
 
-    /// Guards coefficients that are written twice: those of kinds that recipes have too are what the keys' defaults give. (Blue stain and
-    /// compression wood are ratios to the wood they are in, and there is no wet wood among the keys.)
+    /// Guards coefficients that are written twice: those of kinds that recipes have too are what the keys' defaults
+    /// give. (Blue stain and compression wood are ratios to the wood they are in, and there is no wet wood among the
+    /// keys.)
     #[test]
     fn coefficients_are_the_defaults_of_recipes() {
         let default = |name: &str| {

@@ -268,7 +268,8 @@ impl<'a> Facts<'a> {
         // Both in rows, one after the other along the light.
         let laser_px = self.line_mm * self.rows_per_mm;
         let narrower = if 2.0 * laser_px * laser_px < self.line_px * self.line_px { on_sensor } else { on_object };
-        // More rows are a remedy where enough of them are to be had, and where the line is not wide for being far from its waist.
+        // More rows are a remedy where enough of them are to be had, and where the line is not wide for being far from
+        // its waist.
         let is_enough = 4.0 * self.line_px <= (2 * WIDEST_WINDOW + 1) as f64;
         let is_near_waist = self.line_mm < self.scene.bench.laser.waist_mm;
         if self.scene.extraction.window_rows < WIDEST_WINDOW && is_enough && is_near_waist {

@@ -10,8 +10,8 @@ const NO_DISK: &str = "SHEETLIGHT_NO_DISK";
 pub struct Disk(PathBuf);
 
 impl Disk {
-    /// Mounts a tmpfs with these options (`size=2m`) in an empty folder. `None` where `SHEETLIGHT_NO_DISK=1` says that this machine
-    /// mounts none; where none can be mounted otherwise, the test fails.
+    /// Mounts a tmpfs with these options (`size=2m`) in an empty folder. `None` where `SHEETLIGHT_NO_DISK=1` says that
+    /// this machine mounts none; where none can be mounted otherwise, the test fails.
     pub fn mount(folder: &Path, options: &str) -> Option<Self> {
         if std::env::var_os(NO_DISK).is_some_and(|set| set == "1") {
             eprintln!("not tested: {NO_DISK}=1");

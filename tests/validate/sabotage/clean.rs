@@ -112,8 +112,8 @@ fn clean_datasets_of_every_recipe() {
     }
 }
 
-/// Where hardly any light comes and the dark level is 0, sensor frames of nothing are what the recipe makes: exposed again they are
-/// blank too, and where they cannot be they are looked at.
+/// Where hardly any light comes and the dark level is 0, sensor frames of nothing are what the recipe makes: exposed
+/// again they are blank too, and where they cannot be they are looked at.
 #[test]
 fn clean_datasets_of_the_dark() {
     let dark = [

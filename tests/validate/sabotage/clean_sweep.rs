@@ -1,10 +1,11 @@
-//! A clean sweep: `gen validate` calls nothing faulty, and accuses nothing, that the program made, whatever is on the objects and however it is
-//! written.
+//! A clean sweep: `gen validate` calls nothing faulty, and accuses nothing, that the program made, whatever is on the
+//! objects and however it is written.
 //!
-//! Kind of fault that it guards: a rule that is a guess about physics (what a hole shows, where light ends) beside an exact comparison, told
-//! of clean data. Small recipes at their full field, binned 4 x 4; each number that switches something on is on in one dataset, found by its
-//! declaration, so that a new defect joins by itself; forms of files, recipes and seeds pairwise. The sweep proves itself: the rule that
-//! held the middle fibre of every knot, holes too, to the knot's axis fires in it.
+//! Kind of fault that it guards: a rule that is a guess about physics (what a hole shows, where light ends) beside an
+//! exact comparison, told of clean data. Small recipes at their full field, binned 4 x 4; each number that switches
+//! something on is on in one dataset, found by its declaration, so that a new defect joins by itself; forms of files,
+//! recipes and seeds pairwise. The sweep proves itself: the rule that held the middle fibre of every knot, holes too,
+//! to the knot's axis fires in it.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -103,8 +104,8 @@ fn switches() -> Vec<String> {
     numbers.iter().filter(is_switch).map(|number| format!("{}={}", number.path(), value(number))).collect()
 }
 
-/// The datasets: one for each switch, those of knots with truth maps and each seed, and a few without any, with forms, recipes and seeds
-/// pairwise.
+/// The datasets: one for each switch, those of knots with truth maps and each seed, and a few without any, with forms,
+/// recipes and seeds pairwise.
 fn swept() -> Vec<SweptDataset> {
     let plain = |recipe, switch, samples| SweptDataset { recipe, switch, samples, levels: [0; FORMS.len() + 1] };
     let mut free: Vec<SweptDataset> = switches().into_iter().map(|switch| plain(0, Some(switch), 1)).collect();
@@ -166,8 +167,8 @@ fn pairwise(datasets: &mut [SweptDataset]) {
     }
 }
 
-/// Objects in which the rule that was removed sees a fault: the median dive of at least 200 pixels of anything that has an axis is over 20
-/// degrees from it.
+/// Objects in which the rule that was removed sees a fault: the median dive of at least 200 pixels of anything that has
+/// an axis is over 20 degrees from it.
 fn old_rule(sample: &Encoded) -> usize {
     let (dive, instance) = (channel(sample, "FibreDive"), channel(sample, "Instance"));
     let is_wrong = |object: &dataset::record::Object| {

@@ -59,8 +59,8 @@ fn masks() {
     with(mirror, &[TruthDiffers, LabelDiffers], &place, "a mirrored mask");
 }
 
-/// Where the recipe cannot be drawn again, saturated pixels at a card's edge do not count for its outline; those of the conveyor that a
-/// mask takes for the card after it was moved by three rows do.
+/// Where the recipe cannot be drawn again, saturated pixels at a card's edge do not count for its outline; those of the
+/// conveyor that a mask takes for the card after it was moved by three rows do.
 #[test]
 fn masks_of_overexposed_packs() {
     let text = include_str!("../../../recipes/blister-small.yaml");
@@ -86,8 +86,8 @@ fn masks_of_overexposed_packs() {
     }
 }
 
-/// Moved by one pixel, the mask of an object that ends within the image is found exactly: every row crosses its sides, and the rows at
-/// its ends are made again. Nothing on the object, no truth map and no picture helps.
+/// Moved by one pixel, the mask of an object that ends within the image is found exactly: every row crosses its sides,
+/// and the rows at its ends are made again. Nothing on the object, no truth map and no picture helps.
 #[test]
 fn masks_moved_by_a_pixel() {
     let bare = ["truth_maps: true", "truth_maps: false"];
@@ -116,8 +116,8 @@ fn masks_moved_by_a_pixel() {
     }
 }
 
-/// Where the recipe cannot be drawn again, a knot whose fibres lie flat is looked at; of a hole, which shows the wood below, nothing is
-/// expected.
+/// Where the recipe cannot be drawn again, a knot whose fibres lie flat is looked at; of a hole, which shows the wood
+/// below, nothing is expected.
 #[test]
 fn fibres_of_knots() {
     let wood = include_str!("../../../recipes/wood-small.yaml").replacen(

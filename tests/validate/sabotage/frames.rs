@@ -1,5 +1,5 @@
-//! One forged sensor frame among many that a sample keeps, its sums mended: told at the defaults, whichever frame it is and however little of it is
-//! another. A part of the frames would leave the others to whoever forges.
+//! One forged sensor frame among many that a sample keeps, its sums mended: told at the defaults, whichever frame it is
+//! and however little of it is another. A part of the frames would leave the others to whoever forges.
 
 use std::collections::BTreeSet;
 

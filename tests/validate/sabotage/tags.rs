@@ -1,5 +1,5 @@
-//! Lists of classes that stand for an image: `defect_classes` says what at least one pixel shows and nothing else, `unseen_classes` what the
-//! object has beside it. A list of what the object has is no list of what an image shows.
+//! Lists of classes that stand for an image: `defect_classes` says what at least one pixel shows and nothing else,
+//! `unseen_classes` what the object has beside it. A list of what the object has is no list of what an image shows.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::OnceLock;
@@ -83,7 +83,8 @@ fn tags_are_held_to_images_and_body() {
     assert_eq!(codes(|s| s.unseen[0] = Class::Tooth), [DrawDiffers, ValueRange]);
 }
 
-/// Before 1.7 one list has all defects, seen or not: such datasets stay right, and an object's class that is not in it stays a fault.
+/// Before 1.7 one list has all defects, seen or not: such datasets stay right, and an object's class that is not in it
+/// stays a fault.
 #[test]
 fn older_datasets_keep_their_meaning() {
     let (mut head, mut samples) = boards().clone();

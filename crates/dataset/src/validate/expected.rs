@@ -48,8 +48,8 @@ pub struct DerivedSample {
 /// Takes sensor frames, in any order, as they are exposed: all of a sample can be more than memory holds.
 pub type TakeFrame<'a> = &'a (dyn Fn(StackFrame) + Sync);
 
-/// Derives one sample: its index, the rows and frames to expose, and who takes the frames -> what its row has to say beyond its draws,
-/// and these rows.
+/// Derives one sample: its index, the rows and frames to expose, and who takes the frames -> what its row has to say
+/// beyond its draws, and these rows.
 pub type Derive<'a> = &'a (dyn Fn(u64, &AskedRows, TakeFrame) -> DerivedSample + Sync);
 
 /// Draws one sample: its index -> what its row has to say.

@@ -49,7 +49,8 @@ fn whole(root: &Path, file: &ManifestFile, most: u64, report: &mut ValidationRep
     }
 }
 
-/// The code of a file that could not be read: `otherwise`, unless it is there and may not be, or the system is at fault.
+/// The code of a file that could not be read: `otherwise`, unless it is there and may not be, or the system is at
+/// fault.
 pub(super) fn unread(e: &io::Error, otherwise: Code) -> Code {
     let is_there = e.kind() == ErrorKind::PermissionDenied || own_remedy(e).is_some();
     if is_there { Code::FileUnreadable } else { otherwise }

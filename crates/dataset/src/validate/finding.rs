@@ -90,7 +90,8 @@ codes! {
     MissingRule,
     /// A label that is no pixel class.
     LabelUnknown,
-    /// An object's area or box is not what the instance image shows, an instance has no object, or `defect_classes` is not what pixels show.
+    /// An object's area or box is not what the instance image shows, an instance has no object, or `defect_classes` is
+    /// not what pixels show.
     ObjectDiffers,
     /// A pixel has another class than its instance, or an instance where there is none.
     InstanceClass,

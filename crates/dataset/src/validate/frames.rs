@@ -16,7 +16,8 @@ use super::stack;
 /// Samples of whose frames a fault says where they differ; it takes as long as to expose one.
 const MAX_SHOWN_SAMPLES: usize = 8;
 
-/// What is wrong with the frames that were exposed again, one fault for each sample; those that are not there are told by another rule.
+/// What is wrong with the frames that were exposed again, one fault for each sample; those that are not there are told
+/// by another rule.
 pub(super) fn check(task: &ShardTask, mut made: Vec<FrameDigest>, stored: &[FrameDigest]) -> Vec<Finding> {
     let stored: HashMap<(u64, u64), u128> =
         stored.iter().map(|frame| ((frame.index, frame.profile), frame.digest)).collect();

@@ -1,5 +1,5 @@
-//! Pixels: label, instance and truth maps, pixel by pixel: all of them come from one noise-free hit, so they agree exactly. How the
-//! fibre dives in a knot is an estimate beside that, for datasets whose recipe cannot be drawn again.
+//! Pixels: label, instance and truth maps, pixel by pixel: all of them come from one noise-free hit, so they agree
+//! exactly. How the fibre dives in a knot is an estimate beside that, for datasets whose recipe cannot be drawn again.
 
 use std::borrow::Cow;
 
@@ -13,7 +13,8 @@ use crate::ExrChannel;
 
 /// The classes of pixels that belong to no instance.
 const GROUND: [&str; 3] = ["background", "clear", "flange"];
-/// The classes of objects that show fibres along their own axis: a hole shows the wood below, and the gap about a loose knot too.
+/// The classes of objects that show fibres along their own axis: a hole shows the wood below, and the gap about a loose
+/// knot too.
 const GROWN: [&str; 2] = ["sound_knot", "dead_knot"];
 /// Pixels of a knot from which on the fibre's dive in it is compared with that of its axis [px].
 const KNOT_PX: usize = 200;

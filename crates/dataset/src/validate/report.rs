@@ -13,8 +13,8 @@ use super::finding::{Code, Finding};
 pub struct ValidationReport {
     /// Broken rules, in the order of shards.
     pub faults: Vec<Finding>,
-    /// Samples of little use though no rule is broken, and estimates that say what to look at where nothing exact can be compared; in the
-    /// order of shards.
+    /// Samples of little use though no rule is broken, and estimates that say what to look at where nothing exact can
+    /// be compared; in the order of shards.
     pub warnings: Vec<Finding>,
     /// Shards that have a manifest.
     pub shards: u64,

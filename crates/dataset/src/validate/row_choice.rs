@@ -1,10 +1,10 @@
 //! Row choice: which rows and sensor frames of each sample are exposed again.
 //!
-//! At each place a row is drawn, all of them equally likely, and its neighbours in a strip that begins at a multiple of its
-//! length come with it. Places are drawn one by one, so they may coincide: k of them meet a forgery of the share s of the rows
-//! with the chance 1 - (1 - s)^k or more, wherever it lies. Frames are drawn without putting back: k of n meet a single forged one with
-//! the chance k / n, so that only all of them meet it surely. Who forges must not know which rows and frames these are: nothing
-//! that is stored tells the seed.
+//! At each place a row is drawn, all of them equally likely, and its neighbours in a strip that begins at a multiple of
+//! its length come with it. Places are drawn one by one, so they may coincide: k of them meet a forgery of the share s
+//! of the rows with the chance 1 - (1 - s)^k or more, wherever it lies. Frames are drawn without putting back: k of n
+//! meet a single forged one with the chance k / n, so that only all of them meet it surely. Who forges must not know
+//! which rows and frames these are: nothing that is stored tells the seed.
 
 use std::collections::BTreeSet;
 
@@ -62,8 +62,8 @@ impl RowChoice {
     }
 }
 
-/// `count` of the first `all` numbers, or all of them: every set of so many is equally likely where `word` gives an even word for each
-/// number (Floyd; Bentley 1987).
+/// `count` of the first `all` numbers, or all of them: every set of so many is equally likely where `word` gives an
+/// even word for each number (Floyd; Bentley 1987).
 pub(super) fn subset(all: u64, count: u64, word: impl Fn(u64) -> u64) -> BTreeSet<u64> {
     let mut chosen = BTreeSet::new();
     for last in all - count.min(all)..all {

@@ -28,7 +28,8 @@ pub(super) struct ShardTask<'a> {
 }
 
 impl ShardTask<'_> {
-    /// Whether samples are compared exactly with what their recipe makes; where they can't be, estimates say what to look at.
+    /// Whether samples are compared exactly with what their recipe makes; where they can't be, estimates say what to
+    /// look at.
     pub(super) fn is_exact(&self) -> bool {
         self.derive.is_some()
     }

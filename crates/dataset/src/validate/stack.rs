@@ -113,8 +113,8 @@ fn content(rows: &[FrameRow], head: &DatasetHead, fault: &mut dyn FnMut(Code, St
     }
 }
 
-/// A frame of nothing is a fault unless it is one when it is exposed again: where little light comes and the dark level is 0, some are.
-/// Where none can be exposed it is looked at.
+/// A frame of nothing is a fault unless it is one when it is exposed again: where little light comes and the dark level
+/// is 0, some are. Where none can be exposed it is looked at.
 fn blank(rows: &[FrameRow], task: &ShardTask, path: &str, report: &mut ValidationReport) {
     let blank: Vec<&Key> = rows.iter().filter(|row| row.most == 0).map(|row| &row.key).collect();
     let is_blank = |(_, index, profile): &&Key| {

@@ -1,10 +1,11 @@
 //! True rows: some rows of the images against the body that the recipe makes, grown again without light: label and instance pixel by
 //! pixel, truth maps number by number, and whether Range is anywhere near it.
 //!
-//! Range is no truth: it lies below the surface of what lets light in, and is the tablet's under clear film. Where no row is
-//! exposed again, which tells it exactly, it is held to what hardly a measurement misses, and a warning says so: the median distance of well lit pixels from between the surface and what lies below a
-//! film is [`FAR_MM`] at most. Pixels at the greatest digital number are left out: a line that is saturated over many rows is
-//! measured in the middle of these.
+//! Range is no truth: it lies below the surface of what lets light in, and is the tablet's under clear film. Where no
+//! row is exposed again, which tells it exactly, it is held to what hardly a measurement misses, and a warning says so:
+//! the median distance of well lit pixels from between the surface and what lies below a film is [`FAR_MM`] at most.
+//! Pixels at the greatest digital number are left out: a line that is saturated over many rows is measured in the
+//! middle of these.
 
 use exr::prelude::f16;
 use output_schema::SampleType;

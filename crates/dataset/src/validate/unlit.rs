@@ -38,7 +38,8 @@ pub(super) fn check(row: &StoredRow, unlit: &UnlitRow, place: &str, report: &mut
     }
 }
 
-/// Defects that show and those that do not, together those of the body; which of them show is decided by the images. What differs.
+/// Defects that show and those that do not, together those of the body; which of them show is decided by the images.
+/// What differs.
 fn defects(row: &StoredRow, instances: &[Instance]) -> Option<String> {
     let unseen = row.unseen.as_ref()?;
     let own = || instances.iter().filter(|own| own.class.is_defect());

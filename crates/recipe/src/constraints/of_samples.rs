@@ -1,8 +1,8 @@
 //! What drawn numbers describe, sample by sample: a width of knots says nothing of a board without knots.
 //!
-//! It follows from what a recipe's parameters need to have an effect ([`super::conditional`]). Needs that all samples of a dataset
-//! share (the laser's profile, where the log comes from) are no fact of a sample and decide nothing here. A count that can be 0
-//! says itself that there is nothing, so it always means something.
+//! It follows from what a recipe's parameters need to have an effect ([`super::conditional`]). Needs that all samples
+//! of a dataset share (the laser's profile, where the log comes from) are no fact of a sample and decide nothing here.
+//! A count that can be 0 says itself that there is nothing, so it always means something.
 
 use std::collections::BTreeMap;
 
@@ -25,8 +25,8 @@ pub struct SampleNeeds {
 }
 
 impl SampleNeeds {
-    /// Of the number at `path` in the dataset of a recipe in canonical form; `None` where every sample has what it describes, or
-    /// where it has an effect in none.
+    /// Of the number at `path` in the dataset of a recipe in canonical form; `None` where every sample has what it
+    /// describes, or where it has an effect in none.
     pub fn new(canonical: &Value, path: &str) -> Option<Self> {
         let subject = canonical["subject"].as_str().and_then(Subject::named)?;
         let source = canonical["log"]["source"].as_str().and_then(LogSource::named).unwrap_or(LogSource::Placed);
@@ -46,8 +46,8 @@ impl SampleNeeds {
         &self.deciders
     }
 
-    /// Whether a sample lacks it, by the values of [`Self::deciders`]; `None` for one that the dataset does not have, which is
-    /// then what it is by default.
+    /// Whether a sample lacks it, by the values of [`Self::deciders`]; `None` for one that the dataset does not have,
+    /// which is then what it is by default.
     pub fn are_unmet(&self, values: &[Option<f64>]) -> bool {
         let usual = |path: &str| keys::parameters(None).find(|p| p.path() == path).map_or(0.0, |p| p.default);
         let drawn = self.deciders.iter().zip(values);

@@ -84,8 +84,8 @@ mod tests {
         }
     }
 
-    /// Guards answers by spelling alone: each word gets its keys named at the top of a recipe and in every section, however it is
-    /// spelt.
+    /// Guards answers by spelling alone: each word gets its keys named at the top of a recipe and in every section,
+    /// however it is spelt.
     #[test]
     fn each_word_is_answered_wherever_it_stands() {
         for (words, says) in WORDS {

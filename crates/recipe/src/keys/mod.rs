@@ -171,8 +171,8 @@ pub(super) fn unit(name: &str) -> &'static str {
     UNITS.iter().find(|(end, _)| name.ends_with(end)).map_or("", |(_, unit)| unit)
 }
 
-/// Where a key that stands in the wrong section, or in a recipe about another subject, belongs, and what says the same as a word
-/// of data sheets, unless it is one of the `known` keys there without its unit.
+/// Where a key that stands in the wrong section, or in a recipe about another subject, belongs, and what says the same
+/// as a word of data sheets, unless it is one of the `known` keys there without its unit.
 pub(super) fn home(subject: Option<Subject>, name: &str, known: &[&str]) -> Option<String> {
     let lacks_end = |key: &&str| key.strip_prefix(name).is_some_and(|end| end.starts_with('_'));
     let said = || if known.iter().any(lacks_end) { None } else { datasheet_words::keys_for(name) };

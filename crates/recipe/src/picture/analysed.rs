@@ -1,8 +1,9 @@
-//! Fibres of a picture, found once: they take seconds of work, follow from its numbers and the settings alone, and are kept in the user's
-//! cache under the hash of both.
+//! Fibres of a picture, found once: they take seconds of work, follow from its numbers and the settings alone, and are
+//! kept in the user's cache under the hash of both.
 //!
-//! A file is: [`MAGIC`], its own name, rows, columns and knots as 64 bits, azimuths, dives and confidences, ten numbers of each knot, and
-//! SHA-256 of all that; numbers are little-endian, of 32 bits. What is not so to the bit is as if it were not there.
+//! A file is: [`MAGIC`], its own name, rows, columns and knots as 64 bits, azimuths, dives and confidences, ten numbers
+//! of each knot, and SHA-256 of all that; numbers are little-endian, of 32 bits. What is not so to the bit is as if it
+//! were not there.
 
 use files::Cache;
 use glam::{Vec2, Vec3};
@@ -11,8 +12,8 @@ use wood_picture::{FibreMap, PictureAnalysis, PictureFault, PictureKnot, fibre_m
 
 /// What a file begins with.
 const MAGIC: &[u8] = b"sheetlight fibres\n";
-/// First digits of SHA-256 of the fibres of the built-in picture. Whatever changes the analysis changes them, so they stand in
-/// every name: no run takes fibres that another analysis has found. A test holds them to the analysis.
+/// First digits of SHA-256 of the fibres of the built-in picture. Whatever changes the analysis changes them, so they
+/// stand in every name: no run takes fibres that another analysis has found. A test holds them to the analysis.
 const ANALYSIS: &str = "11f7269c69e680b6";
 /// Numbers of a knot.
 const KNOT_NUMBERS: usize = 10;
@@ -124,7 +125,8 @@ mod tests {
         (grey, size, PictureAnalysis { encoding: Encoding::Srgb, ..PictureAnalysis::default() })
     }
 
-    /// What is kept is what is found, to the bit; it is taken where it is whole, of this name and of this analysis, and made anew otherwise.
+    /// What is kept is what is found, to the bit; it is taken where it is whole, of this name and of this analysis, and
+    /// made anew otherwise.
     #[test]
     fn what_is_kept_is_what_is_found() {
         let (grey, size, settings) = built_in();

@@ -1,10 +1,10 @@
 //! Check of a recipe's rig before the first sample: whether samples will be of use at all.
 //!
-//! For each of the most frequent classes the first sample is looked at: how much of its object lies in the field, how much of it
-//! laser and lens reach by rays, and in a few of its profiles, rendered nearly as they will be, how much is measured and saturated.
-//! Where that falls short of what a sample is of use for ([`Shortfall`]), the next samples of the class are looked at too, and a
-//! warning is given where all of them fall short: one scan that is overexposed by chance is none. The result follows from recipe
-//! and seed alone.
+//! For each of the most frequent classes the first sample is looked at: how much of its object lies in the field, how
+//! much of it laser and lens reach by rays, and in a few of its profiles, rendered nearly as they will be, how much is
+//! measured and saturated. Where that falls short of what a sample is of use for ([`Shortfall`]), the next samples of
+//! the class are looked at too, and a warning is given where all of them fall short: one scan that is overexposed by
+//! chance is none. The result follows from recipe and seed alone.
 //!
 //! Neglected: classes beyond the most frequent ones; light that fills pockets, and where exactly light leaves that has crept far; and light of slow
 //! models of transport, of which only the geometry is looked at. What single samples fall short in, their rows tell.
@@ -30,9 +30,11 @@ const MAX_CLASSES: usize = 4;
 const SAMPLES_OF_CLASS: usize = 3;
 /// Profiles of a sample that are rendered, evenly spread over the object; each asks for some ten rows of light.
 const PROFILES: usize = 2;
-/// Profiles of a sample of which rays alone are looked at, spread alike: two can pass through the walls of two rows of pockets.
+/// Profiles of a sample of which rays alone are looked at, spread alike: two can pass through the walls of two rows of
+/// pockets.
 const RAY_PROFILES: usize = 16;
-/// Share of an object's sound pixels beyond the fan, or beyond the sensor's rows, that passes for chance and soft ends [1].
+/// Share of an object's sound pixels beyond the fan, or beyond the sensor's rows, that passes for chance and soft ends
+/// [1].
 const MOST_CUT: f64 = 0.02;
 /// Samples among which those of a class are searched; a class that is rarer is not looked at.
 const SEARCHED_SAMPLES: u64 = 10_000;
@@ -320,7 +322,8 @@ pub(super) fn out_of_view(scene: &Scene, sensor: &Sensor, specimen: &Specimen) -
     Some(format!("{}: {}", shares.describe(shortfall), out_of_view_remedy(scene, specimen, [x, y])))
 }
 
-/// At most so many profiles evenly spread over what of the object lies in the scan, over the whole scan on a turntable; none where it lies beside.
+/// At most so many profiles evenly spread over what of the object lies in the scan, over the whole scan on a turntable;
+/// none where it lies beside.
 fn profiles(scene: &Scene, sensor: &Sensor, specimen: &Specimen, most: usize) -> Vec<usize> {
     let (low, high) = specimen.body().bounds();
     let over = |profile: &usize| {
@@ -399,8 +402,8 @@ impl ObjectRays {
         Self { low, high, pixels }
     }
 
-    /// Pixels of sound matter, of all of the object where hardly any is sound, each with its place and with its [`Cause`] if it is
-    /// not measured.
+    /// Pixels of sound matter, of all of the object where hardly any is sound, each with its place and with its
+    /// [`Cause`] if it is not measured.
     fn own(&self) -> impl Iterator<Item = (usize, Cause)> {
         let object = || self.pixels.iter().enumerate().filter_map(|(place, pixel)| Some((place, pixel.as_ref()?)));
         let (all, sound) = (object().count(), object().filter(|(_, pixel)| pixel.sound).count());
@@ -416,7 +419,8 @@ impl ObjectRays {
         counts.map(|count| count as f64 / counts.iter().sum::<u64>() as f64)
     }
 
-    /// Share of the pixels of each [`Cause`] that have no `range`: some light goes beyond a fan's ends. [`LOST`] where none has the cause [1].
+    /// Share of the pixels of each [`Cause`] that have no `range`: some light goes beyond a fan's ends. [`LOST`] where
+    /// none has the cause [1].
     fn lost(&self, range: &[f32]) -> [f64; 5] {
         let mut counts = [[0u64; 2]; 5];
         for (place, cause) in self.own() {

@@ -1,11 +1,13 @@
-//! Numbers that are legal alone and absurd beside the others of their scene: the usual mistakes in copying a data sheet, each with
-//! the number that was likely to be meant.
+//! Numbers that are legal alone and absurd beside the others of their scene: the usual mistakes in copying a data
+//! sheet, each with the number that was likely to be meant.
 //!
-//! A row of [`MISTAKES`] knows one key. It holds where the number is absurd and the other reading of it is an ordinary one; absurd
-//! numbers without such a reading are left to what the rig's check finds. Nothing is rendered, and no object is made.
+//! A row of [`MISTAKES`] knows one key. It holds where the number is absurd and the other reading of it is an ordinary
+//! one; absurd numbers without such a reading are left to what the rig's check finds. Nothing is rendered, and no
+//! object is made.
 //!
-//! Not found: a reading that changes a number by so little that both are ordinary (the diameter of a waist for its radius, a camera's
-//! angle with the conveyor for that with the laser), and numbers beyond the bounds of their key, which the recipe refuses.
+//! Not found: a reading that changes a number by so little that both are ordinary (the diameter of a waist for its
+//! radius, a camera's angle with the conveyor for that with the laser), and numbers beyond the bounds of their key,
+//! which the recipe refuses.
 
 use std::collections::BTreeMap;
 
@@ -317,8 +319,8 @@ impl<'a> Drawn<'a> {
     }
 }
 
-/// The mistakes that one scene seems to have, in the order of [`MISTAKES`]: the place there, and the numbers that it has and that were
-/// likely to be meant.
+/// The mistakes that one scene seems to have, in the order of [`MISTAKES`]: the place there, and the numbers that it
+/// has and that were likely to be meant.
 fn found(scene: &Scene) -> Vec<(usize, [f64; 2])> {
     let drawn = Drawn::of_scene(scene);
     let one = |(place, mistake): (usize, &Mistake)| {

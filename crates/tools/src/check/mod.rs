@@ -65,7 +65,8 @@ pub struct CheckOptions {
     pub pictures: bool,
 }
 
-/// Whether a sample lacks something, by the values of the numbers that say so; `None` for one that the dataset does not have.
+/// Whether a sample lacks something, by the values of the numbers that say so; `None` for one that the dataset does not
+/// have.
 pub type IsLacking = Box<dyn Fn(&[Option<f64>]) -> bool>;
 
 /// What a drawn number describes, where some samples lack it: the width of knots says nothing of a board without knots.

@@ -27,8 +27,8 @@ const MAX_NUMBERS: usize = 1 << 30;
 /// Batches that may wait for the model.
 const MAX_WAITING_BATCHES: usize = 2;
 
-/// Checks the model on the dataset; `tests` says which samples lack what a number describes, `progress` takes windows done and
-/// windows in all.
+/// Checks the model on the dataset; `tests` says which samples lack what a number describes, `progress` takes windows
+/// done and windows in all.
 ///
 /// # Errors
 /// Where dataset, sidecar, model or library are not as they should be; each error says where, what and what to do.

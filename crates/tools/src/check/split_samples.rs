@@ -61,8 +61,8 @@ impl SplitSamples {
         self.dataset.head()
     }
 
-    /// What the rows say, in the order of tables; `numbers` are paths of drawn and derived numbers, of which `tests` say which
-    /// samples lack what they describe.
+    /// What the rows say, in the order of tables; `numbers` are paths of drawn and derived numbers, of which `tests`
+    /// say which samples lack what they describe.
     ///
     /// # Errors
     /// Where a table is damaged.

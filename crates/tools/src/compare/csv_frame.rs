@@ -7,11 +7,12 @@
 //! header  = the first line, where one of its fields is none of these
 //! ```
 //!
-//! The separator is the first of tab, semicolon, comma that the first line has, else blanks. Numbers have a decimal point. A
-//! header that names x, y and z makes the lines points; `reflectance` (or `intensity`) and `scatter` are read beside
-//! them, other names are not. A unit may follow a name: `x_mm`, `z [um]`. Lines without a header are a grid where they have six
-//! fields or more; three to five may be either, which the user has to state. `.xyz` holds points by nature, of whose fields the
-//! first three count where there are more than five (normals, colours). What a Gocator exports is read as it is ([`gocator_frame`]).
+//! The separator is the first of tab, semicolon, comma that the first line has, else blanks. Numbers have a decimal
+//! point. A header that names x, y and z makes the lines points; `reflectance` (or `intensity`) and `scatter` are read
+//! beside them, other names are not. A unit may follow a name: `x_mm`, `z [um]`. Lines without a header are a grid
+//! where they have six fields or more; three to five may be either, which the user has to state. `.xyz` holds points by
+//! nature, of whose fields the first three count where there are more than five (normals, colours). What a Gocator
+//! exports is read as it is ([`gocator_frame`]).
 
 use std::path::Path;
 

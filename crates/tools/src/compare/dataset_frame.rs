@@ -62,8 +62,8 @@ pub(crate) fn frame_of(dataset: &Dataset, manifest: &Manifest, index: u64, expos
     Ok(frame)
 }
 
-/// Pixels of a sample that show no object, by its labels `[rows, cols]`; `None` where none are kept. What of its sensor frames shows
-/// none is darkened.
+/// Pixels of a sample that show no object, by its labels `[rows, cols]`; `None` where none are kept. What of its sensor
+/// frames shows none is darkened.
 ///
 /// # Errors
 /// Where it is damaged.

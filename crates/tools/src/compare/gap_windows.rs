@@ -1,11 +1,11 @@
 //! Windows of scans for the classifier of [`super::gap`].
 //!
-//! **A window** is 32 x 32 pixels of which at least half count (of the object, where that is known) and have a height. What is missing beyond that is counted by the
-//! share of missing heights, and would here only tell how much of the field the object fills; single missing pixels
-//! stay, as a mask. From its heights the plane through the measured ones (least squares) is taken out, for height and
-//! slope of a part say nothing about the instrument. Reflectance is rounded to whole digital numbers of 8 bits, which
-//! is all that cameras of this kind give: their fractions would give away any simulation. Without a height there is no
-//! light either, as files differ in what they leave there.
+//! **A window** is 32 x 32 pixels of which at least half count (of the object, where that is known) and have a height.
+//! What is missing beyond that is counted by the share of missing heights, and would here only tell how much of the
+//! field the object fills; single missing pixels stay, as a mask. From its heights the plane through the measured ones
+//! (least squares) is taken out, for height and slope of a part say nothing about the instrument. Reflectance is
+//! rounded to whole digital numbers of 8 bits, which is all that cameras of this kind give: their fractions would give
+//! away any simulation. Without a height there is no light either, as files differ in what they leave there.
 //!
 //! **Parts.** Windows of a scan are not independent. Those of a part stay together: in one fold, and in one term of the
 //! variance. A side of four scans or more is tiled without gaps, and a scan is a part. With fewer scans the windows

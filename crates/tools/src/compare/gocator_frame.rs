@@ -6,10 +6,10 @@
 //! grid  = "Y\X", { x } line, { y, { z } line }      x, y, z in mm; nothing where z is missing
 //! ```
 //!
-//! Sources: the CSV format in the manual of the Gocator line profile sensors (blocks `Info` with `XResolution` and `YResolution`,
-//! `Part` with the attributes of a surface and the grid). No real file was at hand, so it is read as tolerantly as can be: every block is
-//! looked through for the resolution, in columns under names or beside them, and every grid is read. A grid of a block named after
-//! intensity is Reflectance in 8 bits.
+//! Sources: the CSV format in the manual of the Gocator line profile sensors (blocks `Info` with `XResolution` and
+//! `YResolution`, `Part` with the attributes of a surface and the grid). No real file was at hand, so it is read as
+//! tolerantly as can be: every block is looked through for the resolution, in columns under names or beside them, and
+//! every grid is read. A grid of a block named after intensity is Reflectance in 8 bits.
 
 use super::csv_frame::{Refusal, Separator, number};
 use super::map_numbers::{MAX_PIXELS, MapNumbers};

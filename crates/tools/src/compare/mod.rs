@@ -102,8 +102,8 @@ pub struct ScanMaps {
     pub unit: RangeUnit,
     /// Place along the line of the middle of column 0, where columns are evenly apart and the file says it [mm].
     pub first_mm: Option<f64>,
-    /// Place along the line of each height, where columns are not evenly apart and the file says it `[rows, cols]` [mm]; NaN where
-    /// the height is missing.
+    /// Place along the line of each height, where columns are not evenly apart and the file says it `[rows, cols]`
+    /// [mm]; NaN where the height is missing.
     pub x: Option<Vec<f64>>,
     /// Heights, or sensor rows of uncalibrated scans, `[rows, cols]`, row-major [mm or px]; NaN where missing. In double precision, so that differences of steps of
     /// an instrument are equal where the steps are.

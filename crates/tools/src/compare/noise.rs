@@ -6,9 +6,10 @@
 //! and r2 at one and two pixels counts as s sqrt(1 - (4 r1 - r2) / 3). Differences beyond `EDGE_DEVIATIONS` robust
 //! deviations are edges of the object and are counted apart.
 //!
-//! **Interpolated heights** have no noise of their own: what was resampled onto another grid lies on the line between its
-//! neighbours, or repeats one of them, and second differences tell the interpolation. So it is where heights have steps more than
-//! twice as coarse as their noise. Both are found by exact means (`is_noise_told`), and no noise is told then.
+//! **Interpolated heights** have no noise of their own: what was resampled onto another grid lies on the line between
+//! its neighbours, or repeats one of them, and second differences tell the interpolation. So it is where heights have
+//! steps more than twice as coarse as their noise. Both are found by exact means (`is_noise_told`), and no noise is
+//! told then.
 //!
 //! The correlation along one direction is that of second differences across the other: such a difference mixes no
 //! neighbours along the first, so the surface goes and the correlation stays.
@@ -20,12 +21,13 @@ use super::distribution::EmpiricalDistribution;
 pub(crate) const EDGE_DEVIATIONS: f64 = 4.0;
 /// Lags of correlations [px].
 pub(crate) const NOISE_LAGS: usize = 9;
-/// Share of heights exactly on the line between their neighbours from which on noise is not told [1]. Of noise s in steps q it is
-/// q / (6.14 s) nearly, so a third for steps of 2 s.
+/// Share of heights exactly on the line between their neighbours from which on noise is not told [1]. Of noise s in
+/// steps q it is q / (6.14 s) nearly, so a third for steps of 2 s.
 const MOST_IN_LINE: f64 = 1.0 / 3.0;
 /// Longest period of interpolated heights that is looked for [px].
 const MOST_PERIOD: usize = 8;
-/// How much more heights of one place in a period may lie in line, or repeat their neighbour, than those of another [1].
+/// How much more heights of one place in a period may lie in line, or repeat their neighbour, than those of another
+/// [1].
 const MOST_BETWEEN_PHASES: f64 = 0.5;
 /// Fewest heights of a place in a period that tell something.
 const FEWEST_OF_A_PHASE: u32 = 100;
@@ -127,8 +129,8 @@ impl SecondDifferences {
     }
 }
 
-/// Second difference of three heights at places along the line, with the deviation of one of them [mm]; NaN where places are not in
-/// order.
+/// Second difference of three heights at places along the line, with the deviation of one of them [mm]; NaN where
+/// places are not in order.
 fn uneven_second(x: [f64; 3], z: [f64; 3]) -> f64 {
     let (before, after) = (x[1] - x[0], x[2] - x[1]);
     if before * after <= 0.0 {
@@ -138,13 +140,14 @@ fn uneven_second(x: [f64; 3], z: [f64; 3]) -> f64 {
     (a * z[0] - z[1] + c * z[2]) / (a * a + 1.0 + c * c).sqrt()
 }
 
-/// Whether second differences of a frame tell noise: not where its heights are interpolated or repeated in that direction, or have
-/// steps that hide it. True of a frame without three neighbours.
+/// Whether second differences of a frame tell noise: not where its heights are interpolated or repeated in that
+/// direction, or have steps that hide it. True of a frame without three neighbours.
 pub(super) fn is_noise_told(frame: &ScanMaps, direction: ScanDirection) -> bool {
     let (cols, step) = (frame.cols, direction.step(frame.cols));
     let place = |i: usize| if direction == ScanDirection::Along { i % cols } else { i / cols };
     let length = if direction == ScanDirection::Along { cols } else { frame.rows };
-    // Place, second difference, first difference, and what rounding to single precision may leave of the second [mm or px].
+    // Place, second difference, first difference, and what rounding to single precision may leave of the second [mm or
+    // px].
     let differences = || {
         let inner = (0..frame.range.len()).filter(|&i| place(i) > 0 && place(i) + 1 < length);
         inner.filter_map(|i| {
@@ -301,9 +304,9 @@ mod tests {
         ScanMaps { cols, range, ..whole }
     }
 
-    /// The whole kind of heights whose noise cannot be told: interpolated or repeated ones at whole ratios and others, as they are,
-    /// in single precision, in steps; and steps coarser than the noise. Noise in fine steps, on a grid of its own, is told, and so
-    /// is that across the interpolation.
+    /// The whole kind of heights whose noise cannot be told: interpolated or repeated ones at whole ratios and others,
+    /// as they are, in single precision, in steps; and steps coarser than the noise. Noise in fine steps, on a grid of
+    /// its own, is told, and so is that across the interpolation.
     #[test]
     fn interpolated_heights_tell_no_noise() {
         let linear = |x: f64, z: &dyn Fn(usize) -> f64| {
@@ -342,7 +345,8 @@ mod tests {
         }
     }
 
-    /// On uneven places a plane goes all the same, and white noise has its deviation: by columns the slope would be noise.
+    /// On uneven places a plane goes all the same, and white noise has its deviation: by columns the slope would be
+    /// noise.
     #[test]
     fn places_along_the_line_are_used() {
         let (cols, rows) = (300, 200);

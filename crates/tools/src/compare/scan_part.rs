@@ -56,8 +56,8 @@ impl ScanRegion {
 }
 
 impl ScanMaps {
-    /// Cuts the scan to what counts and tells which pixels of that don't, `[rows, cols]`; `None` where all do and no part was asked
-    /// for. `ignored` are pixels of the whole scan that don't count whatever is asked.
+    /// Cuts the scan to what counts and tells which pixels of that don't, `[rows, cols]`; `None` where all do and no
+    /// part was asked for. `ignored` are pixels of the whole scan that don't count whatever is asked.
     ///
     /// # Errors
     /// Where the part does not fit the scan.
@@ -108,8 +108,8 @@ impl ScanMaps {
         cut
     }
 
-    /// Darkens the columns of sensor frames in which no pixel counts, of frames whose profile is known; so many profiles are averaged
-    /// into a row of the scan.
+    /// Darkens the columns of sensor frames in which no pixel counts, of frames whose profile is known; so many
+    /// profiles are averaged into a row of the scan.
     pub(super) fn darken_frames(&mut self, ignored: &[bool], binned_profiles: usize) {
         let (map_cols, rows) = (self.cols, self.rows);
         for SensorFrame { cols, profile, dn } in &mut self.exposures {

@@ -184,8 +184,8 @@ impl ScanSource {
         matches!(self.kind, ScanFiles::Dataset(..))
     }
 
-    /// Frame number `i` with the pixels that show no object, `[rows, cols]`; `None` where no labels tell them. Sensor frames are dark
-    /// there.
+    /// Frame number `i` with the pixels that show no object, `[rows, cols]`; `None` where no labels tell them. Sensor
+    /// frames are dark there.
     ///
     /// # Errors
     /// Where it is damaged, or holds no heights.

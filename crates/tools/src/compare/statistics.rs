@@ -122,7 +122,8 @@ impl StatisticsBuilder {
         Self { part: part.into(), ..self }
     }
 
-    /// Adds a frame without the pixels that `ignored` marks, `[rows, cols]`: they count neither as measured nor as missing.
+    /// Adds a frame without the pixels that `ignored` marks, `[rows, cols]`: they count neither as measured nor as
+    /// missing.
     pub fn add_part(&mut self, frame: &ScanMaps, ignored: &[bool]) {
         self.add(&frame.without(ignored));
         let left_out = ignored.iter().filter(|ignored| **ignored).count() as u64;

@@ -1,5 +1,5 @@
-//! Export folder: marked as unfinished until its last file is there, each file whole or not at all. What lies in it may come from
-//! anybody, as in a dataset's folder: it is opened as there, and no link in it is followed.
+//! Export folder: marked as unfinished until its last file is there, each file whole or not at all. What lies in it may
+//! come from anybody, as in a dataset's folder: it is opened as there, and no link in it is followed.
 
 use std::fs::{self, File, TryLockError};
 use std::io::{self, BufWriter, ErrorKind, Read, Write};

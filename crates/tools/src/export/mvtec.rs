@@ -39,8 +39,8 @@ pub struct MvtecOptions {
 /// Writes the export.
 ///
 /// # Errors
-/// Where the dataset is damaged or lacks images, its subject has no defects, a split that is asked for has no samples, or the folder
-/// cannot be written.
+/// Where the dataset is damaged or lacks images, its subject has no defects, a split that is asked for has no samples,
+/// or the folder cannot be written.
 pub fn export(
     source: &Source,
     out: &Path,
@@ -99,8 +99,8 @@ fn asked(source: &Source) -> impl Iterator<Item = Split> {
     [Split::Train, Split::Test].into_iter().filter(|split| source.selection.has_split(split.name()))
 }
 
-/// Refuses where a split that is asked for has no samples: its folder would be missing, and whoever learns or judges with the export
-/// would find out there. One of them alone is made where it alone is asked for.
+/// Refuses where a split that is asked for has no samples: its folder would be missing, and whoever learns or judges
+/// with the export would find out there. One of them alone is made where it alone is asked for.
 fn has_splits(source: &Source) -> Result<(), Fault> {
     let Some(missing) = asked(source).find(|split| source.in_split(*split) == 0) else { return Ok(()) };
     let other = if missing == Split::Train { Split::Test } else { Split::Train };

@@ -81,7 +81,8 @@ pub struct IconScan {
     pub rows: usize,
     /// What columns and steps of Range mean.
     pub traits: Traits,
-    /// Place along the line of each height of a calibrated scan, where the file holds it `[rows, width]`, row-major [mm].
+    /// Place along the line of each height of a calibrated scan, where the file holds it `[rows, width]`, row-major
+    /// [mm].
     pub x: Option<Vec<f32>>,
     /// Heights.
     pub range: RangeValues,
@@ -104,15 +105,16 @@ impl IconScan {
         }
     }
 
-    /// Place along the line of every pixel, where the file holds it `[rows, width]` [mm]; NaN where the height is missing.
+    /// Place along the line of every pixel, where the file holds it `[rows, width]` [mm]; NaN where the height is
+    /// missing.
     pub fn places(&self) -> Option<Vec<f64>> {
         let x = self.x.as_ref().filter(|_| matches!(self.traits, Traits::World(_)))?;
         let places = x.iter().zip(self.heights());
         Some(places.map(|(&x, z)| if z.is_nan() { f64::NAN } else { f64::from(x) }).collect())
     }
 
-    /// Distance between two columns of a calibrated scan [mm]: the middle one of all distances between neighbours where the file
-    /// holds places, else that of an even grid in the bounds.
+    /// Distance between two columns of a calibrated scan [mm]: the middle one of all distances between neighbours where
+    /// the file holds places, else that of an even grid in the bounds.
     pub fn col_mm(&self) -> Option<f64> {
         let Traits::World(world) = self.traits else { return None };
         let Some(places) = self.places() else { return Some(world.col_mm(self.width)) };

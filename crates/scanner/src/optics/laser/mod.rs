@@ -160,8 +160,8 @@ impl Laser {
         self.line_profile.as_ref()
     }
 
-    /// Whether `x`, `z` lies between the ends of the fan: half of the even light of a Powell lens, 1/e^2 behind a cylindrical one, the
-    /// edges of a texture. A point laser has no fan [mm].
+    /// Whether `x`, `z` lies between the ends of the fan: half of the even light of a Powell lens, 1/e^2 behind a
+    /// cylindrical one, the edges of a texture. A point laser has no fan [mm].
     pub fn fan_reaches(&self, x: f32, z: f32) -> bool {
         self.is_point() || x.abs() <= self.half * (self.height - z).max(1.0)
     }
