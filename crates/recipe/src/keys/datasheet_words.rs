@@ -32,7 +32,7 @@ const WORDS: [(&[&str], &str); 22] = [
     (&["read_noise", "readout_noise", "temporal_dark_noise", "noise"], "`exposure.dark_noise_dn`"),
     (&["offset", "black_level", "dark_offset", "pedestal"], "`exposure.dark_level_dn`"),
     (&["fwhm", "beam_diameter", "spot_size", "line_thickness", "laser_width"], "`laser.waist_fwhm_mm`"),
-    (&["divergence", "opening_angle", "fan", "spread_angle"], "`laser.fan_angle_deg`"),
+    (&["divergence", "opening_angle", "spread_angle"], "`laser.fan_angle_deg`"),
     (&["magnification"], "no key: it follows from `camera.focal_length_mm` and `camera.distance_mm`"),
     (&["colour", "color"], "`laser.wavelength_nm`"),
     (
