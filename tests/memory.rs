@@ -112,7 +112,7 @@ fn memory_of_generation_is_flat_and_said_before() {
     if let (Some(folder), Ok(asked)) = (std::env::var_os(FOLDER), std::env::var(SAMPLES)) {
         return generates(Path::new(&folder), &asked);
     }
-    for (numbers, per_shard, f_number, more) in [([300, 2400], 10, 2.5, 25.0), ([40, 120], 120, 1.0, 80.0)] {
+    for (numbers, per_shard, f_number, more) in [([900, 3000], 10, 2.5, 25.0), ([40, 120], 120, 1.0, 80.0)] {
         let peaks = numbers.map(|samples| {
             let place = tempfile::tempdir().expect("a folder");
             let asked = format!("{samples} {per_shard} {f_number}");
@@ -120,8 +120,8 @@ fn memory_of_generation_is_flat_and_said_before() {
         });
         let said = MemoryEstimate::of_dataset(&small_recipe(f_number), 2).needed as f64 / 1e6;
         println!("{per_shard} samples a shard: peak of {numbers:?} samples {peaks:?} MB, said {said} MB");
-        // 2100 samples more weigh 58 MB as files, and 80 stacks of patterns 3 GB. What may grow is what of allocated memory has not
-        // been used before.
+        // Groups of rows and open tables fill in the first hundreds of samples. 2100 samples more weigh 58 MB as files,
+        // and 80 stacks of patterns 3 GB. What may grow is what of allocated memory has not been used before.
         assert!(peaks[1] < peaks[0] + more && peaks[1] < said && said < 2.5 * peaks[1], "{peaks:?} MB, said {said}");
     }
 }

@@ -32,10 +32,10 @@ pub(super) fn run(arguments: &CompletionsArgs, command: &mut Command) -> Command
   gen man --all ~/.local/share/man/man1            those of all commands, for `man gen-export-coco`")]
 pub(super) struct ManArgs {
     /// The command [default: gen itself]
-    #[arg(conflicts_with = "all")]
+    #[arg(conflicts_with = "out")]
     command: Vec<String>,
     /// Write the pages of all commands into this folder
-    #[arg(long, value_name = "DIR", value_parser = output::folder())]
+    #[arg(id = "out", long = "all", value_name = "DIR", value_parser = output::folder())]
     all: Option<PathBuf>,
 }
 

@@ -155,9 +155,9 @@ fn rectified_scans_keep_their_grid() {
 fn sensor_rows_are_compared_with_their_kind() {
     let place = planks("uncalibrated", &[program::FRAMES]);
     place.done("export icon planks --index 0 --out scan");
-    let run = place.run("compare planks planks --json --scans 1");
+    let run = place.run("compare planks planks --whole --json --scans 1");
     let both: Value = serde_json::from_str(&run.out).expect("it prints JSON");
-    let run = place.run("compare planks scan/00000000.xml --json --scans 1");
+    let run = place.run("compare planks scan/00000000.xml --whole --json --scans 1");
     let other: Value = serde_json::from_str(&run.out).expect("it prints JSON");
     assert_eq!(other["sim"]["range_noise_mpx"], other["real"]["range_noise_mpx"]);
     assert_eq!(both["sim"]["range_noise_mpx"], other["sim"]["range_noise_mpx"]);

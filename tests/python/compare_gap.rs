@@ -17,7 +17,7 @@ fn make(place: &Place, out: &str, seed: u32, changes: &[[&str; 2]]) {
 }
 
 fn gap(place: &Place, sides: &str) -> Value {
-    let mut command = place.command(&format!("compare {sides} --gap --json"));
+    let mut command = place.command(&format!("compare {sides} --whole --gap --json"));
     command.env("SHEETLIGHT_PYTHON", concat!(env!("CARGO_MANIFEST_DIR"), "/.venv/bin/python"));
     command.env("PYTHONPYCACHEPREFIX", concat!(env!("CARGO_TARGET_TMPDIR"), "/pycache"));
     let output = command.output().expect("the program starts");

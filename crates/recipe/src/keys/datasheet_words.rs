@@ -35,10 +35,7 @@ const WORDS: [(&[&str], &str); 22] = [
     (&["divergence", "opening_angle", "spread_angle"], "`laser.fan_angle_deg`"),
     (&["magnification"], "no key: it follows from `camera.focal_length_mm` and `camera.distance_mm`"),
     (&["colour", "color"], "`laser.wavelength_nm`"),
-    (
-        &["samples", "count", "number", "n", "seed"],
-        "no key: give it on the command line, `gen --recipe FILE -n N --seed S`",
-    ),
+    (&["samples", "seed"], "no key: give it on the command line, `gen --recipe FILE -n N --seed S`"),
 ];
 
 /// What says the same as the word `name`, where it is one of data sheets.
