@@ -1,8 +1,11 @@
 #!/usr/bin/env bash
-# Whether two builds of gen write the same bytes.
+# Whether two builds of gen write the same bytes, or the same values.
 #
-#   tests/same_bytes.sh compare REF      build REF and the working tree, run both, compare (make same-bytes REF=...)
-#   tests/same_bytes.sh digest GEN DIR   run one program into DIR and write DIR/digests.txt
+#   tests/same_bytes.sh compare REF            build REF and the working tree, run both, compare (make same-bytes REF=...)
+#   tests/same_bytes.sh values REF             the same with each tree's own recipes: pixels and numbers by seed and index
+#                                              are compared, ids, hashes and documents are not (make same-values REF=...)
+#   tests/same_bytes.sh digest GEN DIR         run one program into DIR and write DIR/digests.txt
+#   tests/same_bytes.sh datasets GEN DIR TREE  make the datasets alone, from the recipes of a tree
 #
 # The cases: every recipe that ships, cut to a small size, seeds 0 to 2, with all images, truth maps and kept frames, and
 # recipes changed so that other models, sensors and scripts have their turn; of each a validation, a report and every
@@ -30,14 +33,16 @@ small() {
         "$@" "$file"
 }
 
+# Writes the cases of a tree into the current folder, with the meshes that they name.
 cases() {
-    local file
-    for file in "$root"/recipes/*.yaml "$root"/recipes/thesis/*.yaml "$root"/recipes/real/*.yaml; do
-        local name=${file#"$root"/recipes/}
+    local tree=$1 file
+    cp -r "$tree/recipes/meshes" "$tree"/recipes/real/*.obj .
+    for file in "$tree"/recipes/*.yaml "$tree"/recipes/thesis/*.yaml "$tree"/recipes/real/*.yaml; do
+        local name=${file#"$tree"/recipes/}
         name=${name//\//-}
         small "$file" >"case-${name%.yaml}.yaml"
     done
-    local wood=$root/recipes/wood-small.yaml blister=$root/recipes/blister-small.yaml
+    local wood=$tree/recipes/wood-small.yaml blister=$tree/recipes/blister-small.yaml
     small "$wood" -e 's/columns: 192/columns: 48/;s/profiles: 128/profiles: 4/' \
         -e 's/^subject: wood/&\ntransport: {model: path, photons_per_profile: 20000}/' >case-wood-path.yaml
     small "$wood" -e 's/columns: 192/columns: 48/;s/profiles: 128/profiles: 4/' \
@@ -60,13 +65,13 @@ note() {
     sed -i -E '/[0-9] s\b|\/s|min/d' "$name.err"
 }
 
-digest() {
+# Makes every case's datasets with a program in a new folder, and stays there.
+datasets() {
     gen=$(realpath "$1")
     rm -rf "$2"
     mkdir -p "$2"
     cd "$2"
-    cp -r "$root/recipes/meshes" "$root"/recipes/real/*.obj .
-    cases
+    cases "$3"
     local recipe name seed seeds="0 1 2"
     [ "$quick" = 1 ] && seeds=0
     for recipe in case-*.yaml; do
@@ -77,6 +82,15 @@ digest() {
         done
         # A case that makes no dataset would be compared with nothing on both sides.
         [ -f "$name-0/dataset.json" ] || { echo "$recipe made no dataset: $(cat "$name-0-gen.err")" >&2; exit 1; }
+    done
+}
+
+digest() {
+    datasets "$1" "$2" "$root"
+    local recipe name
+    for recipe in case-*.yaml; do
+        name=${recipe#case-}
+        name=${name%.yaml}
         note "$name-validate" validate "$name-0" --json
         # Which rows are exposed again is another choice each time.
         sed -i '/"rows_seed"/d' "$name-validate.out"
@@ -110,18 +124,24 @@ digest() {
     echo "$(wc -l <digests.txt) files, $(ls -d -- *-[012] | wc -l) datasets, $(cat ./*.out | wc -c) bytes printed"
 }
 
-compare() {
-    local ref work=$root/target/same-bytes
+# Builds a commit in $work/tree and the working tree: the one program becomes $work/gen-$ref.
+build_both() {
+    work=$root/target/same-bytes
     ref=$(git -C "$root" rev-parse --verify "$1^{commit}")
     mkdir -p "$work"
+    git -C "$root" worktree prune
+    [ -d "$work/tree" ] || git -C "$root" worktree add --detach "$work/tree" "$ref"
+    git -C "$work/tree" checkout --quiet --detach "$ref"
     if [ ! -x "$work/gen-$ref" ]; then
-        git -C "$root" worktree prune
-        [ -d "$work/tree" ] || git -C "$root" worktree add --detach "$work/tree" "$ref"
-        git -C "$work/tree" checkout --quiet --detach "$ref"
         (cd "$work/tree" && cargo build --release --locked --target-dir "$work/target" --bin gen)
         cp "$work/target/release/gen" "$work/gen-$ref"
     fi
     (cd "$root" && cargo build --release --locked --workspace --bins)
+}
+
+compare() {
+    local ref work
+    build_both "$1"
     (digest "$work/gen-$ref" "$work/ref")
     (digest "$root/target/release/gen" "$work/new")
     if ! diff "$work/ref/digests.txt" "$work/new/digests.txt"; then
@@ -131,4 +151,12 @@ compare() {
     echo "the same bytes as $ref"
 }
 
-"${1:?compare or digest}" "${@:2}"
+values() {
+    local ref work
+    build_both "$1"
+    (datasets "$work/gen-$ref" "$work/ref" "$work/tree")
+    (datasets "$root/target/release/gen" "$work/new" "$root")
+    "$root/.venv/bin/python" "$root/tests/same_values.py" "$work/ref" "$work/new"
+}
+
+"${1:?compare, values, digest or datasets}" "${@:2}"

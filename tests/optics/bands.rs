@@ -49,7 +49,8 @@ fn holes_look_alike_in_every_band() {
 #[test]
 fn rows_that_are_used_again_stay_as_they_are() {
     let mut rng = Stream::root(31).rng();
-    for name in ["wood-small", "wood-grading-train", "wood-stem", "blister-small", "blister-clear", "mesh-small"] {
+    // Boards with every defect, film over foil that is seen and that is not, triangles: each kind of row.
+    for name in ["wood-grading-train", "blister-small", "blister-clear", "mesh-small"] {
         let mut scene = Recipe::load(name).expect("the embedded recipe loads").draw(7, rng.random_range(0..1000));
         // Bands divide the profiles, so that some columns tell of all.
         scene.size.columns = scene.size.columns.min(5 * TILE);
