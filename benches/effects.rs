@@ -93,7 +93,7 @@ impl BoardUnderBench {
     }
 
     fn band(&self) -> Band {
-        self.sensor.band(&self.specimen, 1500..1500 + PROFILES, Band::default())
+        self.sensor.band(&self.specimen, 1500..1500 + PROFILES)
     }
 }
 

@@ -38,7 +38,7 @@ impl BoardUnderBench {
     }
 
     fn band(&self) -> Band {
-        self.sensor.band(&self.specimen, self.start..self.start + PROFILES, Band::default())
+        self.sensor.band(&self.specimen, self.start..self.start + PROFILES)
     }
 
     fn expose(&self, band: &Band, read: bool) {

@@ -9,7 +9,7 @@ use recipe::{Recipe, Scene};
 use scanner::extract::MeasuredProfile;
 use scanner::frame::Frame;
 use scanner::optics::speckle::PatternCache;
-use scanner::optics::{Band, Scratch, Sensor, TILE, TileOfProfile};
+use scanner::optics::{Scratch, Sensor, TILE, TileOfProfile};
 use scanner::specimen::Specimen;
 
 /// Profiles of one band.
@@ -88,9 +88,13 @@ fn render(bencher: Bencher, name: &str) {
     let (calibration, extraction) = (board.sensor.calibration(), &board.scene.extraction);
     let profiles = board.profiles();
     let before = profiles.start - PROFILES..profiles.start;
-    let input = || board.sensor.band(&board.specimen, before.clone(), Band::default());
-    bencher.counter(ItemsCount::new(PROFILES)).with_inputs(input).bench_values(|band| {
-        let band = board.sensor.band(&board.specimen, profiles.clone(), band);
+    let input = || {
+        let mut bands = board.sensor.bands(&board.specimen);
+        bands.make(before.clone());
+        bands
+    };
+    bencher.counter(ItemsCount::new(PROFILES)).with_inputs(input).bench_values(|mut bands| {
+        let band = bands.make(profiles.clone());
         let (mut scratch, mut frames) = (Scratch::default(), <[Frame; 2]>::default());
         let (mut range, mut reflectance, mut scatter) = ([0.0; TILE], [0.0; TILE], [0.0; TILE]);
         let mut offsets = vec![Vec::new(); PROFILES];
@@ -99,13 +103,13 @@ fn render(bencher: Bencher, name: &str) {
         }
         for tile in 0..board.scene.size.columns / TILE {
             for (place, profile) in band.profiles.clone().enumerate() {
-                let part = TileOfProfile { band: &band, profile, tile, offsets: &offsets[place] };
+                let part = TileOfProfile { band, profile, tile, offsets: &offsets[place] };
                 let mut out =
                     MeasuredProfile { range: &mut range, reflectance: &mut reflectance, scatter: &mut scatter };
                 board.sensor.measure(&part, &calibration, extraction, (&mut scratch, &mut frames), &mut out);
                 black_box((&range, &reflectance, &scatter));
             }
         }
-        band
+        bands
     });
 }

@@ -5,7 +5,6 @@ use pipeline;
 use recipe::Scene;
 use scanner::extract::{MeasuredProfile, extract};
 use scanner::frame::Frame;
-use scanner::optics::Band;
 use scanner::optics::speckle::PatternCache;
 use tools::report::ExposedProfile;
 
@@ -17,7 +16,7 @@ pub fn expose_profile(scene: &Scene, profile: usize, tiles: &PatternCache) -> Ex
     let (columns, rows) = (scene.size.columns, scene.size.rows);
     let profile = profile.min(scene.size.profiles.saturating_sub(1));
     let (sensor, specimen) = pipeline::set_up(scene, pipeline::body(scene), tiles);
-    let band = sensor.band(&specimen, profile..profile + 1, Band::default());
+    let band = sensor.band(&specimen, profile..profile + 1);
     let frame = if sensor.is_scripted() {
         sensor.processed(&band, profile)
     } else {

@@ -28,7 +28,7 @@ fn sensor(scene: &Scene) -> (Sensor, Band) {
     let medium = Medium::opaque(Gloss { matte: 1.0, ..Gloss::NONE });
     let body = Body::Flat(Flat { height_mm: 0.01, slope_x: 0.0, slope_y: 0.0, width_mm: 6.0, length_mm: 40.0, medium });
     let (sensor, specimen) = pipeline::set_up(scene, body, tiles());
-    let band = sensor.band(&specimen, PROFILE..PROFILE + 1, Band::default());
+    let band = sensor.band(&specimen, PROFILE..PROFILE + 1);
     (sensor, band)
 }
 

@@ -82,7 +82,7 @@ fn an_upright_edge_shows_two_lines() {
     let column = 100;
     let at = |scene: &Scene| {
         let (sensor, specimen) = pipeline::set_up(scene, pipeline::body(scene), tiles());
-        let band = sensor.band(&specimen, 5..10, Band::default());
+        let band = sensor.band(&specimen, 5..10);
         (5..10).map(|profile| line(&sensor, &band, profile, column)).collect::<Vec<_>>()
     };
     let (sharp, blurred) = (at(&still), at(&moving(&still)));
@@ -98,8 +98,8 @@ fn an_upright_edge_shows_two_lines() {
 fn light_does_not_depend_on_the_order_of_asking() {
     let scene = moving(&scene(1));
     let (sensor, specimen) = pipeline::set_up(&scene, pipeline::body(&scene), tiles());
-    let band = sensor.band(&specimen, 200..206, Band::default());
-    let other = sensor.band(&specimen, 203..209, Band::default());
+    let band = sensor.band(&specimen, 200..206);
+    let other = sensor.band(&specimen, 203..209);
     let fresh = |profile: usize, tile: usize| {
         let mut scratch = Scratch::default();
         window(&sensor, &band, profile, tile, &mut scratch);

@@ -3,7 +3,7 @@
 use procedural::Stream;
 use rand::RngExt;
 use recipe::{Plan, Recipe, Scene};
-use scanner::optics::{Band, CENTRE, Scratch, Sensor, TILE, expose};
+use scanner::optics::{CENTRE, Scratch, Sensor, TILE, expose};
 use scanner::specimen::Specimen;
 use test_support::target::tiles;
 
@@ -22,7 +22,7 @@ fn read(scratch: &Scratch, column: usize) -> [f64; 3] {
 
 /// All columns that see the body in the profiles from `start`, and rows per mm of height there [px/mm].
 fn measured(scene: &Scene, sensor: &Sensor, specimen: &Specimen, start: usize) -> (Vec<[f64; 3]>, f64) {
-    let band = sensor.band(specimen, start..start + PROFILES, Band::default());
+    let band = sensor.band(specimen, start..start + PROFILES);
     let mut scratch = Scratch::default();
     let (mut out, mut rows_per_mm) = (Vec::new(), 0.0);
     for profile in start..start + PROFILES {

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use bench::settings::{Fan, LineShape};
 use procedural::{Body, Gloss, Medium};
 use recipe::Scene;
-use scanner::optics::{Band, ROWS, Scratch, Sensor, TILE, expose};
+use scanner::optics::{ROWS, Scratch, Sensor, TILE, expose};
 use test_support::target::{plate, scene, tiles};
 
 /// Columns of the whole sensor.
@@ -27,7 +27,7 @@ fn wide() -> Scene {
 /// Light of one profile: sensor and, a column, rows and their electrons.
 fn light(scene: &Scene, body: Body, profile: usize) -> (Sensor, Vec<Vec<(i32, f64)>>) {
     let (sensor, specimen) = pipeline::set_up(scene, body, tiles());
-    let band = sensor.band(&specimen, profile..profile + 1, Band::default());
+    let band = sensor.band(&specimen, profile..profile + 1);
     let mut columns = vec![Vec::new(); scene.size.columns];
     let mut scratch = Scratch::default();
     for tile in 0..scene.size.columns / TILE {

@@ -9,7 +9,7 @@ use rand::{Rng, RngExt};
 use recipe::{Plan, Recipe};
 use scanner::extract::{MeasuredProfile, extract};
 use scanner::frame::Frame;
-use scanner::optics::{Band, Scratch, TILE, TileOfProfile};
+use scanner::optics::{Scratch, TILE, TileOfProfile};
 use test_support::target::tiles;
 
 /// Settings of an extraction, any that recipes accept; thresholds from among the noise to above most lines.
@@ -90,7 +90,7 @@ fn rows_that_are_left_out_change_nothing() {
         let record = pipeline::render(&scene, tiles(), &|_| ());
         let (sensor, specimen) = pipeline::set_up(&scene, pipeline::body(&scene), tiles());
         let (calibration, columns) = (sensor.calibration(), scene.size.columns);
-        let band = sensor.band(&specimen, 0..scene.size.profiles, Band::default());
+        let band = sensor.band(&specimen, 0..scene.size.profiles);
         let (mut scratch, mut frames, mut offsets) = (Scratch::default(), <[Frame; 2]>::default(), Vec::new());
         for profile in 0..scene.size.profiles {
             sensor.row_offsets(profile, &mut offsets);

@@ -27,7 +27,7 @@ fn sensor(scene: &Scene) -> (Sensor, Band) {
     let medium = Medium::opaque(Gloss::NONE);
     let body = Body::Flat(Flat { height_mm: 0.01, slope_x: 0.0, slope_y: 0.0, width_mm: 1.0, length_mm: 1.0, medium });
     let (sensor, specimen) = pipeline::set_up(scene, body, tiles());
-    let band = sensor.band(&specimen, BARE..scene.size.profiles, Band::default());
+    let band = sensor.band(&specimen, BARE..scene.size.profiles);
     (sensor, band)
 }
 

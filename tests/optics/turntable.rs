@@ -8,7 +8,7 @@ use procedural::solid::{Material, Part, Piece, Placing, Sawtooth};
 use procedural::{Body, Gloss, Medium, Mesh};
 use recipe::Scene;
 use scanner::frame::Frame;
-use scanner::optics::{Band, Scratch, TileOfProfile};
+use scanner::optics::{Scratch, TileOfProfile};
 use scanner::specimen::Hit;
 use test_support::target::{ceramic, moments, plate, render, scene, tiles};
 
@@ -30,7 +30,7 @@ fn block(size_mm: f32, height_mm: f32, slope_x: f32) -> Body {
 /// What the columns see in profile `profile`.
 fn hits(scene: &Scene, body: Body, profile: usize) -> Vec<Hit> {
     let (sensor, specimen) = set_up(scene, body, tiles());
-    sensor.band(&specimen, profile..profile + 1, Band::default()).row(profile).hits.clone()
+    sensor.band(&specimen, profile..profile + 1).row(profile).hits.clone()
 }
 
 /// A slope along x becomes one along the motion after a quarter turn, and heights are those of the turned place.
@@ -162,7 +162,7 @@ fn speckle_moves_as_fast_as_the_table_does() {
     exposure.time_us = 200.0;
     scene.bench.laser.waist_mm = 2.0;
     let (sensor, specimen) = set_up(&scene, plate(Medium::opaque(Gloss::wood(1.0)), 20.0, 0.0, 0.0), tiles());
-    let band = sensor.band(&specimen, 0..64, Band::default());
+    let band = sensor.band(&specimen, 0..64);
     let (mut scratch, mut offsets) = (Scratch::default(), Vec::new());
     let mut frame = |profile: usize, tile: usize| -> Frame {
         let mut frames = <[Frame; 2]>::default();

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use super::{BandMaps, Measurement, Scan, grid};
 use dataset::record::{ExposedRows, StackFrame, TruthMaps};
 use recipe::Scene;
-use scanner::optics::{Band, Sensor};
+use scanner::optics::Sensor;
 use scanner::specimen::Specimen;
 
 /// Frames that are exposed one after the other, each with the rows of the one before as far as both look at them.
@@ -29,13 +29,12 @@ pub(super) fn exposed_rows(
     let calibration = sensor.calibration();
     let grid = grid(scene, &calibration.rig);
     let measurement = Measurement { scene, calibration: &calibration, grid: grid.as_ref(), keeps: &|_| false };
-    let mut band = Band::default();
+    let mut bands = sensor.bands(specimen);
     let mut exposed = Vec::new();
     for strip in strips.iter().map(|strip| strip.start..strip.end.min(rows)).filter(|strip| !strip.is_empty()) {
         let part = strip.start * bin..strip.end * bin;
         let mut scan = Scan::new(scene, part.len());
-        band = sensor.band(specimen, part, band);
-        scan.whole().fill(&measurement, sensor, &band);
+        scan.whole().fill(&measurement, sensor, bands.make(part));
         let Scan { maps, labels, truth, .. } = scan.binned(scene, &sensor.camera().rig);
         let cols = scene.size.columns / scene.output.bin_columns;
         exposed.push(ExposedRows { first: strip.start, cols, maps, labels, truth });
@@ -53,12 +52,12 @@ pub(super) fn expose_frames(
 ) {
     let profiles = &profiles[..profiles.partition_point(|profile| *profile < scene.size.profiles)];
     profiles.par_chunks(FRAMES_IN_TURN).for_each(|part| {
-        let mut band = Band::default();
+        let mut bands = sensor.bands(specimen);
         for &profile in part {
-            band = sensor.band(specimen, profile..profile + 1, band);
+            let band = bands.make(profile..profile + 1);
             let dn = match sensor.is_scripted() {
-                true => sensor.processed(&band, profile).dn,
-                false => sensor.full_frame(&band, profile),
+                true => sensor.processed(band, profile).dn,
+                false => sensor.full_frame(band, profile),
             };
             take(StackFrame { profile: profile as u32, dn });
         }

@@ -179,14 +179,17 @@ impl Scan {
             .into_par_iter()
             .with_min_len(run)
             .enumerate()
-            .map_init(Band::default, |band, (number, part)| {
-                let start = number * length;
-                let profiles = start..(start + length).min(profiles);
-                *band = sensor.band(specimen, profiles, std::mem::take(band));
-                let stack = part.fill(&measurement, sensor, band);
-                progress(band.profiles.len() as u64);
-                stack
-            })
+            .map_init(
+                || sensor.bands(specimen),
+                |bands, (number, part)| {
+                    let start = number * length;
+                    let profiles = start..(start + length).min(profiles);
+                    let band = bands.make(profiles);
+                    let stack = part.fill(&measurement, sensor, band);
+                    progress(band.profiles.len() as u64);
+                    stack
+                },
+            )
             .collect();
         self.stack = stacks.into_iter().flatten().collect();
     }
@@ -301,16 +304,15 @@ pub fn field(scene: &Scene, sensor: &Sensor, specimen: &Specimen) -> [[f64; 2]; 
 }
 
 /// The profiles of a sample by these numbers, one after the other, measured and labelled as [`render`] does it but for light that comes
-/// from other rows than the lines', which are further apart ([`Sensor::sparse_band`]).
+/// from other rows than the lines', which are further apart ([`scanner::optics::Bands::make_sparse`]).
 pub fn render_profiles(scene: &Scene, sensor: &Sensor, specimen: &Specimen, profiles: &[usize]) -> (Maps, Labels) {
     let mut scan = Scan::new(scene, profiles.len());
     let calibration = sensor.calibration();
     let grid = grid(scene, &calibration.rig);
     let measurement = Measurement { scene, calibration: &calibration, grid: grid.as_ref(), keeps: &|_| false };
-    let mut band = Band::default();
+    let mut bands = sensor.bands(specimen);
     for (part, &profile) in scan.parts(scene.size.columns).into_iter().zip(profiles) {
-        band = sensor.sparse_band(specimen, profile, band);
-        part.fill(&measurement, sensor, &band);
+        part.fill(&measurement, sensor, bands.make_sparse(profile));
     }
     (scan.maps, scan.labels)
 }

@@ -16,7 +16,7 @@ use recipe::{Scene, Subject};
 use reference::model::Model;
 use reference::path::Effort;
 use scanner::optics::speckle::PatternCache;
-use scanner::optics::{Band, ROWS, Scratch, TILE, expose};
+use scanner::optics::{ROWS, Scratch, TILE, expose};
 use transport::answer::Estimate;
 
 /// Photons of the reference Monte Carlo in all.
@@ -50,7 +50,7 @@ pub fn study(scene: &Scene, profile: usize, effort: Effort, progress: StudyProgr
         let mut own = scene.clone();
         (own.transport, own.stream) = (transport, scene.stream.child("study").index(effort.seed).index(repeat));
         let (sensor, specimen) = pipeline::set_up(&own, body.clone(), &tiles);
-        let band = sensor.band(&specimen, profile..profile + 1, Band::default());
+        let band = sensor.band(&specimen, profile..profile + 1);
         let hits = &band.row(profile).hits;
         x = hits
             .chunks(BIN_COLUMNS)

@@ -5,7 +5,7 @@ use glam::DVec3;
 use pipeline;
 use procedural::{Body, Gloss, Medium};
 use recipe::Scene;
-use scanner::optics::{Band, ROWS, Scratch, TILE, expose};
+use scanner::optics::{ROWS, Scratch, TILE, expose};
 
 use super::eye::Eye;
 use super::light::Light;
@@ -74,7 +74,7 @@ impl Trial<'_> {
     /// Production's electrons in the columns judged, on the rows that its windows reach `[rows, cols]` [e-].
     pub fn production(&self) -> (Region, Vec<f64>) {
         let (sensor, specimen) = pipeline::set_up(self.scene, self.body.clone(), target::tiles());
-        let band = sensor.band(&specimen, self.profile..self.profile + 1, Band::default());
+        let band = sensor.band(&specimen, self.profile..self.profile + 1);
         let mut scratch = Scratch::default();
         let mut columns: Vec<Vec<(i32, f64)>> = Vec::new();
         for col in self.first_col..self.first_col + self.cols {

@@ -49,7 +49,7 @@ pub fn render(scene: &Scene, body: Body) -> Record {
 /// The sensor over a body, and light of `profiles` worked out.
 pub fn expose(scene: &Scene, body: Body, profiles: std::ops::Range<usize>) -> (Sensor, Band) {
     let (sensor, specimen) = pipeline::set_up(scene, body, tiles());
-    let band = sensor.band(&specimen, profiles, Band::default());
+    let band = sensor.band(&specimen, profiles);
     (sensor, band)
 }
 

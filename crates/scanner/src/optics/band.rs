@@ -1,9 +1,8 @@
-//! Band: the rows of the specimen that some neighbouring profiles look at, made by `Sensor::band`.
+//! Band: the rows of the specimen that some neighbouring profiles look at, made by [`super::Bands`].
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::row::Row;
-use super::row_maker::RowScratch;
 use super::scan_geometry::ScanGeometry;
 use super::window::ROWS;
 
@@ -23,8 +22,6 @@ pub struct Band {
     pub(super) rows: Vec<Row>,
     /// Whether some rows are copies of others, so that no other band may keep them.
     pub(super) is_sparse: bool,
-    /// What making rows needs, and keeps for the next band.
-    pub(super) scratch: Option<Box<RowScratch>>,
     /// Electrons from below by a model that knows one line at a time, `[ROWS][columns]` for both windows of each profile, columns padded to
     /// whole tiles; empty where the kernel answers.
     pub(super) volumes: Vec<[Vec<f32>; 2]>,

@@ -20,10 +20,10 @@ use procedural::{Film, Matter, Surface};
 use super::bent_film::{FilmPlace, FilmSheet, LEAST_FILM_COSINE, PlaneBelow};
 use super::box_filter::blur_varying;
 use super::camera::{Camera, Sight};
-use super::pocket_light::{NEAR, NEAR_WIDTHS};
-use super::row::{NARROW_WIDTHS, TransmittedLine};
+use super::row::TransmittedLine;
 use super::row_view::RowView;
 use super::speckle::TILE;
+use super::widths::{FILLING, NARROW_WIDTHS, NEAR, NEAR_WIDTHS};
 use crate::specimen::{Hit, height_below};
 use transport::fresnel;
 use transport::kernel::film_stack::{FilmStack, FilmStackKernel, FilmStackSpread, passed_unturned, under_normal};
@@ -35,12 +35,6 @@ const JUMP_MM: f32 = 0.5;
 const LEAST_VIEW_SLANT: f32 = 0.05;
 /// Greatest widening of the line that is believed: more is a caustic or an edge [1].
 const MAX_WIDENING: f32 = 10.0;
-/// First of the widths whose light leaves through the surface around a facet rather than through the facet: of 0.25 mm and more.
-pub(super) const WIDE: usize = 3;
-/// First of the widths whose light fills a pocket: of 0.7 mm and more.
-pub(super) const FILLING: usize = 5;
-/// First of the widths whose light has forgotten where it came in, and reaches from one line's window into another's: of 1.3 mm and more.
-pub(super) const FAR: usize = 6;
 /// Most light that bent film gathers on a place, over that of level film [1].
 const MAX_GATHERED: f32 = 3.0;
 /// Most that a thinner place of the film, or a glint, adds to what a column's own place promises [1].

@@ -19,11 +19,12 @@ use procedural::{Film, Surface};
 
 use super::band::Band;
 use super::camera::Sight;
-use super::film::{FAR, entering_share, spread};
+use super::film::{entering_share, spread};
 use super::reflections::LitRow;
 use super::row::{Patches, Row};
 use super::scan_geometry::ScanGeometry;
 use super::speckle::TILE;
+use super::widths::FAR;
 use super::window::{ROWS, Window, window_start};
 use crate::specimen::Hit;
 use transport::fresnel::ENTERS_FROM_ALL_SIDES;

@@ -6,13 +6,13 @@
 
 use multiversion::multiversion;
 
-use super::film::FAR;
 use super::front_face::FrontExits;
 use super::gaussian_stepper::{CompositeLine, GaussianStepper, add_line, rows_in_reach};
 use super::laser::LineProfile;
 use super::row::{Row, TransmittedLine};
 use super::seen_rows::SeenRows;
 use super::speckle::TILE;
+use super::widths::FAR;
 use super::window::{CENTRE, ROWS, UNIT_EXIT, Window, load};
 use numerics::lanes::exp;
 use transport::kernel::{BASIS, PACK_SPREAD_MM};

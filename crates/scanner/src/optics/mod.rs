@@ -7,6 +7,7 @@
 mod along_line;
 mod ambient;
 mod band;
+mod bands;
 mod bent_film;
 pub mod blooming;
 mod box_filter;
@@ -49,9 +50,11 @@ pub mod speckle;
 pub mod streak;
 mod surface_point;
 mod vignetting;
+mod widths;
 mod window;
 
 pub use self::band::Band;
+pub use self::bands::Bands;
 pub use self::expose::TileOfProfile;
 pub use self::per_line::LineSolver;
 pub use self::sensor::{Sensor, SensorSetup};

@@ -7,28 +7,23 @@
 //! goes on level, and light by its place. The card around a pocket shows what it receives of the walls' light.
 //! Neglected: what leaves film beyond the window's rows where that is not level, what one pocket sends into another.
 
-use std::ops::Range;
 use std::sync::Arc;
 
 use glam::{Vec2, Vec3};
 use numerics::lanes::exp;
 
 use super::camera::Sight;
-use super::film::FILLING;
 use super::interreflections::{Exchange, NODES, Node, PER_TILE, STRIDE, lay, middle_of};
 use super::reflections::LitRow;
-use super::row::{Patches, Row};
+use super::row::{Patches, PocketLight, Row};
 use super::speckle::TILE;
+use super::widths::{FILLING, NEAR, NEAR_WIDTHS};
 use super::window::{ROWS, Window};
 use crate::specimen::Hit;
 use crate::specimen::cavity::{Cavity, CavityLight};
 use transport::kernel::PACK_SPREAD_MM;
 use transport::kernel::film_stack::FilmStackSpread;
 
-/// Fixed widths near the line whose light may have crossed a pocket.
-pub(super) const NEAR: Range<usize> = 2..FILLING;
-/// How many those are.
-pub(super) const NEAR_WIDTHS: usize = NEAR.end - NEAR.start;
 /// Square of the standard deviations beyond which their light is nothing.
 const NEAR_REACH2: f32 = 30.0;
 /// Places on either side beyond the rows that a window looks at, and their distance [mm].
@@ -66,17 +61,6 @@ pub(super) fn leave_to_cavity(spread: &mut FilmStackSpread) {
         spread.enter[j] *= left;
         spread.exit[j] *= left;
     }
-}
-
-/// What pockets let out of a row's light, and what its columns show of others'.
-#[derive(Debug, Clone, Default)]
-pub(super) struct PocketLight {
-    /// In each cavity that the line crosses.
-    lit: Vec<CavityLight>,
-    /// What of light by area film over pockets shows, a patch [1].
-    shows: Vec<f32>,
-    /// Light of the line that the near widths hold, a patch [e-].
-    near: [Vec<f32>; NEAR_WIDTHS],
 }
 
 impl PocketLight {

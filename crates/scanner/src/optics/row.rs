@@ -5,15 +5,13 @@
 
 use super::coherence::{CONTRAST_COLUMNS, RowContrasts};
 use super::mixed_columns::MixedColumn;
-use super::pocket_light::{NEAR_WIDTHS, PocketLight};
 use super::speckle::TILE;
 use super::streak::Streak;
+use super::widths::{NARROW_WIDTHS, NEAR_WIDTHS};
 use super::window::{UNIT_EXIT, load};
 use crate::specimen::Hit;
+use crate::specimen::cavity::CavityLight;
 use transport::kernel::{BASIS, PACK_SPREAD_MM};
-
-/// Fixed widths of light that has kept its direction as far as what lies below, up to 0.13 mm: the rest comes from all sides.
-pub(super) const NARROW_WIDTHS: usize = 3;
 
 /// Numbers of one position of the scan, structure of arrays over sensor columns, padded with zeros to whole tiles.
 #[derive(Debug, Clone, Default)]
@@ -149,6 +147,17 @@ pub struct Patches {
     pub(super) facing: Vec<f32>,
     /// Whether any patch of a tile faces others.
     pub(super) uneven: Vec<bool>,
+}
+
+/// What pockets let out of a row's light, and what its columns show of others'.
+#[derive(Debug, Clone, Default)]
+pub(super) struct PocketLight {
+    /// In each cavity that the line crosses.
+    pub lit: Vec<CavityLight>,
+    /// What of light by area film over pockets shows, a patch [1].
+    pub shows: Vec<f32>,
+    /// Light of the line that the near widths hold, a patch [e-].
+    pub near: [Vec<f32>; NEAR_WIDTHS],
 }
 
 /// What a row sends to the camera besides its line, and where its windows of sensor rows stand for that.

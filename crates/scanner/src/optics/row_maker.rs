@@ -32,6 +32,7 @@ use super::secondary_light::SecondaryScratch;
 use super::spans::spans;
 use super::speckle::TILE;
 use super::surface_point::surface_point;
+use super::widths::{FAR, WIDE};
 use crate::frame::Sightlines;
 use crate::specimen::{Hit, Specimen};
 use transport::fresnel;
@@ -57,7 +58,7 @@ pub(crate) struct RowMaker {
 
 /// Buffers that one thread needs to make rows.
 #[derive(Debug)]
-pub(crate) struct RowScratch {
+pub(super) struct RowScratch {
     /// Of the row that is being made.
     response: Response,
     /// Of the last two key rows.
@@ -374,7 +375,7 @@ impl RowMaker {
         for j in 0..BASIS {
             let light = match j {
                 0 => &*near,
-                _ if j < film::FAR => &*creeps,
+                _ if j < FAR => &*creeps,
                 _ => &*fills,
             };
             let (exit, enter) = (&spread.exit[j][own.clone()], &spread.enter[j][own.clone()]);
@@ -506,7 +507,7 @@ impl LitColumn<'_> {
         if let Some(about) = about {
             let wide = film::spread(&hit.matter, film, about, &sight, &mut scratch.secondary.covers);
             let facing = about.dot(sight.view).max(LEAST_FACING) / normal.dot(sight.view).max(LEAST_FACING);
-            for j in film::WIDE..BASIS {
+            for j in WIDE..BASIS {
                 (spread.enter[j], spread.exit[j]) = (wide.enter[j], wide.exit[j] * facing);
             }
         }

@@ -3,15 +3,13 @@
 use glam::Vec3;
 use procedural::{Medium, Stream};
 
-use super::band::Band;
 use super::camera::Camera;
 use super::coherence::{Coherence, coherence_per_mm, path_contrast};
 use super::encoder::Encoder;
 use super::highlights::Highlights;
-use super::per_line::{LineSolver, PerLine};
+use super::per_line::LineSolver;
 use super::postprocess::ThesisScripts;
-use super::row_maker::{RowMaker, RowScratch};
-use super::row_view::RowView;
+use super::row_maker::RowMaker;
 use super::scan_geometry::ScanGeometry;
 use super::second_line::SecondLine;
 use super::signal_chain::SignalChain;
@@ -25,8 +23,6 @@ use transport::kernel::path_laws;
 
 /// Light in one pixel under which secondary light is left out [DN of 8 bits].
 const FAINT_DN: f32 = 0.05;
-/// Rows by which those are apart that a look at one profile works out.
-const SPARSE_ROWS: usize = 8;
 
 /// Everything that a [`Sensor`] is set up from.
 #[derive(Debug)]
@@ -71,8 +67,8 @@ pub struct Sensor {
     pub(super) size: Size,
     /// Light in one pixel under which secondary light is left out [e-].
     pub(super) faint: f32,
-    line_solver: Option<LineSolver>,
-    maker: RowMaker,
+    pub(super) line_solver: Option<LineSolver>,
+    pub(super) maker: RowMaker,
 }
 
 impl Sensor {
@@ -182,75 +178,5 @@ impl Sensor {
     /// Distance that the image of a flat surface moves along the rows while it is exposed [px].
     pub fn travel_px(&self) -> f64 {
         self.geometry.exposed_px()
-    }
-
-    /// Works out the light at every position that `profiles` look at. `band` is empty, or one of this sensor and specimen
-    /// that is no longer needed: its memory is used again, and so are the rows that both hold.
-    pub fn band(&self, specimen: &Specimen, profiles: std::ops::Range<usize>, mut band: Band) -> Band {
-        let kept = band.restart(profiles, self.halo());
-        let first = (band.profiles.start + kept) as isize - band.halo as isize;
-        let mut scratch = self.row_scratch(&mut band);
-        self.maker.make_all(first, &mut band.rows[kept..], |profile| self.view(specimen, profile), &mut scratch);
-        self.finish(specimen, band, scratch)
-    }
-
-    /// The same for a look at one profile: every eighth row around it stands for those beside it, which takes a fraction of the
-    /// time and shows light that comes from other rows less finely: what has crept under the surface, front faces, light that parts of a body throw at
-    /// each other.
-    pub fn sparse_band(&self, specimen: &Specimen, profile: usize, mut band: Band) -> Band {
-        band.restart(profile..profile + 1, self.halo());
-        let own = band.halo;
-        // Rows below a line, and those that a moving object has come to, do not stand for others.
-        let lines = self.second.map(|second| second.rows()).into_iter().chain([0..=0]);
-        let moved = isize::from(self.geometry.exposed_share > 0.0);
-        let exact: Vec<isize> = lines.flat_map(|rows| *rows.start()..=*rows.end() + moved).collect();
-        let is_made = |place: usize| {
-            let away = place as isize - own as isize;
-            away.unsigned_abs().is_multiple_of(SPARSE_ROWS) || exact.contains(&away)
-        };
-        let mut scratch = self.row_scratch(&mut band);
-        for place in (0..band.rows.len()).filter(|&place| is_made(place)) {
-            let view = self.view(specimen, (profile + place) as isize - own as isize);
-            self.maker.make(view, &mut scratch, &mut band.rows[place]);
-        }
-        for place in (0..band.rows.len()).filter(|&place| !is_made(place)) {
-            let sides = |away: usize| [place.checked_sub(away), Some(place + away)].into_iter().flatten();
-            let near = (1..SPARSE_ROWS).flat_map(sides).find(|&near| near < band.rows.len() && is_made(near));
-            band.rows[place] = band.rows[near.unwrap_or(own)].clone();
-        }
-        band.is_sparse = true;
-        self.finish(specimen, band, scratch)
-    }
-
-    fn row_scratch(&self, band: &mut Band) -> Box<RowScratch> {
-        band.scratch.take().unwrap_or_else(|| Box::new(RowScratch::new(self.size.columns)))
-    }
-
-    fn view<'a>(&'a self, specimen: &'a Specimen, profile: isize) -> RowView<'a> {
-        let y = self.geometry.position(profile) as f32;
-        RowView { specimen, camera: &self.camera, y, profile, faint: self.faint }
-    }
-
-    /// What follows once a band's rows are made.
-    fn finish(&self, specimen: &Specimen, mut band: Band, scratch: Box<RowScratch>) -> Band {
-        band.scratch = Some(scratch);
-        if let Some(last) = band.rows.last_mut() {
-            last.front.clear();
-        }
-        let view = self.camera.sight(0.0, 0.0, 0.0).view;
-        for place in (1..band.rows.len()).rev() {
-            let (before, from) = band.rows.split_at_mut(place);
-            before[place - 1].open_front(&from[0], -view.z / view.y);
-        }
-        // The light that a moving object has in the next profile counts too.
-        band.offsets = self.geometry.uneven_neighbours(band.profiles.start..band.profiles.end + 1);
-        band.volumes.clear();
-        if let Some(solver) = &self.line_solver {
-            let model = PerLine { specimen, camera: &self.camera, solver };
-            let last = band.profiles.end + usize::from(self.geometry.exposed_share > 0.0);
-            let volume = |profile: usize| model.volume(band.row(profile), profile as u64, self.position(profile));
-            band.volumes = (band.profiles.start..last).map(volume).collect();
-        }
-        band
     }
 }

@@ -80,7 +80,7 @@ impl TargetView {
     /// View of `profiles` of a scene with a target under its bench.
     pub(super) fn new(scene: &Scene, body: Body, tiles: &PatternCache, profiles: std::ops::Range<usize>) -> Self {
         let (sensor, specimen) = pipeline::set_up(scene, body, tiles);
-        let band = sensor.band(&specimen, profiles, Band::default());
+        let band = sensor.band(&specimen, profiles);
         Self { sensor, band, columns: scene.size.columns }
     }
 
