@@ -6,7 +6,7 @@ use procedural::Stream;
 use rand::RngExt;
 use recipe::{Recipe, Scene};
 use scanner::optics::speckle::PatternCache;
-use scanner::optics::{Band, ROWS, Scratch, Sensor, TILE, expose};
+use scanner::optics::{Band, ROWS, Scratch, Sensor, TILE};
 use scanner::specimen::Specimen;
 
 fn set_up(scene: &Scene) -> (Sensor, Specimen) {
@@ -18,7 +18,7 @@ fn light(scene: &Scene, sensor: &Sensor, band: &Band, profile: usize) -> Vec<u32
     let mut scratch = Scratch::default();
     let mut light = Vec::new();
     for tile in 0..scene.size.columns.div_ceil(TILE) {
-        expose::window(sensor, band, profile, tile, &mut scratch);
+        sensor.window(band, profile, tile, &mut scratch);
         for window in &scratch.windows[..scratch.used] {
             let pixels = (0..ROWS).flat_map(|k| (0..TILE).map(move |c| (k, c)));
             light.extend(pixels.map(|(k, c)| (window.volume[k][c] + window.surface[k][c]).to_bits()));

@@ -4,7 +4,7 @@ use procedural::flat::Flat;
 use procedural::{Body, Gloss, Medium};
 use recipe::Scene;
 use scanner::frame::Frame;
-use scanner::optics::{Band, ROWS, Scratch, Sensor, TileOfProfile, expose};
+use scanner::optics::{Band, ROWS, Scratch, Sensor, TileOfProfile};
 use test_support::target::{scene, tiles};
 
 /// First profile that looks at the middle of the plate.
@@ -36,7 +36,7 @@ fn sensor(scene: &Scene) -> (Sensor, Band) {
 fn light(scene: &Scene) -> Scratch {
     let (sensor, band) = sensor(scene);
     let mut scratch = Scratch::default();
-    expose::window(&sensor, &band, PROFILE, 0, &mut scratch);
+    sensor.window(&band, PROFILE, 0, &mut scratch);
     scratch
 }
 

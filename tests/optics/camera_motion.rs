@@ -2,7 +2,7 @@
 
 use procedural::{Body, Gloss, Medium, flat::Flat};
 use recipe::{Plan, Scene};
-use scanner::optics::{Band, ROWS, Scratch, Sensor, TILE, expose::window};
+use scanner::optics::{Band, ROWS, Scratch, Sensor, TILE};
 use test_support::target::{expose, nominal, plate, scene, tiles};
 
 /// Share of a step that the moving scenes move while they are exposed.
@@ -21,7 +21,7 @@ fn moving(still: &Scene) -> Scene {
 /// Light and middle of a column [e-], [px], of each window.
 fn line(sensor: &Sensor, band: &Band, profile: usize, column: usize) -> Vec<[f64; 2]> {
     let mut scratch = Scratch::default();
-    window(sensor, band, profile, column / TILE, &mut scratch);
+    sensor.window(band, profile, column / TILE, &mut scratch);
     let c = column % TILE;
     let sum = |window: &scanner::optics::Window| {
         let light = |k: usize| f64::from(window.volume[k][c] + window.surface[k][c]);
@@ -102,18 +102,18 @@ fn light_does_not_depend_on_the_order_of_asking() {
     let other = sensor.band(&specimen, 203..209);
     let fresh = |profile: usize, tile: usize| {
         let mut scratch = Scratch::default();
-        window(&sensor, &band, profile, tile, &mut scratch);
+        sensor.window(&band, profile, tile, &mut scratch);
         (scratch.windows[0].volume.clone(), scratch.windows[0].surface.clone(), scratch.windows[0].first_row)
     };
     let mut scratch = Scratch::default();
     let orders = [(200, 0), (201, 0), (202, 0), (201, 1), (202, 1), (202, 0), (205, 0), (203, 0), (204, 0)];
     for (profile, tile) in orders {
-        window(&sensor, &band, profile, tile, &mut scratch);
+        sensor.window(&band, profile, tile, &mut scratch);
         let got = &scratch.windows[0];
         let (volume, surface, first) = fresh(profile, tile);
         assert!(got.volume == volume && got.surface == surface && got.first_row == first, "profile {profile} {tile}");
     }
-    window(&sensor, &other, 205, 0, &mut scratch);
+    sensor.window(&other, 205, 0, &mut scratch);
     let (volume, ..) = fresh(205, 0);
     assert!(scratch.windows[0].volume == volume, "another band");
 }

@@ -3,7 +3,7 @@
 use bench::settings::{Filter, LensModel, Scheimpflug};
 use procedural::{Body, Gloss, Medium, flat::Flat};
 use recipe::Scene;
-use scanner::optics::{Band, ROWS, Scratch, Sensor, TILE, expose::window};
+use scanner::optics::{Band, ROWS, Scratch, Sensor, TILE};
 use test_support::target::{ceramic, expose, moments, plate, render, scene};
 
 /// A grey plate whose light comes back from where it hits.
@@ -17,7 +17,7 @@ fn lines(sensor: &Sensor, band: &Band, profile: usize, columns: usize) -> Vec<[f
     let mut found = Vec::new();
     for column in 0..columns {
         if column.is_multiple_of(TILE) {
-            window(sensor, band, profile, column / TILE, &mut scratch);
+            sensor.window(band, profile, column / TILE, &mut scratch);
         }
         let c = column % TILE;
         let mut sums = [0.0f64; 3];
@@ -93,7 +93,7 @@ fn lines_out_of_focus_have_the_shape_of_discs() {
         let radius = f64::from(row.defocus_radius[128]);
         assert!(radius_px.contains(&radius), "sharp at {focus_mm} mm: a disc of {radius} px");
         let mut scratch = Scratch::default();
-        window(&sensor, &band, 100, 1, &mut scratch);
+        sensor.window(&band, 100, 1, &mut scratch);
         let shape = |row: f64| {
             let steps = 4000;
             let sum = (0..steps).map(|i| {
@@ -246,7 +246,7 @@ fn ambient_light_follows_the_reflectance() {
     // Before the plate begins there is the conveyor.
     let (sensor, band) = expose(&scene, low(grey()), 0..1);
     let mut scratch = Scratch::default();
-    window(&sensor, &band, 0, 0, &mut scratch);
+    sensor.window(&band, 0, 0, &mut scratch);
     let at = |k: usize| f64::from(scratch.windows[0].ambient[k][64]);
     // Small row numbers look ahead, at the plate.
     assert!((at(2) / electrons - 1.0).abs() < 0.01, "ahead: {} of {electrons}", at(2));
@@ -254,7 +254,7 @@ fn ambient_light_follows_the_reflectance() {
     assert!((at(40) / black - 1.0).abs() < 0.01, "behind: {} of {black}", at(40));
 
     let (sensor, band) = expose(&scene, low(ceramic()), 60..61);
-    window(&sensor, &band, 60, 1, &mut scratch);
+    sensor.window(&band, 60, 1, &mut scratch);
     let (column, hit) = (TILE, band.row(60).hits[TILE]);
     let sight = sensor.camera().sight(hit.x, hit.surface.z, 0.0);
     let laser: f32 = (0..ROWS).map(|k| scratch.electrons(k, 0)).sum::<f32>() / (sight.electrons * sight.view.z);

@@ -4,7 +4,7 @@ use glam::Vec3;
 use procedural::strips::{Strip, Strips};
 use procedural::{Body, Class, Gloss, Medium, Stream, WOOD_DISPERSION_DEG};
 use rand::RngExt;
-use scanner::optics::{ROWS, Scratch, TILE, expose::window};
+use scanner::optics::{ROWS, Scratch, TILE};
 use test_support::target;
 
 /// Scan position of the line [profiles].
@@ -18,7 +18,7 @@ fn columns(body: &Body, count: usize) -> Vec<[f64; 2]> {
     let mut scratch = Scratch::default();
     let mut columns = Vec::new();
     for tile in 0..count / TILE {
-        window(&sensor, &band, PROFILE, tile, &mut scratch);
+        sensor.window(&band, PROFILE, tile, &mut scratch);
         columns.extend((0..TILE).map(|column| {
             let at = |k: usize| f64::from(scratch.electrons(k, column));
             let peak = (0..ROWS).max_by(|&a, &b| at(a).total_cmp(&at(b))).expect("there are rows");

@@ -3,7 +3,7 @@
 use dataset::record::Record;
 use procedural::{Gloss, Medium};
 use recipe::Scene;
-use scanner::optics::{ROWS, Scratch, expose::window};
+use scanner::optics::{ROWS, Scratch};
 use test_support::target::{ceramic, expose, moments, plate, render, scene};
 
 const TILTS: [(f32, f32); 3] = [(0.0, 0.0), (0.08, 0.0), (0.0, 0.05)];
@@ -57,7 +57,7 @@ fn range_spreads_as_sensor_noise_says() {
         let body = plate(ceramic(), 20.0, 0.0, 0.0);
         let (sensor, band) = expose(&scene, body.clone(), 100..101);
         let mut scratch = Scratch::default();
-        window(&sensor, &band, 100, 0, &mut scratch);
+        sensor.window(&band, 100, 0, &mut scratch);
         let exposure = &scene.bench.exposure;
         let gain = (255.0 - exposure.dark_level_dn) / exposure.full_well_e;
         let light: Vec<f64> = (0..ROWS).map(|k| gain * f64::from(scratch.electrons(k, 0))).collect();

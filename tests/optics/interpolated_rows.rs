@@ -3,7 +3,7 @@
 use procedural::Stream;
 use rand::RngExt;
 use recipe::{Plan, Recipe, Scene};
-use scanner::optics::{CENTRE, Scratch, Sensor, TILE, expose};
+use scanner::optics::{CENTRE, Scratch, Sensor, TILE};
 use scanner::specimen::Specimen;
 use test_support::target::tiles;
 
@@ -28,7 +28,7 @@ fn measured(scene: &Scene, sensor: &Sensor, specimen: &Specimen, start: usize) -
     for profile in start..start + PROFILES {
         let row = band.row(profile);
         for tile in 0..scene.size.columns.div_ceil(TILE) {
-            expose::window(sensor, &band, profile, tile, &mut scratch);
+            sensor.window(&band, profile, tile, &mut scratch);
             let lit = (0..scratch.columns).filter(|c| !row.bare[tile * TILE + c] && row.hits[tile * TILE + c].seen);
             out.extend(lit.map(|column| read(&scratch, column)));
         }

@@ -6,7 +6,7 @@ use bench::parameters::LaserParameters;
 use bench::settings::LineShape;
 use procedural::{Body, Gloss, Medium, Parameter};
 use recipe::{Plan, Recipe, Scene};
-use scanner::optics::{Band, ROWS, Scratch, Sensor, TILE, expose};
+use scanner::optics::{Band, ROWS, Scratch, Sensor, TILE};
 use test_support::target::{expose, plate, scene, tiles};
 
 const RECIPE: &str = "name: a\nsubject: wood\nclasses: {one: {share: 1}}\n";
@@ -168,7 +168,7 @@ fn columns(sensor: &Sensor, band: &Band, profile: usize, count: usize) -> Vec<[f
     let mut scratch = Scratch::default();
     let mut columns = Vec::new();
     for tile in 0..count / TILE {
-        expose::window(sensor, band, profile, tile, &mut scratch);
+        sensor.window(band, profile, tile, &mut scratch);
         columns.extend((0..TILE).map(|c| {
             let light = |k: usize| f64::from(scratch.electrons(k, c));
             let sum: f64 = (0..ROWS).map(light).sum();

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use bench::settings::{Fan, LineShape};
 use procedural::{Body, Gloss, Medium};
 use recipe::Scene;
-use scanner::optics::{ROWS, Scratch, Sensor, TILE, expose};
+use scanner::optics::{ROWS, Scratch, Sensor, TILE};
 use test_support::target::{plate, scene, tiles};
 
 /// Columns of the whole sensor.
@@ -31,7 +31,7 @@ fn light(scene: &Scene, body: Body, profile: usize) -> (Sensor, Vec<Vec<(i32, f6
     let mut columns = vec![Vec::new(); scene.size.columns];
     let mut scratch = Scratch::default();
     for tile in 0..scene.size.columns / TILE {
-        expose::window(&sensor, &band, profile, tile, &mut scratch);
+        sensor.window(&band, profile, tile, &mut scratch);
         for window in &scratch.windows[..scratch.used] {
             for c in 0..TILE {
                 columns[tile * TILE + c].extend(

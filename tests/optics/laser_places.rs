@@ -3,7 +3,7 @@
 use bench::settings::LineShape;
 use procedural::{Body, Gloss, Medium};
 use recipe::{Plan, Scene};
-use scanner::optics::{Band, ROWS, Scratch, Sensor, TILE, TileOfProfile, expose};
+use scanner::optics::{Band, ROWS, Scratch, Sensor, TILE, TileOfProfile};
 use test_support::target::{ceramic, expose, moments, plate, render, scene};
 
 /// A surface that throws all light back evenly.
@@ -24,7 +24,7 @@ fn quiet(scene: &mut Scene) {
 fn light(sensor: &Sensor, band: &Band, profile: usize, columns: usize) -> Vec<(usize, i32, f64)> {
     let (mut scratch, mut light) = (Scratch::default(), Vec::new());
     for tile in 0..columns / TILE {
-        expose::window(sensor, band, profile, tile, &mut scratch);
+        sensor.window(band, profile, tile, &mut scratch);
         for c in 0..TILE {
             if scratch.used == 2 {
                 let apart = scratch.windows[0].first_row[c] - scratch.windows[1].first_row[c];

@@ -3,7 +3,7 @@
 use procedural::strips::{Strip, Strips};
 use procedural::{Body, Class, Stream};
 use rand::RngExt;
-use scanner::optics::{ROWS, Scratch, TILE, expose::window};
+use scanner::optics::{ROWS, Scratch, TILE};
 use test_support::target;
 
 /// Scan position of the line [profiles].
@@ -15,7 +15,7 @@ fn columns(body: &Body) -> Vec<(f64, i32, Vec<f64>)> {
     scene.size.columns = TILE;
     let (sensor, band) = target::expose(&scene, body.clone(), PROFILE..PROFILE + 1);
     let mut scratch = Scratch::default();
-    window(&sensor, &band, PROFILE, 0, &mut scratch);
+    sensor.window(&band, PROFILE, 0, &mut scratch);
     let hits = &band.row(PROFILE).hits;
     (0..TILE)
         .map(|c| {

@@ -168,7 +168,7 @@ fn response_stays_with_the_pixels() {
         (scene.bench.exposure.row_noise_dn, scene.bench.exposure.row_pattern_dn) = (0.0, 0.0);
         let (sensor, band) = sensor(&scene);
         let mut scratch = Scratch::default();
-        scanner::optics::expose::window(&sensor, &band, BARE, 0, &mut scratch);
+        sensor.window(&band, BARE, 0, &mut scratch);
         let gain = (255.0 - 11.6) / scene.bench.exposure.full_well_e;
         let pixels = in_time(&scene);
         let columns = pixels.len() / ROWS;
@@ -204,7 +204,7 @@ fn slopes_stretch_the_range() {
             let gain = full / exposure.full_well_e;
             let (sensor, band) = sensor(&scene);
             let mut scratch = Scratch::default();
-            scanner::optics::expose::window(&sensor, &band, BARE, 0, &mut scratch);
+            sensor.window(&band, BARE, 0, &mut scratch);
             let pixels = in_time(&scene);
             let columns = pixels.len() / ROWS;
             let row = ROWS / 2;

@@ -7,7 +7,7 @@ use procedural::solid::{Material, Part, Placing};
 use procedural::{Body, Gloss, Medium, Mesh};
 use recipe::Scene;
 use scanner::frame::Frame;
-use scanner::optics::coherence::{coherence_per_mm, path_contrast};
+use scanner::optics::speckle::coherence::{coherence_per_mm, path_contrast};
 use scanner::optics::{Scratch, TileOfProfile};
 use test_support::target::{self, expose, moments, plate, render, scene};
 use transport::kernel::{SurfacePoint, path_laws};

@@ -10,7 +10,6 @@ use glam::Vec3;
 use procedural::strips::{Strip, Strips};
 use procedural::{Body, Class, Medium};
 use recipe::Scene;
-use scanner::optics::expose;
 use scanner::optics::{ROWS, Scratch, TILE};
 use test_support::target;
 
@@ -67,7 +66,7 @@ pub fn columns(scene: &Scene, body: Body, transport: Transport) -> Vec<Column> {
     let mut scratch = Scratch::default();
     let mut columns = Vec::new();
     for tile in 0..scene.size.columns / TILE {
-        expose::window(&sensor, &band, profile, tile, &mut scratch);
+        sensor.window(&band, profile, tile, &mut scratch);
         columns.extend((0..TILE).map(|column| Column {
             x: f64::from(hits[tile * TILE + column].x),
             on_body: hits[tile * TILE + column].matter.class != Class::Background,

@@ -7,7 +7,7 @@ use glam::{DVec3, Vec3};
 use procedural::{Film, Gloss, Medium, Stream};
 use rand::RngExt;
 use reference::path::{Effort, PATH_STEPS, seen_paths, step_path_mm};
-use scanner::optics::coherence::{coherence_per_mm, path_contrast};
+use scanner::optics::speckle::coherence::{coherence_per_mm, path_contrast};
 use study::media::WOODS;
 use transport::answer::Question;
 use transport::fresnel::fresnel_dielectric;

@@ -6,8 +6,7 @@
 use bench::settings::Transport;
 use procedural::Body;
 use recipe::{Recipe, Scene};
-use scanner::optics::expose::window;
-use scanner::optics::row::Row;
+use scanner::optics::Row;
 use scanner::optics::{Band, Scratch, Sensor, TILE};
 use test_support::target::expose;
 use transport::kernel::BASIS;
@@ -47,7 +46,7 @@ fn lines(sensor: &Sensor, band: &Band, profile: usize, places: &[Option<f32>]) -
     let mut sums = vec![[0.0; 2]; places.len().div_ceil(TOGETHER)];
     let mut scratch = Scratch::default();
     for tile in 0..places.len().div_ceil(TILE) {
-        window(sensor, band, profile, tile, &mut scratch);
+        sensor.window(band, profile, tile, &mut scratch);
         for (column, place) in places.iter().enumerate().skip(tile * TILE).take(TILE) {
             let Some(place) = place else { continue };
             for window in &scratch.windows[..scratch.used] {

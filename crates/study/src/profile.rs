@@ -16,7 +16,7 @@ use recipe::{Scene, Subject};
 use reference::model::Model;
 use reference::path::Effort;
 use scanner::optics::speckle::PatternCache;
-use scanner::optics::{ROWS, Scratch, TILE, expose};
+use scanner::optics::{ROWS, Scratch, TILE};
 use transport::answer::Estimate;
 
 /// Photons of the reference Monte Carlo in all.
@@ -59,7 +59,7 @@ pub fn study(scene: &Scene, profile: usize, effort: Effort, progress: StudyProgr
         let mut columns = Vec::new();
         let mut scratch = Scratch::default();
         for tile in 0..hits.len().div_ceil(TILE) {
-            expose::window(&sensor, &band, profile, tile, &mut scratch);
+            sensor.window(&band, profile, tile, &mut scratch);
             columns.extend((0..TILE.min(hits.len() - tile * TILE)).map(|column| column_light(&scratch, column)));
         }
         let mean = |bin: &[ColumnLight]| ColumnLight {

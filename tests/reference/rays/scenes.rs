@@ -5,7 +5,7 @@ use glam::DVec3;
 use pipeline;
 use procedural::{Body, Gloss, Medium};
 use recipe::Scene;
-use scanner::optics::{ROWS, Scratch, TILE, expose};
+use scanner::optics::{ROWS, Scratch, TILE};
 
 use super::eye::Eye;
 use super::light::Light;
@@ -79,7 +79,7 @@ impl Trial<'_> {
         let mut columns: Vec<Vec<(i32, f64)>> = Vec::new();
         for col in self.first_col..self.first_col + self.cols {
             if columns.is_empty() || col.is_multiple_of(TILE) {
-                expose::window(&sensor, &band, self.profile, col / TILE, &mut scratch);
+                sensor.window(&band, self.profile, col / TILE, &mut scratch);
             }
             let c = col % TILE;
             let mut column = Vec::new();

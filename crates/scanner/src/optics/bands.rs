@@ -1,10 +1,8 @@
 //! Bands of one specimen under one sensor, made one after the other: what one of them has worked out serves the next.
 
-use super::band::Band;
-use super::per_line::PerLine;
-use super::row_maker::RowScratch;
-use super::row_view::RowView;
+use super::scan_line::{RowScratch, RowView};
 use super::sensor::Sensor;
+use super::window::{Band, PerLine};
 use crate::specimen::Specimen;
 
 /// Rows by which those are apart that a look at one profile works out.

@@ -1,12 +1,11 @@
 //! Full frames of the sensor: those that recipes keep, and those that the thesis' scripts work on.
 
-use super::band::Band;
 use super::expose::TileOfProfile;
-use super::postprocess::FrameLight;
+use super::light::ROWS;
+use super::readout::FrameLight;
 use super::sensor::Sensor;
 use super::speckle::TILE;
-use super::window::{ROWS, Scratch};
-use super::{ambient, expose};
+use super::window::{Band, Scratch};
 use crate::frame::Frame;
 use numerics::lanes;
 
@@ -17,7 +16,7 @@ impl Sensor {
         let mut places = Vec::new();
         let mut scratch = Scratch::default();
         for tile in 0..columns.div_ceil(TILE) {
-            expose::window(self, band, profile, tile, &mut scratch);
+            self.window(band, profile, tile, &mut scratch);
             for window in &scratch.windows[..scratch.used] {
                 for k in 0..ROWS {
                     for c in 0..scratch.columns {
@@ -51,12 +50,12 @@ impl Sensor {
         let mut offsets = Vec::new();
         self.row_offsets(profile, &mut offsets);
         let keys = self.chain.keys("dark", profile);
+        let lit = self.drawing(band, profile).lit;
         let mut sensor: Vec<u16> = (0..rows * columns)
             .map(|pixel| {
                 let (row, column) = (pixel / columns, pixel % columns);
                 let (normal, _) = lanes::normals(pixel as u32, keys);
-                let ambient =
-                    self.chain.gain * ambient::pixel(&self.camera, &self.geometry, band, profile, [row, column]);
+                let ambient = self.chain.gain * lit.ambient_in([row, column]);
                 let (response, shift) = self.chain.pixels.as_ref().map_or((1.0, 0.0), |pixels| pixels.at(row, column));
                 let (level, noisy) = self.chain.slopes.respond(response * ambient);
                 self.chain.digitise(level, noisy, normal, offsets[row] + shift)

@@ -9,7 +9,7 @@ use pipeline;
 use recipe::{Recipe, Scene};
 use scanner::frame::Frame;
 use scanner::optics::speckle::PatternCache;
-use scanner::optics::{Band, ROWS, Scratch, Sensor, TILE, TileOfProfile, expose};
+use scanner::optics::{Band, ROWS, Scratch, Sensor, TILE, TileOfProfile};
 
 /// First profile that looks at nothing but the conveyor where the target is [`bare`].
 pub(super) const BARE_PROFILE: usize = 64;
@@ -95,7 +95,7 @@ impl TargetView {
         let mut scratch = Scratch::default();
         for column in 0..self.columns {
             if column.is_multiple_of(TILE) {
-                expose::window(&self.sensor, &self.band, profile, column / TILE, &mut scratch);
+                self.sensor.window(&self.band, profile, column / TILE, &mut scratch);
             }
             for k in 0..ROWS {
                 light[k * self.columns + column] = f64::from(scratch.electrons(k, column % TILE));

@@ -12,6 +12,7 @@
 
 pub(crate) mod anchored;
 pub(crate) mod boiling;
+pub mod coherence;
 pub mod contrast;
 pub mod pupil;
 pub mod stack;

@@ -1,0 +1,467 @@
+//! Digitising: from the electrons of a window to digital numbers, by speckle, the pixels' own response, slopes, blooming
+//! and noise.
+//!
+//! The pattern of speckle lies on the object and moves with it ([`crate::optics::speckle`]); noise has a counter and a key for each
+//! pixel ([`numerics::lanes::normals`]). A second window has a key of its own, so what it holds changes nothing in the first.
+
+use multiversion::multiversion;
+
+use super::fixed_pattern::{CodeSteps, FixedPattern, PixelCodes, UNIFORM_CODES, WindowRuns};
+use super::signal_chain::SignalChain;
+use crate::frame::Frame;
+use crate::optics::light::{CENTRE, ROWS};
+use crate::optics::speckle::coherence::{CONTRAST_COLUMNS, CONTRAST_ROWS, RowContrasts};
+use crate::optics::speckle::{AnchoredSpeckle, TILE};
+use crate::optics::window::{Window, WindowSignal};
+use numerics::lanes::{exp, normals, radius_uniform};
+
+/// Largest number of columns of a sensor, for counters of noise.
+const MAX_COLUMNS: u32 = 1 << 14;
+/// Names of the noise of the first and of the second window.
+const NOISE_STREAMS: [&str; 2] = ["pixels", "pixels_beside"];
+
+/// By how much a bound on a digital number is raised for what rounding of floats may take from it, of the greatest number [1].
+const ROUNDING: f32 = 4e-5;
+/// The same for hashes that make rare normals, as a factor [1].
+const ROUNDING_OF_RARE: f32 = 1.001;
+
+/// No light.
+const DARK: [f32; TILE] = [0.0; TILE];
+
+/// One exposure of one tile.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct TileExposure<'a> {
+    /// Which profile.
+    pub profile: usize,
+    /// Which tile of columns.
+    pub tile: usize,
+    /// Columns of it that the sensor has.
+    pub columns: usize,
+    /// Its middle in the laser plane, x and z [mm].
+    pub place: [f64; 2],
+    /// How far the object has moved there [mm].
+    pub way: f64,
+    /// Offsets of the sensor's rows [DN].
+    pub offsets: &'a [f32],
+}
+
+/// From electrons to numbers, by one sensor.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Digitiser<'a> {
+    /// Response, noise and converter of the sensor.
+    pub chain: &'a SignalChain,
+    /// Speckle of the sample.
+    pub speckle: &'a AnchoredSpeckle,
+    /// How much of it is left in light from below, beside the line.
+    pub contrasts: &'a [RowContrasts],
+}
+
+impl Digitiser<'_> {
+    /// Adds speckle and noise to the electrons of window `number` and writes them to `frame`; `signal` is a buffer.
+    pub(crate) fn digitise(
+        &self,
+        exposure: &TileExposure<'_>,
+        number: usize,
+        window: &Window,
+        signal: &mut WindowSignal,
+        frame: &mut Frame,
+    ) {
+        let TileExposure { profile, tile, columns, place, way, offsets } = *exposure;
+        frame.cols = columns;
+        let drawn = window.drawn.clone();
+        frame.rows = drawn.len();
+        frame.first_col = tile * TILE;
+        frame.first_row.clear();
+        frame.first_row.extend(window.first_row[..columns].iter().map(|row| row + drawn.start as i32));
+        frame.dn.resize(drawn.len() * columns, 0);
+        let level = window.first_row[..columns].iter().all(|&row| row == window.first_row[0]);
+        let keys = self.chain.keys(NOISE_STREAMS[number], profile);
+        // Another part of the pattern for the second window, which lies elsewhere.
+        let view = self.speckle.tile(tile, place, way, number * ROWS);
+        let counter = tile as u32 * TILE as u32;
+        // Rows are drawn in pairs, whose pixels share their noise's numbers.
+        let pairs = drawn.start / 2..drawn.end.div_ceil(2);
+        let rows_of = |pair: usize| [2 * pair, 2 * pair + 1];
+        let [glint, grain] = self.speckle.scale();
+        let shade = |pair: usize, shades: &mut RowPair<f32>| {
+            for (k, shades) in rows_of(pair).into_iter().zip(shades) {
+                row_offsets(offsets, &window.first_row, k, level, shades);
+            }
+        };
+        // What a second window shows has crossed a film, or was mirrored.
+        let coarsen = |pair: usize, grains: &mut RowPair<f32>| match number {
+            0 => {
+                rows_of(pair).into_iter().zip(grains).for_each(|(k, row)| row_contrasts(self.contrasts, k, grain, row))
+            }
+            _ => *grains = [[grain; TILE]; 2],
+        };
+        let light_of = |pair: usize| {
+            let rows = rows_of(pair);
+            PairLight {
+                electrons: rows.map(|k| [&window.surface[k], &window.volume[k]]),
+                patterns: rows.map(|k| view.row(k as i64 - CENTRE as i64)),
+                ambient: rows.map(|k| window.ambient.get(k).unwrap_or(&DARK)),
+                glint,
+                noise: PairNoise { counter: pair as u32 * MAX_COLUMNS + counter, keys },
+            }
+        };
+        let chain = self.chain;
+        // Filled in place for each pair of rows: half of the time of this step was the copying of rows.
+        let (mut shades, mut grains, mut numbers) = ([[0.0; TILE]; 2], [[0.0; TILE]; 2], [[0u16; TILE]; 2]);
+        let out = |dn: &mut Vec<u16>, pair: usize, numbers: &RowPair<u16>| {
+            for (row, numbers) in dn[(2 * pair - drawn.start) * columns..].chunks_exact_mut(columns).zip(numbers) {
+                row.copy_from_slice(&numbers[..columns]);
+            }
+        };
+        if chain.is_plain() {
+            for pair in pairs {
+                shade(pair, &mut shades);
+                coarsen(pair, &mut grains);
+                plain(&PairOfRows { light: light_of(pair), shades: &shades, grains: &grains }, chain, &mut numbers);
+                out(&mut frame.dn, pair, &numbers);
+            }
+            return;
+        }
+        let runs = WindowRuns::new(&window.first_row);
+        let mut codes = [UNIFORM_CODES; 2];
+        for pair in pairs.clone() {
+            shade(pair, &mut shades);
+            coarsen(pair, &mut grains);
+            let own = PairOfRows { light: light_of(pair), shades: &shades, grains: &grains };
+            if let Some(pixels) = &chain.pixels {
+                rows_of(pair).into_iter().zip(&mut codes).for_each(|(k, row)| pixels.window_row(tile, &runs, k, row));
+            }
+            if chain.blooming == 0.0 {
+                unlike(&own, &codes, chain, &mut numbers);
+                out(&mut frame.dn, pair, &numbers);
+                continue;
+            }
+            let developed = develop(&own, &codes, chain);
+            for (row, k) in rows_of(pair).into_iter().enumerate() {
+                (signal.level[k], signal.noisy[k], signal.offset[k]) =
+                    (developed[0][row], developed[1][row], developed[2][row]);
+            }
+        }
+        if chain.blooming > 0.0 {
+            signal.bloom(chain.full, chain.blooming);
+            for pair in pairs {
+                let [level, noisy, offset] =
+                    [&signal.level, &signal.noisy, &signal.offset].map(|field| rows_of(pair).map(|k| &field[k]));
+                read(light_of(pair).noise, [level, noisy, offset], chain, &mut numbers);
+                out(&mut frame.dn, pair, &numbers);
+            }
+        }
+    }
+
+    /// Whether a pixel of the first window's rows that are not drawn can come to the digital number `level` of its column, where no more
+    /// than `light` falls on it [e-]: by the noise, the row and the pixel that it has.
+    ///
+    /// Of two uniform numbers that make two pixels' normals (Box and Muller), the first says how far off they can be. It is drawn for all
+    /// of these pixels, and the few pairs of rows where one may be far enough are looked at pixel by pixel.
+    pub(crate) fn reaches_beyond(
+        &self,
+        exposure: &TileExposure<'_>,
+        window: &Window,
+        light: &[f32; TILE],
+        level: &[f32; TILE],
+    ) -> bool {
+        let chain = self.chain;
+        let keys = chain.keys(NOISE_STREAMS[0], exposure.profile);
+        let rows = exposure.offsets.iter().fold(f32::NEG_INFINITY, |most, offset| most.max(*offset));
+        let pixels = chain.pixels.as_ref().map_or(0.0, FixedPattern::greatest_offset);
+        let Some(bounds) = NoiseBounds::new(chain, light, level, rows + pixels) else { return true };
+        let before = 0..window.drawn.start / 2;
+        let behind = window.drawn.end.div_ceil(2)..ROWS / 2;
+        before.chain(behind).any(|pair| {
+            let noise = PairNoise { counter: pair as u32 * MAX_COLUMNS + (exposure.tile * TILE) as u32, keys };
+            bounds.may_reach(noise)
+                && bounds.reaches(noise, |row, c| {
+                    let row = window.first_row[c] + (2 * pair + row) as i32;
+                    let own = exposure.offsets[row.clamp(0, exposure.offsets.len() as i32 - 1) as usize];
+                    own + chain
+                        .pixels
+                        .as_ref()
+                        .map_or(0.0, |pixels| pixels.at(row.max(0) as usize, exposure.tile * TILE + c).1)
+                })
+        })
+    }
+}
+
+/// How far noise may be off before a pixel comes to a level.
+struct NoiseBounds {
+    /// What is left to the level without noise and offsets [DN].
+    left: [f32; TILE],
+    /// Standard deviation of the noise [DN].
+    sigma: [f32; TILE],
+    /// Uniform numbers above this make normals that are near enough to 0 [1].
+    rare: [f32; TILE],
+}
+
+impl NoiseBounds {
+    /// For pixels with so much light and offsets up to `offset`; `None` where some need no noise.
+    fn new(chain: &SignalChain, light: &[f32; TILE], level: &[f32; TILE], offset: f32) -> Option<Self> {
+        let mut bounds = Self { left: [0.0; TILE], sigma: [0.0; TILE], rare: [0.0; TILE] };
+        let mut all = true;
+        for c in 0..TILE {
+            let (most, sigma) = chain.greatest_level(light[c]);
+            // Numbers are rounded to the nearest.
+            let left = level[c] - 0.5 - ROUNDING * chain.max_dn - most;
+            (bounds.left[c], bounds.sigma[c]) = (left, sigma);
+            let far = (left - offset) / sigma;
+            all &= far > 0.0;
+            bounds.rare[c] = ROUNDING_OF_RARE * exp((-0.5 * far * far).max(-80.0));
+        }
+        all.then_some(bounds)
+    }
+
+    /// Whether some normals of two rows may be far enough off.
+    fn may_reach(&self, noise: PairNoise) -> bool {
+        rare_among(noise.counter, noise.keys, &self.rare)
+    }
+
+    /// Whether a pixel of two rows comes to the level, with the offsets [DN] that it has by row and column.
+    fn reaches(&self, noise: PairNoise, offset: impl Fn(usize, usize) -> f32) -> bool {
+        (0..TILE).any(|c| {
+            let (first, second) = normals(noise.counter + c as u32, noise.keys);
+            let farthest = first.max(second) * self.sigma[c];
+            farthest > 0.0
+                && [first, second]
+                    .into_iter()
+                    .enumerate()
+                    .any(|(row, normal)| normal.max(0.0) * self.sigma[c] + offset(row, c) >= self.left[c])
+        })
+    }
+}
+
+/// Whether one of the uniform numbers that normals are made from is not above that of its column.
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
+fn rare_among(counter: u32, keys: [u32; 2], rare: &[f32; TILE]) -> bool {
+    let mut found = 0u32;
+    for c in 0..TILE {
+        found |= u32::from(radius_uniform(counter + c as u32, keys) <= rare[c]);
+    }
+    found != 0
+}
+
+/// Factor on the pattern of light from below in a window row, a column: `grain` times what paths leave of it there.
+#[inline(always)]
+fn row_contrasts(contrasts: &[RowContrasts], k: usize, grain: f32, out: &mut [f32; TILE]) {
+    let rows = k.abs_diff(CENTRE) as f32;
+    let last = CONTRAST_ROWS.len() - 1;
+    let next = CONTRAST_ROWS.iter().position(|&at| at >= rows).unwrap_or(last).max(1);
+    let (from, to) = (CONTRAST_ROWS[next - 1], CONTRAST_ROWS[next]);
+    let part = ((rows - from) / (to - from)).min(1.0);
+    for (columns, at) in out.chunks_exact_mut(CONTRAST_COLUMNS).zip(contrasts) {
+        columns.fill(grain * (at[next - 1] + part * (at[next] - at[next - 1])));
+    }
+}
+
+/// Row offsets of a window row, a column; sensor rows beyond the edge take the edge's.
+#[inline(always)]
+fn row_offsets(offsets: &[f32], first_row: &[i32; TILE], k: usize, level: bool, out: &mut [f32; TILE]) {
+    let last = offsets.len() as i32 - 1;
+    let at = |row: i32| offsets[(row + k as i32).clamp(0, last) as usize];
+    if level {
+        out.fill(at(first_row[0]));
+    } else {
+        out.iter_mut().zip(first_row).for_each(|(out, &row)| *out = at(row));
+    }
+}
+
+/// Two rows of a tile.
+type RowPair<T> = [[T; TILE]; 2];
+
+/// Where the noise of two rows comes from.
+#[derive(Clone, Copy)]
+struct PairNoise {
+    counter: u32,
+    keys: [u32; 2],
+}
+
+/// Light of two rows.
+struct PairLight<'a> {
+    /// Surface and volume electrons of both rows [e-].
+    electrons: [[&'a [f32; TILE]; 2]; 2],
+    /// Surface and volume patterns of both rows.
+    patterns: [[&'a [f32; TILE]; 2]; 2],
+    /// Light without speckle of both rows [e-].
+    ambient: [&'a [f32; TILE]; 2],
+    /// Factor on the surface patterns [1].
+    glint: f32,
+    noise: PairNoise,
+}
+
+/// Light of two rows, and what their pixels make of it.
+struct PairOfRows<'a> {
+    light: PairLight<'a>,
+    /// Offsets of both rows, a column [DN].
+    shades: &'a RowPair<f32>,
+    /// Factor on the volume patterns of both rows, a column [1].
+    grains: &'a RowPair<f32>,
+}
+
+impl PairNoise {
+    /// Digital numbers of level, noisy part and offset.
+    #[inline(always)]
+    fn numbers(self, chain: &SignalChain, developed: impl Fn(usize, usize) -> [f32; 3], out: &mut RowPair<u16>) {
+        for c in 0..TILE {
+            let (first, second) = normals(self.counter + c as u32, self.keys);
+            for (row, normal) in [first, second].into_iter().enumerate() {
+                let [level, noisy, offset] = developed(row, c);
+                out[row][c] = chain.digitise(level, noisy, normal, offset);
+            }
+        }
+    }
+}
+
+impl PairOfRows<'_> {
+    /// Light of a pixel with its speckle [e-].
+    #[inline(always)]
+    fn light(&self, row: usize, c: usize) -> f32 {
+        let PairLight { electrons, patterns, ambient, glint, .. } = &self.light;
+        let [surface, volume] = electrons[row];
+        let [bright, soft] = patterns[row];
+        let grain = self.grains[row][c];
+        surface[c] * (1.0 + glint * bright[c]) + volume[c] * (1.0 + grain * soft[c]) + ambient[row][c]
+    }
+
+    /// Level, the part of it that makes photon noise, and offset of a pixel [DN over dark, DN, DN].
+    #[inline(always)]
+    fn developed(
+        &self,
+        codes: &[PixelCodes; 2],
+        steps: CodeSteps,
+        chain: &SignalChain,
+        row: usize,
+        c: usize,
+    ) -> [f32; 3] {
+        let (response, shift) = steps.decode(&codes[row], c);
+        let light = self.light(row, c);
+        let (level, noisy) = chain.slopes.respond((chain.gain * response * light).max(0.0));
+        [level, noisy, self.shades[row][c] + shift]
+    }
+}
+
+/// Gain and noise alone.
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
+fn plain(pixels: &PairOfRows<'_>, chain: &SignalChain, out: &mut RowPair<u16>) {
+    let developed = |row: usize, c: usize| {
+        let signal = (chain.gain * pixels.light(row, c)).max(0.0);
+        [signal, signal, pixels.shades[row][c]]
+    };
+    pixels.light.noise.numbers(chain, developed, out);
+}
+
+/// Pixels with a response and an offset of their own, and slopes.
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
+fn unlike(pixels: &PairOfRows<'_>, codes: &[PixelCodes; 2], chain: &SignalChain, out: &mut RowPair<u16>) {
+    let steps = chain.steps();
+    pixels.light.noise.numbers(chain, |row, c| pixels.developed(codes, steps, chain, row, c), out);
+}
+
+/// The same without noise, for charge to overflow.
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
+fn develop(pixels: &PairOfRows<'_>, codes: &[PixelCodes; 2], chain: &SignalChain) -> [RowPair<f32>; 3] {
+    let (steps, mut out) = (chain.steps(), [[[0.0; TILE]; 2]; 3]);
+    for row in 0..2 {
+        for c in 0..TILE {
+            [out[0][row][c], out[1][row][c], out[2][row][c]] = pixels.developed(codes, steps, chain, row, c);
+        }
+    }
+    out
+}
+
+/// The noise of what has overflown: of level, noisy part and offset of both rows.
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
+fn read(noise: PairNoise, signal: [[&[f32; TILE]; 2]; 3], chain: &SignalChain, out: &mut RowPair<u16>) {
+    noise.numbers(chain, |row, c| signal.map(|field| field[row][c]), out);
+}
+
+#[cfg(test)]
+mod tests {
+    use bench::parameters::{Bench, ExposureParameters};
+    use bench::settings::{Hdr, Readout, Size, SpeckleLaw};
+    use procedural::{Parameter, Stream};
+    use rand::RngExt;
+
+    use super::*;
+    use crate::optics::speckle::{PatternCache, SpeckleConditions};
+
+    /// Of rows that are not drawn it is told, without their numbers, whether one of these comes to the level: as often as when they are drawn in even
+    /// light, sensors and levels from among the noise to far above drawn at random; a column is asked for at a time.
+    #[test]
+    fn noise_is_told_without_its_numbers() {
+        let mut rng = Stream::root(77).rng();
+        let size = Size { columns: 2 * TILE, rows: 300, profiles: 1 };
+        let (mut reached, mut missed, mut wrong, mut asked, mut kneed) = (0, 0, 0, [0; 2], 0);
+        for round in 0..480u64 {
+            let mut exposure = ExposureParameters::from_values(&mut |p: &'static Parameter| p.default);
+            exposure.dark_level_dn = rng.random_range(4.0..30.0);
+            exposure.dark_noise_dn = rng.random_range(1.0..2.5);
+            exposure.row_noise_dn = rng.random_range(0.0..0.5);
+            exposure.row_pattern_dn = rng.random_range(0.0..0.5);
+            if round % 4 != 0 {
+                (exposure.dsnu_dn, exposure.column_pattern_dn) =
+                    (rng.random_range(0.0..0.4), rng.random_range(0.0..0.2));
+            }
+            // Of pixels that respond alike and have one slope the greatest level is that of each.
+            let alike = round % 2 == 0;
+            let hdr = if alike { Hdr::None } else { Hdr::ALL[round as usize / 2 % Hdr::ALL.len()] };
+            exposure.prnu = if alike { 0.0 } else { rng.random_range(0.0..0.02) };
+            let bits = [8, 10, 12][round as usize / 8 % 3];
+            let chain = SignalChain::new(&exposure, Readout { bits, hdr }, &size, Stream::root(round));
+            let speckle = AnchoredSpeckle::new(
+                &Bench {
+                    speckle: bench::parameters::SpeckleParameters { strength: 0.0, ..Bench::default().speckle },
+                    ..Bench::default()
+                },
+                &SpeckleConditions { grain: 0.4, rows_per_mm: 10.0, height: 0.0, paths: 1.0, travel: 0.0 },
+                SpeckleLaw::Exponential,
+                &PatternCache::repeating(0),
+                0,
+            );
+            let contrasts = [[1.0; CONTRAST_ROWS.len()]; TILE / CONTRAST_COLUMNS];
+            let digitiser = Digitiser { chain: &chain, speckle: &speckle, contrasts: &contrasts };
+            let (mut offsets, profile) = (Vec::new(), round as usize);
+            chain.row_offsets(profile, &mut offsets);
+            let exposure =
+                TileExposure { profile, tile: 1, columns: TILE, place: [0.0; 2], way: 0.0, offsets: &offsets };
+            // None, faint, or any that the sensor takes, behind its knee too.
+            let light = match round / 2 % 4 {
+                0 => 0.0,
+                1 => rng.random_range(0.0..400.0f32),
+                _ => rng.random_range(0.0..0.9f32) * hdr.gain() as f32 * chain.full / chain.gain,
+            };
+            let mut window = Window::default();
+            let slope = rng.random_range(0.0..2.0f32);
+            window.first_row = std::array::from_fn(|c| -30 + (c as f32 * 2.5 * slope) as i32);
+            window.volume.iter_mut().for_each(|row| *row = [light; TILE]);
+            let mut frame = Frame::default();
+            digitiser.digitise(&exposure, 0, &window, &mut WindowSignal::default(), &mut frame);
+            let from = 2 * rng.random_range(3..10usize);
+            window.drawn = from..2 * rng.random_range(12..19usize);
+            let sigma = chain.greatest_level(light).1;
+            let (developed, _) = chain.slopes.respond(chain.gain * light);
+            kneed += usize::from(chain.gain * light > chain.slopes.knee);
+            let middle = exposure.offsets[0] + developed;
+            for c in (0..TILE).step_by(9) {
+                let level = (middle + sigma * rng.random_range(1.0..6.0f32)).round();
+                let of_column = std::array::from_fn(|other| if other == c { level } else { f32::INFINITY });
+                let told = digitiser.reaches_beyond(&exposure, &window, &[light; TILE], &of_column);
+                let left_out = (0..window.drawn.start).chain(window.drawn.end..ROWS);
+                let truth = left_out.into_iter().any(|k| f32::from(frame.dn[k * TILE + c]) >= level);
+                asked[usize::from(alike)] += 1;
+                reached += usize::from(truth);
+                missed += usize::from(truth && !told);
+                wrong += usize::from(alike && told && !truth);
+            }
+        }
+        println!(
+            "{reached} of {asked:?} columns reach their level, {wrong} are said to; {kneed} exposures behind the knee"
+        );
+        assert!(missed == 0 && reached > asked.iter().sum::<usize>() / 10, "{missed} of {reached} are missed");
+        assert!(kneed > 20, "{kneed} exposures are behind the knee");
+        // Levels that the greatest offsets alone could reach are said to be, and a little more for what rounding may take.
+        assert!(20 * wrong < asked[1], "{wrong} of {} are said to reach it and do not", asked[1]);
+    }
+}

@@ -1,0 +1,56 @@
+//! View of one row: body, camera and laser at one position of the scan.
+
+use procedural::Surface;
+
+use crate::optics::camera::{Camera, Sight};
+use crate::optics::laser::SpotLight;
+use crate::specimen::{Hit, Specimen};
+use transport::kernel::SpreadRow;
+
+/// Body, camera and laser at one position of the scan.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct RowView<'a> {
+    /// The body.
+    pub specimen: &'a Specimen,
+    /// The camera.
+    pub camera: &'a Camera,
+    /// Scan position [mm].
+    pub y: f32,
+    /// The profile that stands there.
+    pub profile: isize,
+    /// Light in one pixel under which secondary light is left out [e-].
+    pub faint: f32,
+}
+
+/// A row under the laser, as far as what it sends elsewhere asks for it.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct LitRow<'a> {
+    /// What looks at it.
+    pub view: RowView<'a>,
+    /// What each column sees.
+    pub hits: &'a [Hit],
+    /// What the films of the row do to light.
+    pub spread: &'a SpreadRow,
+}
+
+impl RowView<'_> {
+    /// What becomes of the light at `x` on a surface.
+    #[inline]
+    pub fn sight(&self, x: f32, surface: &Surface) -> Sight {
+        let sight = self.camera.sight_on(x, surface.z, [surface.slope_x, surface.slope_y]);
+        self.share(sight, x, surface.z)
+    }
+
+    /// The same with what a column gets of a point laser.
+    #[inline]
+    pub fn share(&self, sight: Sight, x: f32, z: f32) -> Sight {
+        match self.camera.laser.spot_light(self.profile, x, z, sight.column_mm) {
+            Some(SpotLight { share, off }) => {
+                // A column looks along a slant: beside the spot's middle it sees more of one half than of the other.
+                let row = sight.row + off * self.camera.sightline_lean(x, z) * sight.rows_per_mm;
+                Sight { electrons: sight.electrons * share / sight.column_mm, row, ..sight }
+            }
+            None => sight,
+        }
+    }
+}
