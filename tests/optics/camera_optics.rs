@@ -89,8 +89,8 @@ fn lines_out_of_focus_have_the_shape_of_discs() {
         let body = || plate(grey(), 20.0, 0.0, 0.0);
         let [light, centre, rest] = middle(&hole, body());
         let (sensor, band) = expose(&level, body(), 100..101);
-        let row = band.row(100);
-        let radius = f64::from(row.defocus_radius[128]);
+        let line = band.line(100);
+        let radius = f64::from(line.defocus_radius[128]);
         assert!(radius_px.contains(&radius), "sharp at {focus_mm} mm: a disc of {radius} px");
         let mut scratch = Scratch::default();
         sensor.window(&band, 100, 1, &mut scratch);
@@ -255,9 +255,9 @@ fn ambient_light_follows_the_reflectance() {
 
     let (sensor, band) = expose(&scene, low(ceramic()), 60..61);
     sensor.window(&band, 60, 1, &mut scratch);
-    let (column, hit) = (TILE, band.row(60).hits[TILE]);
+    let (column, hit) = (TILE, band.line(60).hits[TILE]);
     let sight = sensor.camera().sight(hit.x, hit.surface.z, 0.0);
     let laser: f32 = (0..ROWS).map(|k| scratch.electrons(k, 0)).sum::<f32>() / (sight.electrons * sight.view.z);
-    let lamps = band.row(60).ambient[column] / sensor.camera().ambient(hit.x, hit.surface.z);
+    let lamps = band.line(60).ambient[column] / sensor.camera().ambient(hit.x, hit.surface.z);
     assert!((lamps / laser - 1.0).abs() < 0.02, "of the lamps {lamps} comes back, of the laser {laser}");
 }

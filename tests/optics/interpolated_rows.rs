@@ -26,13 +26,13 @@ fn measured(scene: &Scene, sensor: &Sensor, specimen: &Specimen, start: usize) -
     let mut scratch = Scratch::default();
     let (mut out, mut rows_per_mm) = (Vec::new(), 0.0);
     for profile in start..start + PROFILES {
-        let row = band.row(profile);
+        let line = band.line(profile);
         for tile in 0..scene.size.columns.div_ceil(TILE) {
             sensor.window(&band, profile, tile, &mut scratch);
-            let lit = (0..scratch.columns).filter(|c| !row.bare[tile * TILE + c] && row.hits[tile * TILE + c].seen);
+            let lit = (0..scratch.columns).filter(|c| !line.bare[tile * TILE + c] && line.hits[tile * TILE + c].seen);
             out.extend(lit.map(|column| read(&scratch, column)));
         }
-        rows_per_mm = f64::from(row.level_rows_per_mm);
+        rows_per_mm = f64::from(line.level_rows_per_mm);
     }
     // Heights show as tan(tilt) of the way along the motion.
     (out, rows_per_mm * libm::tan(scene.bench.camera.tilt_deg.to_radians()))

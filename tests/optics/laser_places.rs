@@ -180,13 +180,13 @@ fn glints_of_metal_add_their_light() {
     let metal = Medium::opaque(Gloss { share: 1.0, reflectance: 0.9, roughness: [0.45; 2], matte: 0.0 });
     let mut scene = scene(400);
     scene.size.columns = 2560;
-    let plain = expose(&scene, plate(metal, 0.0, 0.0, 0.0), 0..1).1.row(0).surface_light.clone();
+    let plain = expose(&scene, plate(metal, 0.0, 0.0, 0.0), 0..1).1.line(0).surface_light.clone();
     let laser = &mut scene.bench.laser;
     (laser.glints_per_mm, laser.glint_gain, laser.glint_length_mm) = (0.5, 6.0, 0.1);
     let (sensor, band) = expose(&scene, plate(metal, 0.0, 0.0, 0.0), 0..400);
     // A mean length is 1.5 profiles: 20 profiles apart nothing is met twice.
     let more = (0..400).step_by(20).map(|p| {
-        let glare = &band.row(p).surface_light;
+        let glare = &band.line(p).surface_light;
         (0..2560).map(|c| f64::from(glare[c] / plain[c]) - 1.0).sum::<f64>() / 2560.0
     });
     let (mean, sd) = moments(more.collect::<Vec<_>>().into_iter());
@@ -211,18 +211,18 @@ fn streaks_lie_on_the_board() {
     (scene.bench.laser.streaks_per_mm, scene.bench.laser.streak_length_mm) = (1.0, 0.3);
     let (sensor, band) = expose(&scene, body, 14..18);
     let lit = light(&sensor, &band, 16, 1024);
-    let streaks = &band.row(16).streaks;
+    let streaks = &band.line(16).streaks;
     let count = streaks.len() as f64;
     assert!((count - 88.0).abs() < 3.5 * 88f64.sqrt(), "{count} streaks");
     let added: f64 = lit.iter().zip(&dark).map(|(lit, dark)| lit.2 - dark.2).sum();
     let told: f64 = streaks.iter().map(|s| f64::from(s.electrons * (s.last_row - s.first_row))).sum();
     assert!(added > 0.0 && (added / told - 1.0).abs() < 0.03, "{added} of {told} electrons");
     // A step of the scan further, those that still reach the line have moved by a step.
-    let rate = f64::from(band.row(16).rows_per_mm[512]);
+    let rate = f64::from(band.line(16).rows_per_mm[512]);
     let step = (sensor.position(17) - sensor.position(16)) * rate;
     let mut stay = 0;
     for streak in streaks {
-        let next = band.row(17).streaks.iter().find(|next| {
+        let next = band.line(17).streaks.iter().find(|next| {
             (next.column - streak.column).abs() < 0.3
                 && (f64::from((next.last_row - next.first_row) - (streak.last_row - streak.first_row))).abs() < 0.05
         });

@@ -16,7 +16,7 @@ fn columns(body: &Body) -> Vec<(f64, i32, Vec<f64>)> {
     let (sensor, band) = target::expose(&scene, body.clone(), PROFILE..PROFILE + 1);
     let mut scratch = Scratch::default();
     sensor.window(&band, PROFILE, 0, &mut scratch);
-    let hits = &band.row(PROFILE).hits;
+    let hits = &band.line(PROFILE).hits;
     (0..TILE)
         .map(|c| {
             let light = (0..ROWS).map(|k| f64::from(scratch.electrons(k, c))).collect();
@@ -87,6 +87,6 @@ fn slopes_have_no_edges() {
         scene.size.columns = TILE;
         let (_, band) =
             target::expose(&scene, target::plate(target::ceramic(), 20.0, slope, 0.0), PROFILE..PROFILE + 1);
-        assert!(band.row(PROFILE).mixed.is_empty(), "slope {slope}: {:?}", band.row(PROFILE).mixed);
+        assert!(band.line(PROFILE).mixed.is_empty(), "slope {slope}: {:?}", band.line(PROFILE).mixed);
     }
 }

@@ -60,7 +60,7 @@ fn domes_hide_what_stands_behind_them() {
     for profile in [60, 120, 180, 250, 265, 275, 285, 295, 305] {
         let y = profile as f64 * scene.bench.motion.step_mm;
         let lens = DVec3::new(0.0, y - rig.distance * rig.tilt.sin(), rig.distance * rig.tilt.cos());
-        for (column, hit) in band.row(profile).hits.iter().enumerate().step_by(3) {
+        for (column, hit) in band.line(profile).hits.iter().enumerate().step_by(3) {
             if hit.matter.film.is_none() {
                 continue;
             }
@@ -100,15 +100,15 @@ fn walls_mirror_the_line_onto_the_film_at_their_feet() {
             camera.rig.distance * camera.rig.tilt.cos(),
         );
         let mut sums = [0.0f64; 3];
-        let row = band.row(profile);
-        // What the film of this row answers to light in a column, within 0.32 mm.
+        let line = band.line(profile);
+        // What the film of this line answers to light in a column, within 0.32 mm.
         let answer = |column: usize| {
-            let hit = &row.hits[column];
+            let hit = &line.hits[column];
             let sight = camera.sight(hit.x, hit.surface.z, hit.surface.slope_y);
-            let light: f32 = (0..5).map(|j| row.source[j][column] * row.exit[j][column]).sum();
+            let light: f32 = (0..5).map(|j| line.source[j][column] * line.exit[j][column]).sum();
             f64::from(light / (sight.electrons * normal(hit).dot(sight.view)))
         };
-        for hit in band.row(profile).hits.iter().filter(|hit| hit.lit && hit.matter.film.is_some()) {
+        for hit in band.line(profile).hits.iter().filter(|hit| hit.lit && hit.matter.film.is_some()) {
             let n = normal(hit).as_dvec3();
             let sight = camera.sight(hit.x, hit.surface.z, hit.surface.slope_y);
             let light = sight.light.as_dvec3();
@@ -132,7 +132,7 @@ fn walls_mirror_the_line_onto_the_film_at_their_feet() {
             let light = f64::from(sight.electrons) * 0.5 * (s * s + p * p) * facing * answer(column.round() as usize);
             sums = [sums[0] + light, sums[1] + light * column, sums[2] + light * row];
         }
-        let beside = band.row(profile).secondary.as_ref().expect("a pack has mirror images");
+        let beside = band.line(profile).secondary.as_ref().expect("a pack has mirror images");
         let seen = beside.reflections.iter().fold([0.0f64; 3], |sum, splat| {
             let light = f64::from(splat.electrons);
             [sum[0] + light, sum[1] + light * splat.column as f64, sum[2] + light * f64::from(splat.row)]
@@ -178,7 +178,7 @@ fn clear_film_shows_tablet_and_foil() {
         let (sensor, band) = expose(&scene, body, middle - 8..middle + 8);
         for profile in middle - 8..middle + 8 {
             for column in 112..144 {
-                let hit = &band.row(profile).hits[column];
+                let hit = &band.line(profile).hits[column];
                 let film = hit.matter.film.expect("the pocket is closed");
                 let outside = sensor.camera().sight(hit.x, hit.surface.z, 0.0).view.z.acos();
                 let inside = (outside.sin() / blister.web.n as f32).asin();
@@ -209,7 +209,7 @@ fn facets_that_face_laser_and_lens_saturate() {
     let (sensor, band) = expose(&scene, body, 40..260);
     for profile in 40..260 {
         for (column, hit) in
-            band.row(profile).hits.iter().enumerate().filter(|(_, h)| h.seen && h.matter.film.is_some())
+            band.line(profile).hits.iter().enumerate().filter(|(_, h)| h.seen && h.matter.film.is_some())
         {
             let sight = sensor.camera().sight(hit.x, hit.surface.z, hit.surface.slope_y);
             let off = normal(hit).dot((sight.view - sight.light).normalize()).min(1.0).acos().to_degrees();

@@ -103,9 +103,9 @@ fn flanks_are_hidden_where_their_angles_say() {
         let lens = rig.distance * libm::cos(rig.tilt);
         let record = render(&scene, body());
         for profile in 46..52 {
-            let row = band.row(profile);
+            let line = band.line(profile);
             let range = &record.maps.range[profile * record.cols..][..record.cols];
-            let places = row.hits.iter().zip(range).enumerate();
+            let places = line.hits.iter().zip(range).enumerate();
             for (column, (hit, range)) in places.filter(|(_, (hit, _))| hit.matter.class == Class::Tooth) {
                 let (x, z) = (f64::from(hit.x), f64::from(hit.surface.z));
                 let (lit, over) = free(&piece, x, z, scene.bench.laser.fan_height_mm);
@@ -118,13 +118,13 @@ fn flanks_are_hidden_where_their_angles_say() {
                 }
                 assert_eq!((hit.lit, hit.seen), (lit, seen), "{rise_share}: {hit:?}");
                 // Light of a grazing flank stands in many rows: too faint to be read.
-                let peak = f64::from(row.surface_light[column])
-                    / (std::f64::consts::TAU * f64::from(row.variance[column])).sqrt();
+                let peak = f64::from(line.surface_light[column])
+                    / (std::f64::consts::TAU * f64::from(line.variance[column])).sqrt();
                 let faint = peak * gain < 1.2 * scene.extraction.threshold_dn;
                 if lit && seen && faint {
                     unread += 1;
                     assert!(hit.surface.slope_x.abs() > 2.0, "{rise_share}: {peak} e- of {hit:?}");
-                } else if row.mixed.iter().all(|mixed| mixed.column != column) {
+                } else if line.mixed.iter().all(|mixed| mixed.column != column) {
                     // Columns that see past an edge have light of what is not hidden.
                     assert_eq!(range.is_nan(), !(lit && seen), "{rise_share}: Range {range} of {hit:?}");
                 }
@@ -166,7 +166,7 @@ fn a_ball_is_round() {
     for profile in 0..260 {
         let y = (profile as f64 * scene.bench.motion.step_mm) as f32;
         let row = &record.maps.range[profile * record.cols..][..record.cols];
-        for (hit, range) in band.row(profile).hits.iter().zip(row) {
+        for (hit, range) in band.line(profile).hits.iter().zip(row) {
             let from = Vec3::new(hit.x, y, hit.surface.z) - centre;
             if hit.matter.class != Class::Object || !hit.seen {
                 continue;
@@ -201,7 +201,7 @@ fn the_lens_looks_under_an_overhang() {
     let rise = libm::tan(sensor.camera().rig.tilt);
     for profile in 0..140 {
         let y = profile as f64 * scene.bench.motion.step_mm;
-        for hit in &band.row(profile).hits[100..156] {
+        for hit in &band.line(profile).hits[100..156] {
             let slab = (0.5..=2.5).contains(&y);
             assert_eq!(hit.matter.class == Class::Object, slab, "{y}");
             // The way to the lens rises by 1 / tan(tilt) all along: it meets the slab's height there.
@@ -231,7 +231,7 @@ fn holes_and_pieces_are_what_they_are() {
         mesh.triangles.extend(bar.triangles.iter().map(|t| t.map(|corner| corner + first)));
     }
     let (_, band) = expose(&scene, part(&mesh, |p| Placing { lead_in_mm: 0.0, ..p }), 110..115);
-    for hit in &band.row(112).hits {
+    for hit in &band.line(112).hits {
         let (x, z) = (f64::from(hit.x), hit.surface.z);
         let near = |edge: f64| (x.abs() - edge).abs() < 0.3;
         if [8.0, 2.0, 1.0, 0.0].into_iter().any(near) {
@@ -245,6 +245,6 @@ fn holes_and_pieces_are_what_they_are() {
         assert!((z - expected).abs() < 1e-3 && hit.lit, "{hit:?}");
         assert_eq!(hit.matter.class == Class::Background, expected == 0.0, "{hit:?}");
     }
-    let dark = band.row(112).hits.iter().filter(|hit| !hit.lit || !hit.seen).count();
+    let dark = band.line(112).hits.iter().filter(|hit| !hit.lit || !hit.seen).count();
     assert!(dark < 30, "{dark} columns are dark");
 }

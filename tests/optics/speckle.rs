@@ -204,8 +204,8 @@ fn row_contrast(medium: Medium, rows: usize, brighter: f64) -> f64 {
 fn path_contrast_of(medium: Medium, rows: usize) -> f64 {
     let scene = scene(240);
     let (sensor, band) = expose(&scene, plate(medium, 22.0, 0.0, 0.0), 100..101);
-    let (row, tilt) = (band.row(100), sensor.camera().rig.tilt as f32);
-    let (variance, per_mm) = (row.variance[128], row.rows_per_mm[128]);
+    let (line, tilt) = (band.line(100), sensor.camera().rig.tilt as f32);
+    let (variance, per_mm) = (line.variance[128], line.rows_per_mm[128]);
     let point = SurfacePoint {
         mu_a: medium.mu_a,
         sigma_i: medium.sigma_i,

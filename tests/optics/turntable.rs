@@ -30,7 +30,7 @@ fn block(size_mm: f32, height_mm: f32, slope_x: f32) -> Body {
 /// What the columns see in profile `profile`.
 fn hits(scene: &Scene, body: Body, profile: usize) -> Vec<Hit> {
     let (sensor, specimen) = set_up(scene, body, tiles());
-    sensor.band(&specimen, profile..profile + 1).row(profile).hits.clone()
+    sensor.band(&specimen, profile..profile + 1).line(profile).hits.clone()
 }
 
 /// A slope along x becomes one along the motion after a quarter turn, and heights are those of the turned place.

@@ -6,7 +6,7 @@
 use bench::settings::Transport;
 use procedural::Body;
 use recipe::{Recipe, Scene};
-use scanner::optics::Row;
+use scanner::optics::ScanLine;
 use scanner::optics::{Band, Scratch, Sensor, TILE};
 use test_support::target::expose;
 use transport::kernel::BASIS;
@@ -84,7 +84,10 @@ fn packs_of(class: &'static str, seed: u64, changes: &[&str]) -> impl Iterator<I
 }
 
 /// Light and centre of gravity about lines at `places`, which are chosen by rows of production's; ours and the judge's by profile.
-fn compared(pack: &(Scene, Body), places: impl Fn(&Row, usize) -> Option<f32>) -> Vec<(usize, Vec<[[f64; 2]; 2]>)> {
+fn compared(
+    pack: &(Scene, Body),
+    places: impl Fn(&ScanLine, usize) -> Option<f32>,
+) -> Vec<(usize, Vec<[[f64; 2]; 2]>)> {
     compared_in(&PROFILES, pack, places)
 }
 
@@ -92,7 +95,7 @@ fn compared(pack: &(Scene, Body), places: impl Fn(&Row, usize) -> Option<f32>) -
 fn compared_in(
     profiles: &[usize],
     pack: &(Scene, Body),
-    places: impl Fn(&Row, usize) -> Option<f32>,
+    places: impl Fn(&ScanLine, usize) -> Option<f32>,
 ) -> Vec<(usize, Vec<[[f64; 2]; 2]>)> {
     compared_at(profiles, pack, [&places]).into_iter().map(|(profile, [groups])| (profile, groups)).collect()
 }
@@ -100,7 +103,7 @@ fn compared_in(
 /// Light and centre of gravity by groups of columns, ours and the judge's.
 type Groups = Vec<[[f64; 2]; 2]>;
 /// Chooses a column's place by production's row.
-type Places<'a> = &'a dyn Fn(&Row, usize) -> Option<f32>;
+type Places<'a> = &'a dyn Fn(&ScanLine, usize) -> Option<f32>;
 
 /// The same of several places.
 fn compared_at<const N: usize>(
@@ -112,10 +115,10 @@ fn compared_at<const N: usize>(
     judged.transport = Transport::Path { photons: PHOTONS };
     let (sensor, band) = expose(scene, body.clone(), profiles[0]..profiles[profiles.len() - 1] + 1);
     let pairs = |profile: usize| {
-        let row = band.row(profile);
+        let line = band.line(profile);
         let (judge, truth) = expose(&judged, body.clone(), profile..profile + 1);
         let groups = places.map(|places| {
-            let places: Vec<Option<f32>> = (0..row.hits.len()).map(|column| places(row, column)).collect();
+            let places: Vec<Option<f32>> = (0..line.hits.len()).map(|column| places(line, column)).collect();
             let ours = lines(&sensor, &band, profile, &places);
             let truth = lines(&judge, &truth, profile, &places);
             ours.into_iter().zip(truth).map(<[_; 2]>::from).collect()
@@ -140,7 +143,7 @@ fn rms(values: &[f64]) -> f64 {
 /// way down, which the kernel's film has not: light is 16 to 40 % too faint there, by packs.
 #[test]
 fn foil_is_seen_as_the_judge_sees_it() {
-    let on_foil = |row: &Row, column: usize| {
+    let on_foil = |row: &ScanLine, column: usize| {
         let seen = &row.secondary.as_ref().expect("a pack has it").transmitted;
         let film = row.hits[column].matter.film?;
         let deep = film.gap_mm.is_some_and(|gap| gap > LEAST_GAP_MM) && film.under.gloss.is_metal();
@@ -172,7 +175,7 @@ fn foil_is_seen_as_the_judge_sees_it() {
 /// +3 %; 17 and 5 % before light that meets film aslant was followed).
 #[test]
 fn walls_are_as_bright_as_the_judge_sees_them() {
-    let on_wall = |row: &Row, column: usize| {
+    let on_wall = |row: &ScanLine, column: usize| {
         let hit = &row.hits[column];
         let steep = hit.surface.slope_x.abs() > 0.3 && hit.matter.film.is_some() && hit.lit && hit.seen;
         steep.then(|| row.centre[column])
@@ -196,7 +199,7 @@ fn walls_are_as_bright_as_the_judge_sees_them() {
 /// mean of six packs (seen: +8 %). Light that ended 2 mm from where it landed, as in wood, would be half of it.
 #[test]
 fn pockets_are_filled_with_light_as_the_judge_says() {
-    let aside = |row: &Row, column: usize| {
+    let aside = |row: &ScanLine, column: usize| {
         let film = row.hits[column].matter.film?;
         let deep = film.gap_mm.is_some_and(|gap| gap > LEAST_GAP_MM) && row.hits[column].surface.slope_x.abs() < 0.3;
         deep.then(|| row.centre[column] - ASIDE_ROWS)
@@ -222,7 +225,7 @@ fn pockets_scatter_as_the_judge_says() {
     for (class, bar) in [("missing", 0.17), ("sound", 0.22)] {
         let mut ratios = Vec::new();
         for pack in packs_of(class, 12, &[]).take(FEW_PACKS) {
-            let beside = |row: &Row, column: usize, side: f32| {
+            let beside = |row: &ScanLine, column: usize, side: f32| {
                 let hit = &row.hits[column];
                 let over_room = hit.matter.film.is_some_and(|film| film.is_over_room());
                 (over_room && hit.lit && hit.seen).then(|| row.centre[column] + side)
@@ -252,7 +255,7 @@ fn pockets_scatter_as_the_judge_says() {
 /// the mean by groups of columns (seen: 20 %, +2 %). As if it left through the flank, 38 % and -30 %: dark dashes in Scatter.
 #[test]
 fn embossed_codes_scatter_as_the_judge_says() {
-    let beside = |row: &Row, column: usize| {
+    let beside = |row: &ScanLine, column: usize| {
         let hit = &row.hits[column];
         let sealed = hit.matter.film.is_some_and(|film| film.gap_mm.is_none());
         let code = sealed && hit.surface.z < MOST_OF_CODES_MM && hit.surface.slope_y < -LEANING;
@@ -278,7 +281,7 @@ fn embossed_codes_scatter_as_the_judge_says() {
 /// Profiles lie 0.26 mm apart here, and where an edge is seen is known to half of that.
 #[test]
 fn light_creeps_into_sight_as_the_judge_says() {
-    let behind = |row: &Row, column: usize| {
+    let behind = |row: &ScanLine, column: usize| {
         let hit = &row.hits[column];
         (hit.lit && !hit.seen && hit.matter.film.is_some()).then(|| row.centre[column])
     };
@@ -303,7 +306,7 @@ fn light_creeps_into_sight_as_the_judge_says() {
 /// judge's in the mean of six packs (seen: +8 %; -64 % without).
 #[test]
 fn cards_are_lit_by_walls_as_the_judge_says() {
-    let at_foot = |row: &Row, column: usize| {
+    let at_foot = |row: &ScanLine, column: usize| {
         let open = |column: usize| row.hits[column].matter.film.is_some_and(|film| film.gap_mm.is_some());
         let near = column.saturating_sub(NEAR_FOOT)..(column + NEAR_FOOT).min(row.hits.len());
         let card = row.hits[column].matter.film.is_some() && !open(column);
@@ -326,7 +329,7 @@ fn cards_are_lit_by_walls_as_the_judge_says() {
 /// light in rows about it, in the mean of six packs (seen: +19 %). Up to 0.2 the judge's frames showed the kernel's image on top of their own.
 #[test]
 fn smooth_foil_shows_the_lower_side_of_film() {
-    let image = |row: &Row, column: usize| {
+    let image = |row: &ScanLine, column: usize| {
         let film = row.hits[column].matter.film?;
         let deep = film.gap_mm.is_some_and(|gap| gap > LEAST_GAP_MM) && row.hits[column].surface.slope_x.abs() < 0.3;
         let through = row.secondary.as_ref().expect("a pack has it").transmitted.centre[column];
@@ -352,7 +355,7 @@ fn smooth_foil_shows_the_lower_side_of_film() {
 /// 12 % of the judge's and 25 % rms (seen: 0.97 of it and 15 %).
 #[test]
 fn foil_shows_film_that_leans() {
-    let image = |row: &Row, column: usize| {
+    let image = |row: &ScanLine, column: usize| {
         let hit = &row.hits[column];
         let film = hit.matter.film?;
         let leans = hit.surface.slope_y < -LEANING && film.gap_mm.is_some_and(|gap| gap > LEAST_GAP_MM);

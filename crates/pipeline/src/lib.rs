@@ -360,7 +360,7 @@ impl BandMaps<'_> {
         let mut stack = Vec::new();
         for (place, profile) in profiles.clone().enumerate() {
             let line = place * columns..(place + 1) * columns;
-            let hits = &band.row(profile).hits;
+            let hits = &band.line(profile).hits;
             let even = grid.map(|grid| labels::on_grid(hits, grid.first_mm, grid.pitch_mm));
             let hits = even.as_ref().unwrap_or(hits);
             labels::label_row(hits, &mut self.class[line.clone()], &mut self.instance[line.clone()]);

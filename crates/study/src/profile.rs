@@ -51,7 +51,7 @@ pub fn study(scene: &Scene, profile: usize, effort: Effort, progress: StudyProgr
         (own.transport, own.stream) = (transport, scene.stream.child("study").index(effort.seed).index(repeat));
         let (sensor, specimen) = pipeline::set_up(&own, body.clone(), &tiles);
         let band = sensor.band(&specimen, profile..profile + 1);
-        let hits = &band.row(profile).hits;
+        let hits = &band.line(profile).hits;
         x = hits
             .chunks(BIN_COLUMNS)
             .map(|bin| bin.iter().map(|hit| f64::from(hit.x)).sum::<f64>() / bin.len() as f64)

@@ -1,20 +1,20 @@
 //! Bands of one specimen under one sensor, made one after the other: what one of them has worked out serves the next.
 
-use super::scan_line::{RowScratch, RowView};
+use super::scan_line::{LineScratch, LineView};
 use super::sensor::Sensor;
 use super::window::{Band, PerLine};
 use crate::specimen::Specimen;
 
-/// Rows by which those are apart that a look at one profile works out.
-const SPARSE_ROWS: usize = 8;
+/// Lines by which those are apart that a look at one profile works out.
+const SPARSE_LINES: usize = 8;
 
-/// Makes bands of one specimen. Each takes the memory of the one before it, and the rows that both hold.
+/// Makes bands of one specimen. Each takes the memory of the one before it, and the lines that both hold.
 #[derive(Debug)]
 pub struct Bands<'a> {
     sensor: &'a Sensor,
     specimen: &'a Specimen,
     band: Band,
-    scratch: RowScratch,
+    scratch: LineScratch,
 }
 
 impl Sensor {
@@ -27,7 +27,7 @@ impl Sensor {
 
     /// Bands of a specimen, to be made one after the other.
     pub fn bands<'a>(&'a self, specimen: &'a Specimen) -> Bands<'a> {
-        Bands { sensor: self, specimen, band: Band::default(), scratch: RowScratch::new(self.size.columns) }
+        Bands { sensor: self, specimen, band: Band::default(), scratch: LineScratch::new(self.size.columns) }
     }
 }
 
@@ -37,47 +37,47 @@ impl Bands<'_> {
         let Self { sensor, specimen, band, scratch } = self;
         let kept = band.restart(profiles, sensor.halo());
         let first = (band.profiles.start + kept) as isize - band.halo as isize;
-        sensor.maker.make_all(first, &mut band.rows[kept..], |profile| view(sensor, specimen, profile), scratch);
+        sensor.maker.make_all(first, &mut band.lines[kept..], |profile| view(sensor, specimen, profile), scratch);
         self.finish()
     }
 
-    /// The same for a look at one profile: every eighth row around it stands for those beside it, which takes a fraction of the
-    /// time and shows light that comes from other rows less finely: what has crept under the surface, front faces, light that
+    /// The same for a look at one profile: every eighth line around it stands for those beside it, which takes a fraction of the
+    /// time and shows light that comes from other lines less finely: what has crept under the surface, front faces, light that
     /// parts of a body throw at each other.
     pub fn make_sparse(&mut self, profile: usize) -> &Band {
         let Self { sensor, specimen, band, scratch } = self;
         band.restart(profile..profile + 1, sensor.halo());
         let own = band.halo;
-        // Rows below a line, and those that a moving object has come to, do not stand for others.
-        let lines = sensor.second.map(|second| second.rows()).into_iter().chain([0..=0]);
+        // Lines below a line, and those that a moving object has come to, do not stand for others.
+        let under = sensor.second.map(|second| second.lines()).into_iter().chain([0..=0]);
         let moved = isize::from(sensor.geometry.exposed_share > 0.0);
-        let exact: Vec<isize> = lines.flat_map(|rows| *rows.start()..=*rows.end() + moved).collect();
+        let exact: Vec<isize> = under.flat_map(|lines| *lines.start()..=*lines.end() + moved).collect();
         let is_made = |place: usize| {
             let away = place as isize - own as isize;
-            away.unsigned_abs().is_multiple_of(SPARSE_ROWS) || exact.contains(&away)
+            away.unsigned_abs().is_multiple_of(SPARSE_LINES) || exact.contains(&away)
         };
-        for place in (0..band.rows.len()).filter(|&place| is_made(place)) {
+        for place in (0..band.lines.len()).filter(|&place| is_made(place)) {
             let view = view(sensor, specimen, (profile + place) as isize - own as isize);
-            sensor.maker.make(view, scratch, &mut band.rows[place]);
+            sensor.maker.make(view, scratch, &mut band.lines[place]);
         }
-        for place in (0..band.rows.len()).filter(|&place| !is_made(place)) {
+        for place in (0..band.lines.len()).filter(|&place| !is_made(place)) {
             let sides = |away: usize| [place.checked_sub(away), Some(place + away)].into_iter().flatten();
-            let near = (1..SPARSE_ROWS).flat_map(sides).find(|&near| near < band.rows.len() && is_made(near));
-            band.rows[place] = band.rows[near.unwrap_or(own)].clone();
+            let near = (1..SPARSE_LINES).flat_map(sides).find(|&near| near < band.lines.len() && is_made(near));
+            band.lines[place] = band.lines[near.unwrap_or(own)].clone();
         }
         band.is_sparse = true;
         self.finish()
     }
 
-    /// What follows once a band's rows are made.
+    /// What follows once a band's lines are made.
     fn finish(&mut self) -> &Band {
         let Self { sensor, specimen, band, .. } = self;
-        if let Some(last) = band.rows.last_mut() {
+        if let Some(last) = band.lines.last_mut() {
             last.front.clear();
         }
         let view = sensor.camera.sight(0.0, 0.0, 0.0).view;
-        for place in (1..band.rows.len()).rev() {
-            let (before, from) = band.rows.split_at_mut(place);
+        for place in (1..band.lines.len()).rev() {
+            let (before, from) = band.lines.split_at_mut(place);
             before[place - 1].open_front(&from[0], -view.z / view.y);
         }
         // The light that a moving object has in the next profile counts too.
@@ -86,7 +86,7 @@ impl Bands<'_> {
         if let Some(solver) = &sensor.line_solver {
             let model = PerLine { specimen, camera: &sensor.camera, solver };
             let last = band.profiles.end + usize::from(sensor.geometry.exposed_share > 0.0);
-            let volume = |profile: usize| model.volume(band.row(profile), profile as u64, sensor.position(profile));
+            let volume = |profile: usize| model.volume(band.line(profile), profile as u64, sensor.position(profile));
             band.volumes = (band.profiles.start..last).map(volume).collect();
         }
         band
@@ -94,7 +94,7 @@ impl Bands<'_> {
 }
 
 /// Body, camera and laser where `profile` stands.
-fn view<'a>(sensor: &'a Sensor, specimen: &'a Specimen, profile: isize) -> RowView<'a> {
+fn view<'a>(sensor: &'a Sensor, specimen: &'a Specimen, profile: isize) -> LineView<'a> {
     let y = sensor.geometry.position(profile) as f32;
-    RowView { specimen, camera: &sensor.camera, y, profile, faint: sensor.faint }
+    LineView { specimen, camera: &sensor.camera, y, profile, faint: sensor.faint }
 }

@@ -18,7 +18,7 @@ const MAX_PEAK_SHIFT: usize = 2;
 /// A tile of a profile, to be exposed.
 #[derive(Debug, Clone, Copy)]
 pub struct TileOfProfile<'a> {
-    /// Rows of the specimen about the profile.
+    /// Scan lines about the profile.
     pub band: &'a Band,
     /// Which profile.
     pub profile: usize,
@@ -104,13 +104,13 @@ impl Sensor {
     /// What digitises a tile, of which the sensor has so many columns.
     fn digitising<'a>(&'a self, part: &TileOfProfile<'a>, columns: usize) -> (Digitiser<'a>, TileExposure<'a>) {
         let TileOfProfile { band, profile, tile, offsets } = *part;
-        let row = band.row(profile);
-        let hits = &row.hits[tile * TILE..][..columns];
+        let line = band.line(profile);
+        let hits = &line.hits[tile * TILE..][..columns];
         let place = [hits[columns / 2].x, median_height(hits)].map(f64::from);
         // Speckle moves as far as the object does here.
         let way = self.position(profile) * self.turn.map_or(1.0, |turn| turn.share(place[0]));
         let exposure = TileExposure { profile, tile, columns, place, way, offsets };
-        (Digitiser { chain: &self.chain, speckle: &self.speckle, contrasts: row.contrasts_of(tile) }, exposure)
+        (Digitiser { chain: &self.chain, speckle: &self.speckle, contrasts: line.contrasts_of(tile) }, exposure)
     }
 }
 

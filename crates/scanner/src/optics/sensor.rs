@@ -6,7 +6,7 @@ use procedural::{Medium, Stream};
 use super::camera::Camera;
 use super::encoder::Encoder;
 use super::readout::{SignalChain, ThesisScripts};
-use super::scan_line::{Highlights, RowMaker, surface_point};
+use super::scan_line::{Highlights, LineMaker, surface_point};
 use super::speckle::coherence::{Coherence, coherence_per_mm, path_contrast};
 use super::speckle::{AnchoredSpeckle, PatternCache, SpeckleConditions};
 use super::window::{LineSolver, ScanGeometry, SecondLine};
@@ -63,7 +63,7 @@ pub struct Sensor {
     /// Light in one pixel under which secondary light is left out [e-].
     pub(super) faint: f32,
     pub(super) line_solver: Option<LineSolver>,
-    pub(super) maker: RowMaker,
+    pub(super) maker: LineMaker,
 }
 
 impl Sensor {
@@ -106,7 +106,7 @@ impl Sensor {
             size,
             faint: FAINT_DN / gain,
             line_solver: setup.line_solver,
-            maker: RowMaker::new(
+            maker: LineMaker::new(
                 bench.motion.conveyor_reflectance,
                 &camera,
                 Highlights::new(&bench.laser, stream.child("shining")),
@@ -118,7 +118,7 @@ impl Sensor {
         }
     }
 
-    /// The same with the light of every row worked out for itself, where otherwise many are interpolated: what that is held against.
+    /// The same with the light of every line worked out for itself, where otherwise many are interpolated: what that is held against.
     pub fn without_interpolation(mut self) -> Self {
         self.maker.interpolates = false;
         self
@@ -164,7 +164,7 @@ impl Sensor {
         self.chain.row_offsets(profile, offsets);
     }
 
-    /// Rows of the specimen that a profile needs before and behind its own, and one for the front faces of the last.
+    /// Scan lines that a profile needs before and behind its own, and one for the front faces of the last.
     pub fn halo(&self) -> [usize; 2] {
         let [before, behind] = self.second.map_or([0; 2], |second| second.reach());
         [self.geometry.halo() + before, self.geometry.halo() + behind]

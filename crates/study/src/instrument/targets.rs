@@ -86,7 +86,7 @@ impl TargetView {
 
     /// Contrast of speckle in a pixel on the line of a profile, in its middle column, light from below [1].
     pub(super) fn contrast_from_below(&self, profile: usize) -> f64 {
-        f64::from(self.sensor.speckle_contrast()[1] * self.band.row(profile).contrast_on_line(self.columns / 2))
+        f64::from(self.sensor.speckle_contrast()[1] * self.band.line(profile).contrast_on_line(self.columns / 2))
     }
 
     /// Light of a profile before any noise, `[ROWS, columns]`, row-major [e-].

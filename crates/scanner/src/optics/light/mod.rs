@@ -1,11 +1,11 @@
 //! Light: the data that the phases hand on, which knows none of them.
 //!
-//! [`Row`] is the light of one position of the scan, with [`SecondaryLight`] where there is film. Beside them stand
+//! [`ScanLine`] is the light of one position of the scan, with [`SecondaryLight`] where there is film. Beside them stand
 //! what both sides must agree on: the classes of the fixed widths, tiles and windows, and a blur.
 
 mod box_filter;
 mod mixed_column;
-mod row;
+mod scan_line;
 mod secondary;
 mod streak;
 mod tile;
@@ -13,7 +13,7 @@ mod widths;
 
 pub(crate) use self::box_filter::{blur, blur_varying};
 pub use self::mixed_column::MixedColumn;
-pub use self::row::{FrontTile, Row};
+pub use self::scan_line::{FrontTile, ScanLine};
 pub(crate) use self::secondary::{NEAR_MM2, PER_TILE, PocketLight, STRIDE, middle_of};
 pub use self::secondary::{Patches, Reflection, SecondaryLight, TransmittedLine, WindowNeed};
 pub use self::streak::Streak;

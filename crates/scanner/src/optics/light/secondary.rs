@@ -20,7 +20,7 @@ pub(crate) fn middle_of(column: usize, columns: usize) -> usize {
 /// samples lie about as far apart [mm^2].
 pub(crate) const NEAR_MM2: f32 = 0.06;
 
-/// Patches of a row that send light to each other, structure of arrays padded to whole tiles.
+/// Patches of a line that send light to each other, structure of arrays padded to whole tiles.
 #[derive(Debug, Clone, Default)]
 pub struct Patches {
     /// Place along the line [mm].
@@ -44,7 +44,7 @@ pub struct Patches {
     pub(crate) uneven: Vec<bool>,
 }
 
-/// What pockets let out of a row's light, and what its columns show of others'.
+/// What pockets let out of a line's light, and what its columns show of others'.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct PocketLight {
     /// In each cavity that the line crosses.
@@ -55,7 +55,7 @@ pub(crate) struct PocketLight {
     pub near: [Vec<f32>; NEAR_WIDTHS],
 }
 
-/// What a row sends to the camera besides its line, and where its windows of sensor rows stand for that.
+/// What a line sends to the camera besides its line, and where its windows of sensor lines stand for that.
 #[derive(Debug, Clone, Default)]
 pub struct SecondaryLight {
     /// The line through the film.
@@ -118,7 +118,7 @@ pub struct TransmittedLine {
 }
 
 impl TransmittedLine {
-    /// Factors by which width `j` of another row's line leaves here in the tile that begins at column `start` [sqrt(1)].
+    /// Factors by which width `j` of another line's line leaves here in the tile that begins at column `start` [sqrt(1)].
     #[inline(always)]
     pub(crate) fn leaves(&self, j: usize, start: usize) -> &[f32; TILE] {
         if j < NARROW_WIDTHS { &UNIT_EXIT } else { load(&self.exit[j], start) }

@@ -22,7 +22,7 @@ const LEAST_FILLING_MM: f32 = 0.7;
 /// Slope of film along the line from which on light's way along it counts [1].
 const LEAST_SLOPE: f32 = 0.2;
 
-/// Stretches of a row's columns along which light spreads, and buffers for it.
+/// Stretches of a line's columns along which light spreads, and buffers for it.
 #[derive(Debug)]
 pub(crate) struct AlongLine {
     /// Without a break in the surface.
@@ -55,7 +55,7 @@ impl AlongLine {
         self.holds[column] = holds;
     }
 
-    /// Finds the stretches of the columns `own` of a row; `relief` where a body has film.
+    /// Finds the stretches of the columns `own` of a line; `relief` where a body has film.
     pub fn find(&mut self, hits: &[Hit], own: Range<usize>, relief: bool) {
         let Self { spans: all, rooms, rises, .. } = self;
         spans(&hits[own.clone()], own.start, relief, all);

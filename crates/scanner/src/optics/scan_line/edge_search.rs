@@ -15,7 +15,7 @@ const EDGE_MM: f32 = 0.1;
 /// Halvings of the distance between two columns in which an edge is sought.
 const HALVINGS: usize = 4;
 
-/// Finds the mixed columns of a row.
+/// Finds the mixed columns of a line.
 #[derive(Debug, Default)]
 pub(crate) struct EdgeSearch {
     /// The edges' columns to the left, and between which parts of the way to the next column they lie.
@@ -24,7 +24,7 @@ pub(crate) struct EdgeSearch {
 }
 
 impl EdgeSearch {
-    /// The mixed columns of the row at `y` [mm], whose columns look along `columns` and see `hits`, by rising column.
+    /// The mixed columns of the line at `y` [mm], whose columns look along `columns` and see `hits`, by rising column.
     pub fn find(
         &mut self,
         specimen: &Specimen,

@@ -18,7 +18,7 @@ use glam::{Mat2, Vec2, Vec3};
 use procedural::{Film, Matter, Surface};
 
 use super::bent_film::{FilmPlace, FilmSheet, LEAST_FILM_COSINE, PlaneBelow};
-use super::view::RowView;
+use super::view::LineView;
 use crate::optics::camera::{Camera, Sight};
 use crate::optics::light::{FILLING, NARROW_WIDTHS, NEAR, NEAR_WIDTHS, TransmittedLine, blur_varying};
 use crate::optics::speckle::TILE;
@@ -134,7 +134,7 @@ pub fn spread(
 
 /// Share of light from `target` below the film of `hit` that passes it unturned to a lens along `to_lens`, wherever the lens looks through the
 /// film; `None` where it does not see the point [1].
-pub(crate) fn passes_from(target: Vec3, hit: &Hit, film: &Film, to_lens: Vec3, view: &RowView<'_>) -> Option<f32> {
+pub(crate) fn passes_from(target: Vec3, hit: &Hit, film: &Film, to_lens: Vec3, view: &LineView<'_>) -> Option<f32> {
     if !view.specimen.sees_below(target, view.y) {
         return None;
     }
@@ -148,7 +148,7 @@ pub(crate) fn passes_from(target: Vec3, hit: &Hit, film: &Film, to_lens: Vec3, v
 
 /// Where light that `hit` lets through its film meets what lies below at height `z`, and how the lens sees that: through the film as it
 /// is `bent`, or as if it were even.
-fn meeting(hit: &Hit, above: &Sight, film: &Film, z: f32, view: &RowView<'_>, bent: bool) -> Option<Meeting> {
+fn meeting(hit: &Hit, above: &Sight, film: &Film, z: f32, view: &LineView<'_>, bent: bool) -> Option<Meeting> {
     let own = Vec2::new(hit.surface.slope_x, hit.surface.slope_y);
     let at = Vec3::new(hit.x, view.y, hit.surface.z);
     let here = FilmPlace { z: at.z, slope: own, bend: Mat2::ZERO, thickness_mm: film.thickness_mm, wedge: Vec2::ZERO };
@@ -199,10 +199,10 @@ impl TransmissionScratch {
         (hit, above): (&Hit, &Sight),
         film: &Film,
         spread: &FilmStackSpread,
-        view: &RowView<'_>,
+        view: &LineView<'_>,
     ) {
         let z = height_below(&hit.surface, film);
-        // No row holds more than all of it. Light that lands here may leave where the film is level.
+        // No line holds more than all of it. Light that lands here may leave where the film is level.
         let light: f32 = spread.below.iter().sum();
         let passes = spread.passes.max(passed_unturned(&hit.matter.medium, film, above.view.z));
         if !hit.lit || light * passes * above.electrons * MAX_GAIN < view.faint {
@@ -256,7 +256,7 @@ impl TransmissionScratch {
         });
     }
 
-    /// Draws the second line of a row.
+    /// Draws the second line of a line.
     pub fn draw(&mut self, camera: &Camera, line: &mut TransmittedLine) {
         let columns = self.below.len();
         let padded = columns.next_multiple_of(TILE);

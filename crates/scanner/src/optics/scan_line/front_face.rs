@@ -1,23 +1,23 @@
-//! Front face of a body, as the bare row before it shows it: where its edge is, and how deep on it the lens looks there.
+//! Front face of a body, as the bare line before it shows it: where its edge is, and how deep on it the lens looks there.
 //! What light leaves there is worked out where windows are drawn ([`crate::optics::window`]).
 
-use crate::optics::light::{FrontTile, Row, load};
+use crate::optics::light::{FrontTile, ScanLine, load};
 use crate::optics::speckle::TILE;
 
 /// Depth that stands for what is below a face [mm].
 const BELOW_MM: f32 = 1e3;
 
 impl FrontTile {
-    /// A tile of `row` that shows no front face yet.
-    fn new(row: &Row, start: usize) -> Self {
+    /// A tile of `line` that shows no front face yet.
+    fn new(line: &ScanLine, start: usize) -> Self {
         let none = [0.0; TILE];
-        let exit = std::array::from_fn(|j| *load(&row.exit[j], start));
+        let exit = std::array::from_fn(|j| *load(&line.exit[j], start));
         Self { start, exit, edge_mm: none, before_mm: none, depth_mm: none, height_mm: none }
     }
 }
 
-impl Row {
-    /// Lets light out where this row is bare and the `next` one is not: a body's front face looks at the lens, which sees a depth of
+impl ScanLine {
+    /// Lets light out where this line is bare and the `next` one is not: a body's front face looks at the lens, which sees a depth of
     /// `depth_per_mm` a mm before the edge. It is kept apart from what leaves here otherwise: a hole lets out what comes from behind it,
     /// and nothing of what comes from before it.
     pub(crate) fn open_front(&mut self, next: &Self, depth_per_mm: f32) {
@@ -36,7 +36,7 @@ impl Row {
                 if !bare[column] || (is_bare && front.is_none()) {
                     continue;
                 }
-                // The edge lies between the two rows.
+                // The edge lies between the two lines.
                 let edge = front.map_or(0.5 * (self.y_mm + next.y_mm), |front| front.edge_mm[column]);
                 let before = edge - self.y_mm;
                 // The end of a film is lower than a row.

@@ -8,9 +8,9 @@ use std::ops::Range;
 
 use procedural::{Medium, Stream};
 
-use super::view::RowView;
+use super::view::LineView;
 use crate::optics::laser::segment_process::{Segment, SegmentProcess};
-use crate::optics::light::{Row, Streak, column_shares};
+use crate::optics::light::{ScanLine, Streak, column_shares};
 use crate::specimen::Hit;
 use bench::parameters::LaserParameters;
 use numerics::lanes::ln;
@@ -72,29 +72,29 @@ impl Highlights {
         }
     }
 
-    /// Adds highlights to a row that is worked out otherwise.
-    pub fn add(&self, view: RowView<'_>, row: &mut Row, scratch: &mut HighlightScratch) {
-        self.add_glints(view, row, scratch);
-        self.add_streaks(view, row, scratch);
+    /// Adds highlights to a line that is worked out otherwise.
+    pub fn add(&self, view: LineView<'_>, line: &mut ScanLine, scratch: &mut HighlightScratch) {
+        self.add_glints(view, line, scratch);
+        self.add_streaks(view, line, scratch);
     }
 
     /// Lets facets of metal shine that mirror light into the lens.
-    fn add_glints(&self, view: RowView<'_>, row: &mut Row, scratch: &mut HighlightScratch) {
+    fn add_glints(&self, view: LineView<'_>, line: &mut ScanLine, scratch: &mut HighlightScratch) {
         let Some(MetalFacets { segments, gain }) = &self.facets else { return };
-        segments.meet(f64::from(view.y), ends(&row.hits), &mut scratch.segments);
+        segments.meet(f64::from(view.y), ends(&line.hits), &mut scratch.segments);
         for segment in &scratch.segments {
-            let (column, hit) = at(&row.hits, segment.x);
+            let (column, hit) = at(&line.hits, segment.x);
             let gloss = &hit.matter.medium.gloss;
             if !gloss.is_metal() {
                 continue;
             }
             // An exponential law of brightness, as of facets that lie more or less right.
-            let light = gain * -ln(segment.draw) * row.surface_light[column];
+            let light = gain * -ln(segment.draw) * line.surface_light[column];
             let off = view.camera.project(hit.x, 0.0, hit.surface.z)[0]
                 - view.camera.project(segment.x, 0.0, hit.surface.z)[0];
             for (side, part) in column_shares(-off, view.camera.lens_variance()) {
                 let there = column.wrapping_add_signed(side);
-                if let Some(hit) = row.hits.get(there)
+                if let Some(hit) = line.hits.get(there)
                     && !hit.is_bare()
                 {
                     scratch.glints.push(Glint { column: there, electrons: part * light });
@@ -102,40 +102,40 @@ impl Highlights {
             }
         }
         for Glint { column, electrons } in scratch.glints.drain(..) {
-            row.surface_light[column] += electrons;
+            line.surface_light[column] += electrons;
         }
     }
 
     /// Notes the fibres that guide light out of the line.
-    fn add_streaks(&self, view: RowView<'_>, row: &mut Row, scratch: &mut HighlightScratch) {
-        row.streaks.clear();
+    fn add_streaks(&self, view: LineView<'_>, line: &mut ScanLine, scratch: &mut HighlightScratch) {
+        line.streaks.clear();
         let Some(GuidingFibres { segments, width, share }) = &self.fibres else { return };
-        segments.meet(f64::from(view.y), ends(&row.hits), &mut scratch.segments);
+        segments.meet(f64::from(view.y), ends(&line.hits), &mut scratch.segments);
         for segment in &scratch.segments {
-            let (column, hit) = at(&row.hits, segment.x);
+            let (column, hit) = at(&line.hits, segment.x);
             let Some(lean) = lean(&hit.matter.medium) else { continue };
             if hit.is_bare() || !hit.seen {
                 continue;
             }
             let x = segment.x - segment.start * lean;
             let place = view.camera.project(x, 0.0, hit.surface.z)[0];
-            let rate = row.rows_per_mm[column];
+            let rate = line.rows_per_mm[column];
             let column_mm = view.camera.sight(hit.x, hit.surface.z, 0.0).column_mm;
             let wide = width / column_mm;
             // Even between a third and five thirds of the mean.
             let bright = share * (1.0 / 3.0 + 4.0 / 3.0 * segment.draw);
-            row.streaks.push(Streak {
+            line.streaks.push(Streak {
                 column: place,
-                centre: row.centre[column],
+                centre: line.centre[column],
                 lean: -lean / column_mm / rate,
-                first_row: row.centre[column] - rate * segment.end,
-                last_row: row.centre[column] - rate * segment.start,
-                electrons: bright * wide * row.line_peak(column),
+                first_row: line.centre[column] - rate * segment.end,
+                last_row: line.centre[column] - rate * segment.start,
+                electrons: bright * wide * line.line_peak(column),
                 column_variance: view.camera.lens_variance() + wide * wide / 12.0,
                 row_variance: view.camera.lens_variance(),
             });
         }
-        row.streaks.sort_by(|a, b| a.column.total_cmp(&b.column));
+        line.streaks.sort_by(|a, b| a.column.total_cmp(&b.column));
     }
 }
 
@@ -145,7 +145,7 @@ fn lean(medium: &Medium) -> Option<f32> {
     (medium.k > 0.0 && fibre.y.abs() > MIN_FIBRE_ALONG).then(|| fibre.x / fibre.y)
 }
 
-/// Where a row of columns starts and ends [mm].
+/// Where a line of columns starts and ends [mm].
 fn ends(hits: &[Hit]) -> Range<f64> {
     let at = |hit: Option<&Hit>| hit.map_or(0.0, |hit| f64::from(hit.x));
     at(hits.first())..at(hits.last())

@@ -11,9 +11,9 @@ use multiversion::multiversion;
 use procedural::{Film, Surface};
 
 use super::film::{entering_share, spread};
-use super::view::LitRow;
+use super::view::LitLine;
 use crate::optics::camera::Sight;
-use crate::optics::light::{FAR, NEAR_MM2, Patches, Row, STRIDE, middle_of};
+use crate::optics::light::{FAR, NEAR_MM2, Patches, STRIDE, ScanLine, middle_of};
 use crate::optics::speckle::TILE;
 use crate::specimen::Hit;
 use transport::fresnel::ENTERS_FROM_ALL_SIDES;
@@ -30,8 +30,8 @@ const AGAIN: usize = 24;
 const LANES: usize = 16;
 
 impl Patches {
-    /// Takes the patches of a row.
-    pub(crate) fn find(&mut self, lit: &LitRow<'_>, row: &Row, covers: &mut FilmStackKernel) {
+    /// Takes the patches of a line.
+    pub(crate) fn find(&mut self, lit: &LitLine<'_>, line: &ScanLine, covers: &mut FilmStackKernel) {
         let columns = lit.hits.len();
         let padded = columns.next_multiple_of(TILE);
         let Self { x, z, slope_x, slope_y, sends, glows, glow_mm, returns, shows, facing, .. } = self;
@@ -43,7 +43,7 @@ impl Patches {
         self.uneven.resize(padded / TILE, false);
         for column in (0..columns).step_by(STRIDE) {
             if let Some(film) = &lit.hits[middle_of(column, columns)].matter.film {
-                self.take(column, lit, row, film, covers);
+                self.take(column, lit, line, film, covers);
             }
         }
         if self.uneven.contains(&true) {
@@ -53,7 +53,7 @@ impl Patches {
 
     /// Takes the patch of the columns from `column` on, of which the middle one sees this film. Its place and slope are the means of
     /// its columns: sampled, walls a few patches wide would flicker from profile to profile.
-    fn take(&mut self, column: usize, lit: &LitRow<'_>, row: &Row, film: &Film, covers: &mut FilmStackKernel) {
+    fn take(&mut self, column: usize, lit: &LitLine<'_>, line: &ScanLine, film: &Film, covers: &mut FilmStackKernel) {
         let hits = &lit.hits[column..(column + STRIDE).min(lit.hits.len())];
         let mean = |value: &dyn Fn(&Hit) -> f32| hits.iter().map(value).sum::<f32>() / hits.len() as f32;
         let share = |holds: &dyn Fn(&Hit) -> bool| mean(&|hit| f32::from(u8::from(holds(hit))));
@@ -78,7 +78,7 @@ impl Patches {
         self.sends[place] = columns * share(&|hit| hit.lit) * sight.electrons * out / upright2.sqrt();
         let (mut glow, mut moment) = (0.0, 0.0);
         for j in FAR..BASIS {
-            let source = row.source[j][column..column + hits.len()].iter().sum::<f32>();
+            let source = line.source[j][column..column + hits.len()].iter().sum::<f32>();
             let flux = source * spread.exit[j] / sight.view.z;
             glow += flux;
             moment += flux * PACK_SPREAD_MM[j] * PACK_SPREAD_MM[j];

@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use glam::{Vec2, Vec3};
 
-use super::view::LitRow;
+use super::view::LitLine;
 use crate::optics::camera::Sight;
 use crate::optics::light::{FILLING, NEAR, NEAR_WIDTHS, PocketLight, STRIDE};
 use crate::optics::speckle::TILE;
@@ -51,8 +51,8 @@ pub(crate) fn leave_to_cavity(spread: &mut FilmStackSpread) {
 }
 
 impl PocketLight {
-    /// Takes the light of a row with these columns.
-    pub fn find(&mut self, lit: &LitRow<'_>, columns: &[PocketColumn]) {
+    /// Takes the light of a line with these columns.
+    pub fn find(&mut self, lit: &LitLine<'_>, columns: &[PocketColumn]) {
         let patches = columns.len().next_multiple_of(TILE) / STRIDE;
         for field in std::iter::once(&mut self.shows).chain(&mut self.near) {
             field.clear();
@@ -69,8 +69,8 @@ impl PocketLight {
         self.enter(lit, columns);
     }
 
-    /// Lets the row's light into the cavities that it crosses, and spread there.
-    fn enter(&mut self, lit: &LitRow<'_>, columns: &[PocketColumn]) {
+    /// Lets the line's light into the cavities that it crosses, and spread there.
+    fn enter(&mut self, lit: &LitLine<'_>, columns: &[PocketColumn]) {
         self.lit.clear();
         let pockets = lit.view.specimen.pockets();
         let mut last: Option<&Arc<Cavity>> = None;

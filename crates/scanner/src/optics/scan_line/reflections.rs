@@ -14,13 +14,13 @@
 //! standard deviation alpha / sqrt(2) (Walter et al. 2007: the GGX law's core) and light by twice that, which widens the
 //! image by sqrt(2) alpha times the way. Neglected: the tails of the GGX law, narrower spread across the plane of incidence
 //! at a slant, mirror images of tablets and foil and of second bounces; what is lit answers with the light that comes
-//! out within 0.32 mm, as the film of the line's own row in that column does.
+//! out within 0.32 mm, as the film of the line's own line in that column does.
 
 use glam::Vec3;
 use procedural::{Film, Surface};
 
 use super::film::{entering_share, passes_from};
-use super::view::{LitRow, RowView};
+use super::view::{LineView, LitLine};
 use crate::optics::light::Reflection;
 use crate::specimen::{Hit, ReflectedHit};
 use numerics::lanes::exp;
@@ -81,13 +81,13 @@ impl ReflectionScratch {
         film: &Film,
         spread: &FilmStackSpread,
         (normal, lens): (Vec3, Vec3),
-        view: &RowView<'_>,
+        view: &LineView<'_>,
     ) {
         self.in_foil[column] = in_foil(hit, film, spread, (normal, lens), view);
     }
 
-    /// Fills `reflections` with the mirror images of a row, by rising column.
-    pub fn images(&mut self, lit: &LitRow<'_>, reflections: &mut Vec<Reflection>) {
+    /// Fills `reflections` with the mirror images of a line, by rising column.
+    pub fn images(&mut self, lit: &LitLine<'_>, reflections: &mut Vec<Reflection>) {
         self.landings.clear();
         self.landings.extend((0..lit.hits.len()).map(|column| lit.landing(column)));
         self.draw(lit.view.faint, reflections);
@@ -171,7 +171,7 @@ fn in_foil(
     film: &Film,
     spread: &FilmStackSpread,
     (normal, lens): (Vec3, Vec3),
-    view: &RowView<'_>,
+    view: &LineView<'_>,
 ) -> Option<Landing> {
     let gap = film.gap_mm.filter(|_| spread.mirrored > 0.0 && hit.lit)?;
     let down = mirrored_view(film, lens);
@@ -231,7 +231,7 @@ impl Landing {
     }
 }
 
-impl LitRow<'_> {
+impl LitLine<'_> {
     /// Where the mirrored light of a column is seen.
     fn landing(&self, column: usize) -> Option<Landing> {
         let hit = &self.hits[column];
@@ -240,7 +240,7 @@ impl LitRow<'_> {
         if slope2 < MIN_SLOPE2 || !hit.lit || hit.matter.film.is_none() || gloss.share == 0.0 {
             return None;
         }
-        let RowView { specimen, camera, y, .. } = self.view;
+        let LineView { specimen, camera, y, .. } = self.view;
         let source = self.view.sight(hit.x, &hit.surface);
         let normal = Vec3::new(-hit.surface.slope_x, -hit.surface.slope_y, 1.0).normalize();
         let thrown = gloss.share * (1.0 - entering_share(hit.matter.medium.n_eff, normal, -source.light));
@@ -307,7 +307,7 @@ mod tests {
         let middle = [1, 2].map(|i| seen[i] / seen[0] - sent[i] / sent[0]);
         assert!(middle[0].abs() < 1.0 && middle[1].abs() < 0.1, "its middle moved by {middle:?} px");
         assert!(reflections.windows(2).all(|pair| pair[0].column <= pair[1].column), "columns rise");
-        // A second row of the same scratch starts dark.
+        // A second line of the same scratch starts dark.
         scratch.landings.fill(None);
         scratch.draw(0.0, &mut reflections);
         assert_eq!(reflections, []);

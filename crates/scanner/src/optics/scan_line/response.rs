@@ -1,9 +1,9 @@
-//! What the matter of a row does to light, whatever light falls on it, and its interpolation between rows.
+//! What the matter of a line does to light, whatever light falls on it, and its interpolation between lines.
 //!
-//! Wood changes little over some tenths of a millimetre along its fibres: every [`KEY_STEP`]th row is a key row, whose light is worked
-//! out in every column. A column of a row between two key rows takes what is linear between them where its own matter, slope and view are
+//! Wood changes little over some tenths of a millimetre along its fibres: every [`KEY_STEP`]th line is a key line, whose light is worked
+//! out in every column. A column of a line between two key lines takes what is linear between them where its own matter, slope and view are
 //! nearly linear between theirs ([`OFF`]) and theirs nearly alike ([`APART`]); knots, cracks, edges and grain that runs across the scan are not, and are
-//! worked out there. Which rows are key rows depends on their number in the scan alone, so no value depends on bands or threads.
+//! worked out there. Which lines are key lines depends on their number in the scan alone, so no value depends on bands or threads.
 
 use std::ops::Range;
 
@@ -12,21 +12,21 @@ use multiversion::multiversion;
 use crate::optics::speckle::coherence::{CONTRAST_COLUMNS, RowContrasts};
 use transport::kernel::{SpreadRow, SurfacePoint};
 
-/// Rows from one key row to the next.
+/// Lines from one key line to the next.
 pub(crate) const KEY_STEP: isize = 4;
 /// Columns that are interpolated together.
 const BLOCK: usize = 32;
 
-/// The last key row up to row `profile` of a scan, and the first from there on.
-pub(crate) fn key_rows(profile: isize) -> [isize; 2] {
+/// The last key line up to line `profile` of a scan, and the first from there on.
+pub(crate) fn key_lines(profile: isize) -> [isize; 2] {
     let before = profile.div_euclid(KEY_STEP) * KEY_STEP;
     [before, if before == profile { profile } else { before + KEY_STEP }]
 }
 
-/// What the matter of one row does to light, over sensor columns.
+/// What the matter of one line does to light, over sensor columns.
 #[derive(Debug)]
 pub(crate) struct Response {
-    /// Which row of the scan; `None` for a buffer.
+    /// Which line of the scan; `None` for a buffer.
     pub profile: Option<isize>,
     /// Place along the motion [mm].
     pub y_mm: f32,
@@ -50,13 +50,13 @@ impl Response {
         }
     }
 
-    /// How far this row is on the way from one key row to the other [1].
+    /// How far this line is on the way from one key line to the other [1].
     fn share(&self, [before, after]: [&Self; 2]) -> f32 {
         let way = after.y_mm - before.y_mm;
         if way.abs() > 1e-6 { ((self.y_mm - before.y_mm) / way).clamp(0.0, 1.0) } else { 0.0 }
     }
 
-    /// Takes over what is linear between two key rows in the columns `own`; `exact` is filled with the columns where it is not.
+    /// Takes over what is linear between two key lines in the columns `own`; `exact` is filled with the columns where it is not.
     pub fn interpolate(&mut self, keys: [&Self; 2], own: Range<usize>, exact: &mut Vec<u32>) {
         let share = self.share(keys);
         exact.clear();
@@ -100,7 +100,7 @@ fn lerp(values: &mut [f32], before: &[f32], after: &[f32], share: f32) {
 /// Numbers of a surface point.
 const NUMBERS: usize = SurfacePoint::NUMBERS;
 
-/// Most that the key rows' numbers may differ by, in the order of [`SurfacePoint::numbers`]; for those with a part in [`RELATIVE`] in parts of
+/// Most that the key lines' numbers may differ by, in the order of [`SurfacePoint::numbers`]; for those with a part in [`RELATIVE`] in parts of
 /// the number itself.
 const APART: [f32; NUMBERS] = [0.25, 0.25, 0.25, 0.01, 0.5, 0.05, 0.02, 0.04, 0.03, 0.1, 0.03, 0.1];
 /// Most that a number may be off the line between them.
@@ -112,7 +112,7 @@ const TURNED: [f32; NUMBERS] = [1.0, 1.0, 1.0, 1.0, 1.0, 1.0, -1.0, -1.0, -1.0, 
 /// The cosine that tells which way they dive.
 const TRACK: usize = 7;
 
-/// Bits of the points that are not linear between those of the key rows.
+/// Bits of the points that are not linear between those of the key lines.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn unlike(points: &[SurfacePoint], [before, after]: [&[SurfacePoint]; 2], share: f32) -> u32 {
     let mut bits = 0;

@@ -8,8 +8,10 @@
 use super::film;
 use super::pockets::PocketColumn;
 use super::reflections::ReflectionScratch;
-use super::view::LitRow;
-use crate::optics::light::{ROWS, Row, SecondaryLight, WindowNeed, needs_own_window, window_start, without_overlap};
+use super::view::LitLine;
+use crate::optics::light::{
+    ROWS, ScanLine, SecondaryLight, WindowNeed, needs_own_window, window_start, without_overlap,
+};
 use crate::optics::speckle::TILE;
 use transport::kernel::film_stack::FilmStackKernel;
 use transport::kernel::film_stack::paths::FilmPaths;
@@ -30,13 +32,13 @@ pub struct SecondaryScratch {
 }
 
 impl SecondaryLight {
-    /// Works out all light of `row` besides its line.
-    pub(crate) fn make(&mut self, lit: &LitRow<'_>, row: &Row, scratch: &mut SecondaryScratch) {
+    /// Works out all light of `line` besides its line.
+    pub(crate) fn make(&mut self, lit: &LitLine<'_>, line: &ScanLine, scratch: &mut SecondaryScratch) {
         scratch.transmission.draw(lit.view.camera, &mut self.transmitted);
         scratch.reflections.images(lit, &mut self.reflections);
-        self.patches.find(lit, row, &mut scratch.covers);
+        self.patches.find(lit, line, &mut scratch.covers);
         self.pockets.find(lit, &scratch.pockets);
-        let columns = row.centre.len();
+        let columns = line.centre.len();
         for window in &mut self.windows {
             window.resize(columns, 0);
         }
@@ -44,17 +46,18 @@ impl SecondaryLight {
         self.needs.resize(columns / TILE, WindowNeed::Line);
         let mut reflections = self.reflections.iter().peekable();
         for column in 0..columns {
-            let own = window_start(row.centre[column]);
+            let own = window_start(line.centre[column]);
             let (mut first, mut second) = (own, None);
             let mut need = WindowNeed::Line;
             // The brightest of what the first window does not hold.
             let mut left = lit.view.faint;
             if self.transmitted.columns.contains(&column) {
-                let (line, through) = (row.line_peak(column), self.transmitted.peak(column));
+                let (direct, through) = (line.line_peak(column), self.transmitted.peak(column));
                 let other = window_start(self.transmitted.centre[column]);
                 if through > lit.view.faint {
                     need = WindowNeed::One;
-                    let (stand, weaker, rest) = if through > line { (other, own, line) } else { (own, other, through) };
+                    let (stand, weaker, rest) =
+                        if through > direct { (other, own, direct) } else { (own, other, through) };
                     first = stand;
                     if rest > left && needs_own_window(weaker, first) {
                         (second, left) = (Some(weaker), rest);

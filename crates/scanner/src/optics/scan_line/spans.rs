@@ -1,4 +1,4 @@
-//! Spans of a row along which light spreads without a break: between upright walls, gaps and edges.
+//! Spans of a line along which light spreads without a break: between upright walls, gaps and edges.
 
 use std::ops::Range;
 
@@ -7,7 +7,7 @@ use crate::specimen::Hit;
 /// Step between neighbouring columns that counts as an upright wall [mm].
 const WALL_MM: f32 = 0.3;
 
-/// Spans of a row between upright walls and gaps, of the columns `first..`. A film goes on through its walls, and
+/// Spans of a line between upright walls and gaps, of the columns `first..`. A film goes on through its walls, and
 /// around its holes.
 pub fn spans(hits: &[Hit], first: usize, relief: bool, spans: &mut Vec<Range<usize>>) {
     spans.clear();

@@ -1,4 +1,4 @@
-//! View of one row: body, camera and laser at one position of the scan.
+//! View of one line: body, camera and laser at one position of the scan.
 
 use procedural::Surface;
 
@@ -9,7 +9,7 @@ use transport::kernel::SpreadRow;
 
 /// Body, camera and laser at one position of the scan.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct RowView<'a> {
+pub(crate) struct LineView<'a> {
     /// The body.
     pub specimen: &'a Specimen,
     /// The camera.
@@ -22,18 +22,18 @@ pub(crate) struct RowView<'a> {
     pub faint: f32,
 }
 
-/// A row under the laser, as far as what it sends elsewhere asks for it.
+/// A line under the laser, as far as what it sends elsewhere asks for it.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct LitRow<'a> {
+pub(crate) struct LitLine<'a> {
     /// What looks at it.
-    pub view: RowView<'a>,
+    pub view: LineView<'a>,
     /// What each column sees.
     pub hits: &'a [Hit],
-    /// What the films of the row do to light.
+    /// What the films of the line do to light.
     pub spread: &'a SpreadRow,
 }
 
-impl RowView<'_> {
+impl LineView<'_> {
     /// What becomes of the light at `x` on a surface.
     #[inline]
     pub fn sight(&self, x: f32, surface: &Surface) -> Sight {

@@ -4,7 +4,7 @@
 //! all widths of its spread, plus what its surface throws back. The pixel of a sensor row sees the point that the row looks
 //! at, as for light from below the surface. Ambient light has photon noise and, since its band is broad, no speckle.
 //! Neglected: shadows of the object on itself and on the conveyor; a hidden point shows its own brightness and not that of
-//! what hides it; points beyond the rows that a band holds show the last row's.
+//! what hides it; points beyond the lines that a band holds show the last one's.
 
 use super::electrons::{Scratch, Window};
 use super::lit_profile::LitProfile;
@@ -20,7 +20,7 @@ impl LitProfile<'_> {
             return;
         }
         let start = tile * TILE;
-        let centre = &band.row(profile).centre[start..start + TILE];
+        let centre = &self.line().centre[start..start + TILE];
         let Scratch { windows, used, .. } = scratch;
         for window in &mut windows[..*used] {
             let Window { ambient, first_row, .. } = window;
@@ -45,7 +45,7 @@ impl LitProfile<'_> {
         if !camera.has_ambient() {
             return 0.0;
         }
-        let offset = geometry.neighbour_at(band.row(profile).centre[column] - row as f32);
+        let offset = geometry.neighbour_at(self.line().centre[column] - row as f32);
         band.neighbour(profile, offset).ambient[column]
     }
 }

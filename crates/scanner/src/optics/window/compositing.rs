@@ -7,7 +7,7 @@ use multiversion::multiversion;
 
 use super::electrons::{Scratch, Window};
 use super::line_image::{add_beyond, add_transmitted_beyond, draw_transmitted};
-use crate::optics::light::{ROWS, Reflection, Row, SecondaryLight, WindowNeed};
+use crate::optics::light::{ROWS, Reflection, ScanLine, SecondaryLight, WindowNeed};
 use crate::optics::speckle::TILE;
 use numerics::lanes::exp;
 
@@ -38,7 +38,13 @@ pub fn stand(secondary: &SecondaryLight, tile: usize, scratch: &mut Scratch) {
 
 /// Adds what lies beside the line to `scratch`, whose first window holds the line of `own` alone; `neighbours` are what a row of a
 /// window each looks at.
-pub fn composite(own: &Row, neighbours: &[&Row; ROWS], secondary: &SecondaryLight, tile: usize, scratch: &mut Scratch) {
+pub fn composite(
+    own: &ScanLine,
+    neighbours: &[&ScanLine; ROWS],
+    secondary: &SecondaryLight,
+    tile: usize,
+    scratch: &mut Scratch,
+) {
     if secondary.needs[tile] == WindowNeed::Line {
         return;
     }
@@ -52,7 +58,8 @@ pub fn composite(own: &Row, neighbours: &[&Row; ROWS], secondary: &SecondaryLigh
     }
     let line = &secondary.transmitted;
     if line.columns.start < start + TILE && line.columns.end > start {
-        let neighbours = neighbours.map(|row| row.secondary.as_ref().map_or(line, |secondary| &secondary.transmitted));
+        let neighbours =
+            neighbours.map(|other| other.secondary.as_ref().map_or(line, |secondary| &secondary.transmitted));
         draw_transmitted(line, &neighbours, start, spare);
         add_shifted(spare, windows, &line.metal[start..start + TILE], 1.0);
         for window in windows.iter_mut() {

@@ -14,7 +14,7 @@
 
 use std::ops::Range;
 
-use crate::optics::light::{CENTRE, FrontTile, ROWS, Row, load};
+use crate::optics::light::{CENTRE, FrontTile, ROWS, ScanLine, load};
 use crate::optics::speckle::TILE;
 use numerics::lanes::exp;
 
@@ -38,8 +38,8 @@ pub(crate) struct FrontExits<'a> {
 }
 
 impl<'a> FrontExits<'a> {
-    /// Those of the rows that a window looks at; those behind its line show none of its light.
-    pub fn of(neighbours: &[&'a Row; ROWS], start: usize) -> Self {
+    /// Those of the lines that a window looks at; rows behind its own line show none of its light.
+    pub fn of(neighbours: &[&'a ScanLine; ROWS], start: usize) -> Self {
         let front = |k: usize| Some((k, neighbours[k].front_of(start)?));
         let rows: Vec<_> = (CENTRE + 1..ROWS).filter_map(front).collect();
         Self { exit: vec![[0.0; TILE]; rows.len()], rows }
@@ -47,7 +47,7 @@ impl<'a> FrontExits<'a> {
 
     /// Works out what width `j` of the line of `own` shows in these rows of the window.
     #[inline(always)]
-    pub fn look(&mut self, j: usize, own: &Row, start: usize, rows: &Range<usize>) {
+    pub fn look(&mut self, j: usize, own: &ScanLine, start: usize, rows: &Range<usize>) {
         if self.rows.is_empty() {
             return;
         }

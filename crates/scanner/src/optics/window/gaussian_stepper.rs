@@ -15,7 +15,7 @@ use std::ops::Range;
 
 use crate::optics::camera::circle_of_confusion;
 use crate::optics::laser::{GaussianMixture, LineProfile};
-use crate::optics::light::{CENTRE, MIN_VARIANCE, ROWS, Row, UNIT_EXIT, load};
+use crate::optics::light::{CENTRE, MIN_VARIANCE, ROWS, ScanLine, UNIT_EXIT, load};
 use crate::optics::speckle::TILE;
 use numerics::lanes::{cos_sin_turns, exp};
 
@@ -31,8 +31,8 @@ const MAX_EXPONENT: f32 = 60.0;
 /// The line of a tile that is more than one Gaussian.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct CompositeLine<'a> {
-    /// The lit row.
-    pub own: &'a Row,
+    /// The lit line.
+    pub own: &'a ScanLine,
     /// First column of the tile.
     pub start: usize,
     /// What the line is across.

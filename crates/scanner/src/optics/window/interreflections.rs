@@ -15,7 +15,7 @@ use multiversion::multiversion;
 
 use super::electrons::Window;
 use super::lit_profile::LitProfile;
-use crate::optics::light::{NEAR_MM2, PER_TILE, Patches, ROWS, Row, STRIDE, middle_of, window_start};
+use crate::optics::light::{NEAR_MM2, PER_TILE, Patches, ROWS, STRIDE, ScanLine, middle_of, window_start};
 use crate::optics::speckle::TILE;
 
 /// Rows by which those are apart in which received light is worked out [px].
@@ -79,16 +79,16 @@ fn receive(from: &Patches, places: Range<usize>, near_mm2: f32, receivers: &[Rec
 impl LitProfile<'_> {
     /// Whether a tile's columns may send each other light.
     pub fn may_exchange(&self, tile: usize) -> bool {
-        uneven_near(self.line(), tile) || self.node_rows().into_iter().any(|row| uneven_near(row, tile))
+        uneven_near(self.line(), tile) || self.node_lines().into_iter().any(|line| uneven_near(line, tile))
     }
 
-    /// Offsets of the rows in which received light is worked out [profiles].
+    /// Offsets of the lines in which received light is worked out [profiles].
     fn offsets(&self) -> [isize; NODES] {
         let offsets = self.band.neighbours(self.profile, self.geometry);
         std::array::from_fn(|node| offsets[(node * NODE_ROWS).min(ROWS - 1)])
     }
 
-    pub(crate) fn node_rows(&self) -> [&Row; NODES] {
+    pub(crate) fn node_lines(&self) -> [&ScanLine; NODES] {
         self.offsets().map(|offset| self.band.neighbour(self.profile, offset))
     }
 
@@ -99,7 +99,7 @@ impl LitProfile<'_> {
         if !self.may_exchange(tile) {
             return;
         }
-        let rows = self.node_rows();
+        let lines = self.node_lines();
         let own_y = self.geometry.position(self.profile as isize);
         let away = self.offsets().map(|offset| (self.geometry.position(self.profile as isize + offset) - own_y) as f32);
         let tiles = from.uneven.len();
@@ -110,15 +110,15 @@ impl LitProfile<'_> {
             let place = (tile * PER_TILE + i).saturating_sub(1).min(from.x.len() - 1);
             let column = middle_of(place * STRIDE, own.hits.len());
             let first = window_start(own.centre[column]) as f32;
-            let patches = rows.map(|row| row.secondary.as_ref().map_or(from, |secondary| &secondary.patches));
+            let patches = lines.map(|line| line.secondary.as_ref().map_or(from, |secondary| &secondary.patches));
             let receivers = std::array::from_fn(|node| patches[node].receiver(place, -away[node]));
             let mut got = [0.0; NODES];
             receive(from, sources.clone(), NEAR_MM2, &receivers, &mut got);
             let mut nodes = [Node::default(); NODES];
             for (node, seen) in nodes.iter_mut().enumerate() {
-                let row = rows[node];
+                let line = lines[node];
                 *seen = Node {
-                    row: row.centre[column] - away[node] * own.level_rows_per_mm - first,
+                    row: line.centre[column] - away[node] * own.level_rows_per_mm - first,
                     y: away[node],
                     by_mm: got[node] * patches[node].shows[place],
                 };
@@ -159,13 +159,13 @@ fn add_linear(shown: &[[f32; ROWS]; PER_TILE + 2], rows: Range<usize>, volume: &
     }
 }
 
-/// Whether a tile of a row, or one beside it, faces others.
-fn uneven_near(row: &Row, tile: usize) -> bool {
+/// Whether a tile of a line, or one beside it, faces others.
+fn uneven_near(line: &ScanLine, tile: usize) -> bool {
     let near = |uneven: &[bool]| uneven[tile.saturating_sub(1)..(tile + 2).min(uneven.len())].contains(&true);
-    row.secondary.as_ref().is_some_and(|secondary| near(&secondary.patches.uneven))
+    line.secondary.as_ref().is_some_and(|secondary| near(&secondary.patches.uneven))
 }
 
-/// Light that a column shows in one row of the specimen.
+/// Light that a column shows in one scan line.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Node {
     /// Where in the window it is seen [px].

@@ -1,7 +1,7 @@
 //! Image of the line on the sensor: the inner loops, one tile of columns at a time.
 //!
 //! For each fixed width j the line spread along the rows is source_j(column) G_j(row) exit_j(column, row), where the
-//! source stands under the laser and the exit in the row of the specimen that this sensor row looks at
+//! source stands under the laser and the exit in the scan line that this sensor row looks at
 //! ([`super::gaussian_stepper`]). docs/performance.md counts operations and bytes.
 
 use multiversion::multiversion;
@@ -11,7 +11,7 @@ use super::front_exits::FrontExits;
 use super::gaussian_stepper::{CompositeLine, GaussianStepper, add_line, rows_in_reach};
 use super::seen_rows::SeenRows;
 use crate::optics::laser::LineProfile;
-use crate::optics::light::{CENTRE, FAR, ROWS, Row, TransmittedLine, UNIT_EXIT, load};
+use crate::optics::light::{CENTRE, FAR, ROWS, ScanLine, TransmittedLine, UNIT_EXIT, load};
 use crate::optics::speckle::TILE;
 use numerics::lanes::exp;
 use transport::kernel::{BASIS, PACK_SPREAD_MM};
@@ -21,12 +21,12 @@ const MAX_BEYOND: f32 = 200.0;
 /// Least variance of light that reaches beyond its line's window [px^2].
 const LEAST_FAR_PX2: f32 = 25.0;
 
-/// How the line of a row is drawn.
+/// How the line of a line is drawn.
 #[derive(Debug, Clone, Copy)]
 pub struct LineShape<'a> {
     /// Sensor row of its middle, a column of the tile [px].
     pub centre: &'a [f32; TILE],
-    /// Variance on top of the row's own [px^2].
+    /// Variance on top of the line's own [px^2].
     pub blur: f32,
     /// What it is across, where that is more than one Gaussian.
     pub profile: Option<&'a LineProfile>,
@@ -35,7 +35,7 @@ pub struct LineShape<'a> {
 /// Light that the surface throws back, and where the windows lie; darkens the volume.
 #[inline(always)]
 pub(crate) fn surface_line(
-    own: &Row,
+    own: &ScanLine,
     start: usize,
     line: &LineShape<'_>,
     variance: &[f32; TILE],
@@ -69,7 +69,7 @@ fn place(centre: &[f32; TILE], window: &mut Window) -> [f32; TILE] {
 
 /// Draws the line of `own` and what `neighbours`, a row of the window each, let out of its light.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
-pub fn draw(own: &Row, neighbours: &[&Row; ROWS], start: usize, line: &LineShape<'_>, window: &mut Window) {
+pub fn draw(own: &ScanLine, neighbours: &[&ScanLine; ROWS], start: usize, line: &LineShape<'_>, window: &mut Window) {
     let rows_per_mm = load(&own.spread_rows_per_mm, start);
     let mut variance = *load(&own.variance, start);
     for c in 0..TILE {
@@ -133,7 +133,12 @@ pub fn draw(own: &Row, neighbours: &[&Row; ROWS], start: usize, line: &LineShape
 /// Whether what a window's rows see and the line are both over pockets, or neither, `[ROWS][TILE]`: light goes far in the air of one pocket, or in film that is
 /// sealed, and not from one to the other.
 #[inline(always)]
-fn same_side(own: &Row, neighbours: &[&Row; ROWS], seen: &SeenRows, start: usize) -> Box<[[bool; TILE]; ROWS]> {
+fn same_side(
+    own: &ScanLine,
+    neighbours: &[&ScanLine; ROWS],
+    seen: &SeenRows,
+    start: usize,
+) -> Box<[[bool; TILE]; ROWS]> {
     const NONE: [bool; TILE] = [false; TILE];
     let rooms: [&[bool; TILE]; ROWS] = std::array::from_fn(|k| neighbours[k].rooms_of(start).unwrap_or(&NONE));
     let own = own.rooms_of(start).unwrap_or(&NONE);
@@ -207,12 +212,18 @@ pub(crate) fn draw_transmitted(
 }
 
 /// Adds the light of `own` that falls into a window beyond the one that its line was drawn in, which begins at `drawn`: what spreads far
-/// over a pocket shows about the other line too. The surface goes on level from the last row on either side that the line's window looks at.
+/// over a pocket shows about the other line too. The surface goes on level from the last scan line on either side that the line's window looks at.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
-pub(crate) fn add_beyond(own: &Row, neighbours: &[&Row; ROWS], start: usize, drawn: &[i32; TILE], window: &mut Window) {
+pub(crate) fn add_beyond(
+    own: &ScanLine,
+    neighbours: &[&ScanLine; ROWS],
+    start: usize,
+    drawn: &[i32; TILE],
+    window: &mut Window,
+) {
     let ends = [neighbours[0], neighbours[ROWS - 1]];
-    let exits = |j: usize| ends.map(|row| load(&row.exit[j], start));
-    let centres = ends.map(|row| load(&row.centre, start));
+    let exits = |j: usize| ends.map(|end| load(&end.exit[j], start));
+    let centres = ends.map(|end| load(&end.centre, start));
     let level = [own.level_rows_per_mm; TILE];
     let lines = [load(&own.variance, start), &level];
     let shift = |j: usize| {

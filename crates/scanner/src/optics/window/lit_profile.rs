@@ -3,7 +3,7 @@
 use super::band::Band;
 use super::scan_geometry::ScanGeometry;
 use crate::optics::camera::Camera;
-use crate::optics::light::{ROWS, Row};
+use crate::optics::light::{ROWS, ScanLine};
 
 /// One profile of a scan, whose windows are drawn.
 #[derive(Debug, Clone, Copy)]
@@ -12,7 +12,7 @@ pub(crate) struct LitProfile<'a> {
     pub camera: &'a Camera,
     /// Positions of the profiles.
     pub geometry: &'a ScanGeometry,
-    /// Rows around the profile.
+    /// Lines around the profile.
     pub band: &'a Band,
     /// Number of the profile.
     pub profile: usize,
@@ -20,12 +20,12 @@ pub(crate) struct LitProfile<'a> {
 
 impl<'a> LitProfile<'a> {
     /// The line under the laser.
-    pub fn line(&self) -> &'a Row {
-        self.band.row(self.profile)
+    pub fn line(&self) -> &'a ScanLine {
+        self.band.line(self.profile)
     }
 
-    /// The rows that a window of the profile looks at.
-    pub fn neighbours(&self) -> [&'a Row; ROWS] {
+    /// The lines that a window of the profile looks at.
+    pub fn neighbours(&self) -> [&'a ScanLine; ROWS] {
         let offsets = self.band.neighbours(self.profile, self.geometry);
         std::array::from_fn(|k| self.band.neighbour(self.profile, offsets[k]))
     }

@@ -8,7 +8,7 @@
 use std::fmt;
 
 use crate::optics::camera::Camera;
-use crate::optics::light::{ROWS, Row, WindowNeed, blur_varying, window_start};
+use crate::optics::light::{ROWS, ScanLine, WindowNeed, blur_varying, window_start};
 use crate::optics::speckle::TILE;
 use crate::specimen::Specimen;
 use numerics::lanes::exp;
@@ -51,15 +51,15 @@ pub(crate) struct PerLine<'a> {
 
 impl PerLine<'_> {
     /// Electrons from below in both windows of every column of `profile`, `[ROWS][columns]` each, columns padded to whole tiles, the
-    /// second empty where one is enough; the profile stands at scan position `y` [mm], where the row of the specimen is `row`.
-    pub fn volume(&self, row: &Row, profile: u64, y: f64) -> [Vec<f32>; 2] {
-        let columns = row.hits.len();
-        let height = row.hits.iter().map(|hit| hit.surface.z).fold(0.0, f32::max);
+    /// second empty where one is enough; the profile stands at scan position `y` [mm], on the scan line `line`.
+    pub fn volume(&self, line: &ScanLine, profile: u64, y: f64) -> [Vec<f32>; 2] {
+        let columns = line.hits.len();
+        let height = line.hits.iter().map(|hit| hit.surface.z).fold(0.0, f32::max);
         // Bare columns stand where they would see the body.
         let mut x: Vec<f32> = Vec::with_capacity(columns);
-        for (column, hit) in row.hits.iter().enumerate() {
+        for (column, hit) in line.hits.iter().enumerate() {
             let bare = self.camera.rig.along(column as f64, f64::from(height)) as f32;
-            let own = if row.entered_light[column] > 0.0 { hit.x } else { bare };
+            let own = if line.entered_light[column] > 0.0 { hit.x } else { bare };
             let floor = x.last().map_or(f32::NEG_INFINITY, |last| last + 1e-3);
             x.push(own.max(floor));
         }
@@ -67,51 +67,51 @@ impl PerLine<'_> {
         let line_mm = f64::from(middle.laser_variance.sqrt() / middle.rows_per_mm);
         // As far as the windows lie beside the line's own.
         let away = |column: usize| {
-            let own = window_start(row.centre[column]);
-            window_starts(row, column).into_iter().flatten().map(|start| start.abs_diff(own)).max().unwrap_or(0)
+            let own = window_start(line.centre[column]);
+            window_starts(line, column).into_iter().flatten().map(|start| start.abs_diff(own)).max().unwrap_or(0)
         };
         let aside = (0..columns).map(away).max().unwrap_or(0);
         let reach = (ROWS as f64 / 2.0 + f64::from(aside)) / f64::from(middle.rows_per_mm) + 3.0 * line_mm;
-        let line = LineSource {
+        let source = LineSource {
             body: self.specimen.body(),
             y,
             line_mm,
             x: &x,
-            power: &row.entered_light,
+            power: &line.entered_light,
             view: middle.view.as_dvec3(),
             row_mm: ROW_MM,
             rows: (reach / ROW_MM).ceil() as usize,
         };
         let LineSolver(solve) = self.solver;
-        self.project(&solve(&line, profile), row, &line)
+        self.project(&solve(&source, profile), line, &source)
     }
 
     /// Lays an answer on the sensor.
-    fn project(&self, response: &LineResponse, row: &Row, of: &LineSource) -> [Vec<f32>; 2] {
+    fn project(&self, response: &LineResponse, line: &ScanLine, of: &LineSource) -> [Vec<f32>; 2] {
         let columns = response.columns;
         let padded = columns.next_multiple_of(TILE);
-        let second = if row.secondary.is_some() { ROWS * padded } else { 0 };
+        let second = if line.secondary.is_some() { ROWS * padded } else { 0 };
         let mut windows = [vec![0.0; ROWS * padded], vec![0.0; second]];
-        let (mut line, mut buffer) = (vec![0.0; columns], Vec::new());
-        let defocus: Vec<f32> = row.hits.iter().map(|hit| self.camera.defocus(0.0, hit.surface.z)[0]).collect();
+        let (mut cells, mut buffer) = (vec![0.0; columns], Vec::new());
+        let defocus: Vec<f32> = line.hits.iter().map(|hit| self.camera.defocus(0.0, hit.surface.z)[0]).collect();
         for (i, light) in response.light.chunks_exact(columns).enumerate() {
-            line.copy_from_slice(light);
-            blur_varying(&mut line, self.camera.blur_variance, &defocus, [1.0; 2], &mut buffer);
+            cells.copy_from_slice(light);
+            blur_varying(&mut cells, self.camera.blur_variance, &defocus, [1.0; 2], &mut buffer);
             let y = (i as f64 - response.rows as f64) * ROW_MM;
             let cut = of.body.slice((of.y + y) as f32);
-            for (column, &electrons) in line.iter().enumerate() {
+            for (column, &electrons) in cells.iter().enumerate() {
                 if electrons == 0.0 {
                     continue;
                 }
                 // Beside the body light is seen as if the line's height went on.
                 let (place, z) = match cut.surface(of.x[column]) {
                     Some(surface) => (self.camera.project(of.x[column], y as f32, surface.z)[1], surface.z),
-                    None => (row.centre[column] - y as f32 * row.rows_per_mm[column], row.hits[column].surface.z),
+                    None => (line.centre[column] - y as f32 * line.rows_per_mm[column], line.hits[column].surface.z),
                 };
                 let variance = self.camera.lens_variance() + self.camera.defocus(y as f32, z)[1];
                 let scale = 0.398_942_3 / variance.sqrt() * electrons;
                 let reach = REACH_SIGMAS * variance.sqrt();
-                for (window, start) in windows.iter_mut().zip(window_starts(row, column)) {
+                for (window, start) in windows.iter_mut().zip(window_starts(line, column)) {
                     let Some(start) = start else { continue };
                     let place = place - start as f32;
                     let (low, high) = ((place - reach).ceil().max(0.0), (place + reach).floor().min(ROWS as f32 - 1.0));
@@ -127,9 +127,9 @@ impl PerLine<'_> {
 }
 
 /// First rows of the windows of a column, as [`super::compositing::stand`] puts them [px].
-fn window_starts(row: &Row, column: usize) -> [Option<i32>; 2] {
-    let own = [Some(window_start(row.centre[column])), None];
-    row.secondary.as_ref().map_or(own, |secondary| match secondary.needs[column / TILE] {
+fn window_starts(line: &ScanLine, column: usize) -> [Option<i32>; 2] {
+    let own = [Some(window_start(line.centre[column])), None];
+    line.secondary.as_ref().map_or(own, |secondary| match secondary.needs[column / TILE] {
         WindowNeed::Line => own,
         WindowNeed::One => [Some(secondary.windows[0][column]), None],
         WindowNeed::Two => secondary.windows.each_ref().map(|window| Some(window[column])),

@@ -12,7 +12,7 @@ use glam::Vec2;
 use super::electrons::Window;
 use super::interreflections::{NODES, Node, lay};
 use super::lit_profile::LitProfile;
-use crate::optics::light::{NEAR, NEAR_WIDTHS, PER_TILE, Patches, PocketLight, ROWS, Row, STRIDE, middle_of};
+use crate::optics::light::{NEAR, NEAR_WIDTHS, PER_TILE, Patches, PocketLight, ROWS, STRIDE, ScanLine, middle_of};
 use crate::optics::speckle::TILE;
 use crate::specimen::cavity::CavityLight;
 use numerics::lanes::exp;
@@ -25,7 +25,7 @@ const BEYOND: usize = 8;
 const BEYOND_MM: f32 = 0.5;
 
 impl PocketLight {
-    /// Whether pockets that the line lights show anything of it in a tile of its row, whose patches these are.
+    /// Whether pockets that the line lights show anything of it in a tile of its line, whose patches these are.
     pub fn reaches(&self, patches: &Patches, tile: usize) -> bool {
         let of = (tile * PER_TILE).saturating_sub(1)..((tile + 1) * PER_TILE + 1).min(patches.x.len());
         let (first, last) = (patches.x[of.start], patches.x[of.end - 1]);
@@ -68,8 +68,8 @@ impl LitProfile<'_> {
         if !from.pockets.reaches(&from.patches, tile) {
             return;
         }
-        let rows = self.node_rows();
-        let away = rows.map(|row| row.y_mm - own.y_mm);
+        let lines = self.node_lines();
+        let away = lines.map(|line| line.y_mm - own.y_mm);
         let places = places(&away).map(|(node, more)| (node, more, heights(away[node] + more)));
         let mut shown = [[0.0f32; ROWS]; PER_TILE + 2];
         let mut is_dark = true;
@@ -80,9 +80,9 @@ impl LitProfile<'_> {
             let first = window.first_row[column.clamp(tile * TILE, tile * TILE + TILE - 1) - tile * TILE];
             let mut last: [Option<Node>; 2] = [None; 2];
             for (node, more, heights) in &places {
-                let (row, d) = (rows[*node], away[*node] + more);
-                let film = Some([row.centre[column], lit.film_shows(row, *more, heights)]);
-                let seen = [film, lit.below_shows(own, row, column, *more, heights)];
+                let (line, d) = (lines[*node], away[*node] + more);
+                let film = Some([line.centre[column], lit.film_shows(line, *more, heights)]);
+                let seen = [film, lit.below_shows(own, line, column, *more, heights)];
                 for (seen, last) in seen.into_iter().zip(&mut last) {
                     let node = seen.map(|[centre, by_mm]| {
                         let row = centre - d * own.level_rows_per_mm - first as f32;
@@ -127,10 +127,10 @@ impl PatchLight<'_> {
         self.lit.iter().map_while(|light| *light)
     }
 
-    /// Light that film over a pocket, or the card beside it, shows in the patch of `row`, or as far beyond it, where near widths are so high [e-/mm].
-    fn film_shows(&self, row: &Row, beyond: f32, heights: &[f32; NEAR_WIDTHS]) -> f32 {
-        let (Some(secondary), patch) = (&row.secondary, self.patch) else { return 0.0 };
-        let at = Vec2::new(secondary.patches.x[patch], row.y_mm + beyond);
+    /// Light that film over a pocket, or the card beside it, shows in the patch of `line`, or as far beyond it, where near widths are so high [e-/mm].
+    fn film_shows(&self, line: &ScanLine, beyond: f32, heights: &[f32; NEAR_WIDTHS]) -> f32 {
+        let (Some(secondary), patch) = (&line.secondary, self.patch) else { return 0.0 };
+        let at = Vec2::new(secondary.patches.x[patch], line.y_mm + beyond);
         let shows = secondary.pockets.shows[patch];
         if shows > 0.0 {
             let leaves = self.lit().find_map(|light| light.leaves(at)).unwrap_or(0.0);
@@ -140,25 +140,25 @@ impl PatchLight<'_> {
         }
     }
 
-    /// Where the line below the film of `row` is seen, and what lies there shows of the light of `own`'s line [px, e-/mm].
+    /// Where the line below the film of `line` is seen, and what lies there shows of the light of `own`'s line [px, e-/mm].
     fn below_shows(
         &self,
-        own: &Row,
-        row: &Row,
+        own: &ScanLine,
+        line: &ScanLine,
         column: usize,
         beyond: f32,
         heights: &[f32; NEAR_WIDTHS],
     ) -> Option<[f32; 2]> {
-        let line = &row.secondary.as_ref()?.transmitted;
-        let shows = line.shows[column];
+        let below = &line.secondary.as_ref()?.transmitted;
+        let shows = below.shows[column];
         if shows <= 0.0 {
             return None;
         }
-        let [x, y] = line.lands.each_ref().map(|lands| lands[column]);
-        let at = Vec2::new(x, row.y_mm + y + beyond);
+        let [x, y] = below.lands.each_ref().map(|lands| lands[column]);
+        let at = Vec2::new(x, line.y_mm + y + beyond);
         let light = self.lit().find_map(|light| light.below(at)).unwrap_or(0.0);
         let own = &own.secondary.as_ref()?.transmitted;
         let near = near(own.near.each_ref().map(|near| near[column]), heights);
-        Some([line.centre[column], (shows * light - near).max(0.0)])
+        Some([below.centre[column], (shows * light - near).max(0.0)])
     }
 }

@@ -10,7 +10,7 @@ use std::ops::Range;
 use multiversion::multiversion;
 
 use super::gaussian_stepper::NARROW_VARIANCE;
-use crate::optics::light::{CENTRE, MixedColumn, Row, greater, load, window_start};
+use crate::optics::light::{CENTRE, MixedColumn, ScanLine, greater, load, window_start};
 use crate::optics::speckle::TILE;
 use numerics::lanes::exp;
 use transport::kernel::BASIS;
@@ -23,7 +23,7 @@ const STEPPED: f32 = 1.000_2;
 /// below.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 pub(crate) fn light_beyond(
-    own: &Row,
+    own: &ScanLine,
     start: usize,
     drawn: &Range<usize>,
     exits: &[f32; BASIS],
@@ -88,26 +88,26 @@ mod tests {
         let mut nearest = 0.0f32;
         for _ in 0..200 {
             let mut column = |from: f32, to: f32| (0..TILE).map(|_| even(from, to)).collect::<Vec<f32>>();
-            let mut row = Row { spread_mm: SPREAD_MM, ..Row::default() };
-            (row.centre, row.variance) = (column(40.0, 60.0), column(MIN_VARIANCE, 9.0));
-            (row.spread_rows_per_mm, row.surface_light) = (column(3.0, 20.0), column(0.0, 100.0));
-            row.source = std::array::from_fn(|_| column(0.0, 100.0));
-            row.shift = std::array::from_fn(|_| column(-1.0, 1.0));
+            let mut line = ScanLine { spread_mm: SPREAD_MM, ..ScanLine::default() };
+            (line.centre, line.variance) = (column(40.0, 60.0), column(MIN_VARIANCE, 9.0));
+            (line.spread_rows_per_mm, line.surface_light) = (column(3.0, 20.0), column(0.0, 100.0));
+            line.source = std::array::from_fn(|_| column(0.0, 100.0));
+            line.shift = std::array::from_fn(|_| column(-1.0, 1.0));
             let exits: [f32; BASIS] = std::array::from_fn(|_| even(0.0, 1.0));
             let brightest = [even(1.0, 9.0), even(1.0, 9.0)];
             let drawn = CENTRE - 2 * even(2.0, 6.0) as usize..CENTRE + 2 * even(2.0, 6.0) as usize;
-            let mut light = light_beyond(&row, 0, &drawn, &exits, brightest);
-            let phase: [f32; TILE] = std::array::from_fn(|c| row.centre[c].floor() - row.centre[c]);
+            let mut light = light_beyond(&line, 0, &drawn, &exits, brightest);
+            let phase: [f32; TILE] = std::array::from_fn(|c| line.centre[c].floor() - line.centre[c]);
             let mut window = [[0.0f32; TILE]; ROWS];
             let mut add = |factor: f32, source: &[f32], shift: Option<&[f32]>, spread: f32| {
                 let place = std::array::from_fn(|c| phase[c] - shift.map_or(0.0, |shift| shift[c]));
-                let wide = std::array::from_fn(|c| row.variance[c] + (spread * row.spread_rows_per_mm[c]).powi(2));
+                let wide = std::array::from_fn(|c| line.variance[c] + (spread * line.spread_rows_per_mm[c]).powi(2));
                 let light = std::array::from_fn(|c| factor * source[c]);
                 GaussianStepper::new(&place, &wide).add(&light, |_| &UNIT_EXIT, &(0..ROWS), &mut window);
             };
-            add(brightest[0], &row.surface_light, None, 0.0);
+            add(brightest[0], &line.surface_light, None, 0.0);
             for j in 0..BASIS {
-                add(brightest[1] * exits[j], &row.source[j], Some(&row.shift[j]), SPREAD_MM[j]);
+                add(brightest[1] * exits[j], &line.source[j], Some(&line.shift[j]), SPREAD_MM[j]);
             }
             for k in (0..drawn.start).chain(drawn.end..ROWS) {
                 for c in 0..TILE {
@@ -116,10 +116,10 @@ mod tests {
                 }
             }
             let before = light;
-            (row.centre[7], row.centre[8], row.centre[9]) = (50.2, 50.9, 130.0);
+            (line.centre[7], line.centre[8], line.centre[9]) = (50.2, 50.9, 130.0);
             let mixed = [(7, 8), (8, 7), (9, 8), (TILE - 1, TILE)];
             let mixed = mixed.map(|(column, beside)| MixedColumn { column, beside, share: 0.3 });
-            mix_bounds(&mixed, 0, load(&row.centre, 0), &mut light);
+            mix_bounds(&mixed, 0, load(&line.centre, 0), &mut light);
             let both = before[7].max(before[8]);
             assert_eq!((light[7], light[8], &light[9..]), (both, both, &before[9..]));
         }

@@ -1,26 +1,26 @@
-//! Which row of the specimen each sensor row of a window looks at, while the specimen moves on from profile to profile.
+//! Which scan line each sensor row of a window looks at, while the specimen moves on from profile to profile.
 //!
-//! On a flat surface a sensor row above the line's looks one row's distance along the motion further. The row of the
-//! specimen that stands there lets the light out; it is the row of the profile that is nearest, found exactly where the
+//! On a flat surface a sensor row above the line's looks one row's distance along the motion further. The scan
+//! line that stands there lets the light out; it is the line of the profile that is nearest, found exactly where the
 //! encoder's steps are not even.
 
 use crate::optics::encoder::Encoder;
 use crate::optics::light::{CENTRE, ROWS};
 
-/// Greatest distance of a row that lets light out from the profile's own [profiles]; for steps under 0.035 mm the light
+/// Greatest distance of a scan line that lets light out from the profile's own [profiles]; for steps under 0.035 mm the light
 /// that leaves further away is let out by the last of them.
 const MAX_NEIGHBOURS: usize = 64;
 
-/// Geometry of one scan: positions of the profiles, and the rows that each of them looks at.
+/// Geometry of one scan: positions of the profiles, and the scan lines that each of them looks at.
 #[derive(Debug, Clone)]
 pub(crate) struct ScanGeometry {
     /// Positions of the profiles.
     pub encoder: Encoder,
     /// Share of a step that the object moves while it is exposed [1].
     pub exposed_share: f32,
-    /// Offset of the row that lets light out, for each row of the window, where steps are even [profiles].
+    /// Offset of the scan line that lets light out, for each row of the window, where steps are even [profiles].
     pub neighbours: [isize; ROWS],
-    /// Distance along the motion of the same rows [mm].
+    /// Distance along the motion of the same lines [mm].
     distances: [f64; ROWS],
     /// Profiles by row, on a flat surface as high as the object.
     profiles_per_row: f64,
@@ -42,17 +42,17 @@ impl ScanGeometry {
         self.encoder.position(profile)
     }
 
-    /// Rows of the specimen on either side that a profile's window looks at, and one for the front faces of the last.
+    /// Scan lines on either side that a profile's window looks at, and one for the front faces of the last.
     pub fn halo(&self) -> usize {
         self.max_neighbour() as usize + 1 + usize::from(self.exposed_share > 0.0)
     }
 
-    /// Most profiles between one and another whose row lets its light out.
+    /// Most profiles between one and another whose line lets its light out.
     fn max_neighbour(&self) -> isize {
         self.encoder.within(self.distances[0].max(-self.distances[ROWS - 1])).min(MAX_NEIGHBOURS) as isize
     }
 
-    /// Offsets of the rows that let light out, for each row of the window, in each of `profiles` [profiles]; empty where
+    /// Offsets of the lines that let light out, for each row of the window, in each of `profiles` [profiles]; empty where
     /// steps are even, since [`Self::neighbours`] holds for all of them.
     pub(crate) fn uneven_neighbours(&self, profiles: std::ops::Range<usize>) -> Vec<[isize; ROWS]> {
         let nearest = |profile: usize| {
@@ -61,7 +61,7 @@ impl ScanGeometry {
         if self.encoder.even() { Vec::new() } else { profiles.map(nearest).collect() }
     }
 
-    /// Offset of the row that a profile looks at `rows` above its line, as far as a band has rows [profiles].
+    /// Offset of the scan line that a profile looks at `rows` above its own, as far as a band has lines [profiles].
     pub(crate) fn neighbour_at(&self, rows: f32) -> isize {
         whole_profiles(f64::from(rows) * self.profiles_per_row).clamp(self.neighbours[ROWS - 1], self.neighbours[0])
     }

@@ -1,6 +1,6 @@
 //! A second line, parallel to the first: the same sheet of light again, moved along the motion.
 //!
-//! It lights the row of the object that stands below it, whose light is worked out already for another position of the
+//! It lights the scan line that stands below it, whose light is worked out already for another position of the
 //! scan, and is seen off the first one's plane: where the camera's exact projection puts it. Columns look at other places
 //! there, by 0.5 % of x at 5 mm; a tile takes the columns that come nearest, within a column, and heights to first order of
 //! what is left. A thin lens that has the first one in focus has not the second, and blurs it along the rows. It stands in
@@ -15,12 +15,12 @@ use super::electrons::Scratch;
 use super::line_image::{LineShape, draw};
 use super::lit_profile::LitProfile;
 use crate::optics::camera::Camera;
-use crate::optics::light::{ROWS, Row, without_overlap};
+use crate::optics::light::{ROWS, ScanLine, without_overlap};
 use crate::optics::speckle::TILE;
 use bench::parameters::LaserParameters;
 
-/// Rows beyond those that even steps would ask for, for steps that are not.
-pub(crate) const SPARE_ROWS: usize = 4;
+/// Lines beyond those that even steps would ask for, for steps that are not.
+pub(crate) const SPARE_LINES: usize = 4;
 
 /// The second line.
 #[derive(Debug, Clone, Copy)]
@@ -29,7 +29,7 @@ pub(crate) struct SecondLine {
     offset: f64,
     /// Its light over the first line's [1].
     ratio: f32,
-    /// The row that stands below it, from the profile's own.
+    /// The line that stands below it, from the profile's own.
     ahead: isize,
 }
 
@@ -42,15 +42,15 @@ impl SecondLine {
         lit.then(|| Self { offset, ratio: ratio as f32, ahead: (offset / step).round() as isize })
     }
 
-    /// Rows before and behind a profile's own that it stands on.
+    /// Lines before and behind a profile's own that it stands on.
     pub fn reach(&self) -> [usize; 2] {
-        let ahead = self.ahead.unsigned_abs() + SPARE_ROWS;
-        if self.ahead < 0 { [ahead, SPARE_ROWS] } else { [SPARE_ROWS, ahead] }
+        let ahead = self.ahead.unsigned_abs() + SPARE_LINES;
+        if self.ahead < 0 { [ahead, SPARE_LINES] } else { [SPARE_LINES, ahead] }
     }
 
-    /// Rows that it may stand on, from a profile's own.
-    pub fn rows(&self) -> RangeInclusive<isize> {
-        let spare = SPARE_ROWS as isize;
+    /// Lines that it may stand on, from a profile's own.
+    pub fn lines(&self) -> RangeInclusive<isize> {
+        let spare = SPARE_LINES as isize;
         self.ahead - spare..=self.ahead + spare
     }
 
@@ -59,21 +59,22 @@ impl SecondLine {
         let LitProfile { camera, geometry, band, profile } = *lit;
         let here = geometry.position(profile as isize) + self.offset;
         let off = |ahead: isize| here - geometry.position(profile as isize + ahead);
-        let ahead = self.rows().min_by(|&a, &b| off(a).abs().total_cmp(&off(b).abs())).unwrap_or(self.ahead);
-        let row = band.neighbour(profile, ahead);
+        let ahead = self.lines().min_by(|&a, &b| off(a).abs().total_cmp(&off(b).abs())).unwrap_or(self.ahead);
+        let line = band.neighbour(profile, ahead);
         let start = tile * TILE;
-        let from = self.columns(camera, row, start, scratch.columns);
+        let from = self.columns(camera, line, start, scratch.columns);
         let centre = std::array::from_fn(|c| {
             let own = from + c;
-            if own < row.hits.len() { self.centre(camera, row, own, start + c, off(ahead) as f32) } else { 0.0 }
+            if own < line.hits.len() { self.centre(camera, line, own, start + c, off(ahead) as f32) } else { 0.0 }
         });
-        let neighbours: [&Row; ROWS] = std::array::from_fn(|k| band.neighbour(profile, ahead + geometry.neighbours[k]));
+        let neighbours: [&ScanLine; ROWS] =
+            std::array::from_fn(|k| band.neighbour(profile, ahead + geometry.neighbours[k]));
         let Scratch { windows, spare, used, .. } = scratch;
-        let middle = &row.hits[(from + TILE / 2).min(row.hits.len() - 1)];
+        let middle = &line.hits[(from + TILE / 2).min(line.hits.len() - 1)];
         let disc = |y: f32| camera.off_plane_defocus(y, middle.surface.z);
         let blur = disc(self.offset as f32) - disc(0.0);
-        let line = LineShape { centre: &centre, blur, profile: camera.laser.line_profile() };
-        draw(row, &neighbours, from, &line, spare);
+        let shape = LineShape { centre: &centre, blur, profile: camera.laser.line_profile() };
+        draw(line, &neighbours, from, &shape, spare);
         if *used == 1 && spare.first_row != windows[0].first_row {
             *used = 2;
             windows[1].darken();
@@ -84,25 +85,25 @@ impl SecondLine {
         compositing::add_shifted(spare, &mut windows[..*used], &[], self.ratio);
     }
 
-    /// First of the columns of the lit row that are seen in the columns `start..` of the sensor.
-    fn columns(&self, camera: &Camera, row: &Row, start: usize, columns: usize) -> usize {
+    /// First of the columns of the lit line that are seen in the columns `start..` of the sensor.
+    fn columns(&self, camera: &Camera, line: &ScanLine, start: usize, columns: usize) -> usize {
         let middle = start + columns / 2;
-        let hit = &row.hits[middle];
+        let hit = &line.hits[middle];
         let seen = camera.project(hit.x, self.offset as f32, hit.surface.z)[0];
         let from = start as f32 + (middle as f32 - seen).round();
-        (from.max(0.0) as usize).min(row.centre.len() - TILE)
+        (from.max(0.0) as usize).min(line.centre.len() - TILE)
     }
 
     /// Sensor row of the line in column `column`, which takes the light of column `own` of the lit row; `rest` is how far
-    /// beyond that row the line stands [mm].
-    fn centre(&self, camera: &Camera, row: &Row, own: usize, column: usize, rest: f32) -> f32 {
-        let hit = &row.hits[own];
+    /// beyond that line the line stands [mm].
+    fn centre(&self, camera: &Camera, line: &ScanLine, own: usize, column: usize, rest: f32) -> f32 {
+        let hit = &line.hits[own];
         let surface = &hit.surface;
         let z = surface.z + surface.slope_y * rest;
         let y = self.offset as f32;
         let seen = camera.project(hit.x, y, z)[0];
         let x = (column as f32 - seen) * camera.sight(hit.x, z, 0.0).column_mm;
         let place = camera.project(hit.x + x, y, z + surface.slope_x * x)[1];
-        place - camera.laser.at(hit.x, z).bow * row.rows_per_mm[own]
+        place - camera.laser.at(hit.x, z).bow * line.rows_per_mm[own]
     }
 }

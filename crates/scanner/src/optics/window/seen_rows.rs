@@ -3,12 +3,12 @@
 //! On a level surface sensor rows look at the specimen in even steps ([`super::scan_geometry`]). A wall that faces the lens takes more of
 //! them, one that looks away none: the lens looks aslant from the front, so each row shows the first place from there that falls on it.
 //! Light that has spread far leaves by the film at that place, and is as bright there as the way along the motion says. Surfaces are known
-//! in the rows that a window looks at, and straight between them.
+//! in the scan lines that a window looks at, and straight between them.
 //!
 //! Of a line that itself is hidden the lens sees what has crept through the film to where it looks: along the film, which is longer than
 //! along the motion. What the air carries there is told elsewhere ([`super::interreflections`]).
 
-use crate::optics::light::{CENTRE, ROWS, Row, load, window_start};
+use crate::optics::light::{CENTRE, ROWS, ScanLine, load, window_start};
 use crate::optics::speckle::TILE;
 
 /// Distance from where a level surface would be seen, from which on places are looked for [px].
@@ -19,33 +19,33 @@ const UNEVEN_PX: f32 = 1.0;
 pub(crate) struct SeenRows {
     /// Distance along the motion from the line `[ROWS][TILE]` [mm].
     pub away_mm: [[f32; TILE]; ROWS],
-    /// Row of the window whose row of the specimen stands there `[ROWS][TILE]`.
+    /// Row of the window whose scan line stands there `[ROWS][TILE]`.
     pub node: [[u8; TILE]; ROWS],
 }
 
 impl SeenRows {
     /// Whether rows of a body that can mirror itself are seen elsewhere than those of a level surface.
     #[inline(always)]
-    pub fn are_uneven(own: &Row, neighbours: &[&Row; ROWS], start: usize) -> bool {
+    pub fn are_uneven(own: &ScanLine, neighbours: &[&ScanLine; ROWS], start: usize) -> bool {
         let own_centre = load(&own.centre, start);
         own.secondary.is_some()
-            && neighbours.iter().any(|row| {
+            && neighbours.iter().any(|line| {
                 let mut most = 0.0f32;
-                for (centre, own) in load(&row.centre, start).iter().zip(own_centre) {
+                for (centre, own) in load(&line.centre, start).iter().zip(own_centre) {
                     most = most.max((centre - own).abs());
                 }
                 most > UNEVEN_PX
             })
     }
 
-    /// Where the window of the line of `own` looks, if its rows do not see a level surface; `neighbours` are what a row of a window each would see of one.
+    /// Where the window of the line of `own` looks, if its rows do not see a level surface; `neighbours` are the lines that a row of a window each would see of one.
     #[inline(always)]
-    pub fn of(own: &Row, neighbours: &[&Row; ROWS], start: usize) -> Option<Box<Self>> {
+    pub fn of(own: &ScanLine, neighbours: &[&ScanLine; ROWS], start: usize) -> Option<Box<Self>> {
         if !Self::are_uneven(own, neighbours, start) {
             return None;
         }
         let own_centre = load(&own.centre, start);
-        // Where in the window each of the rows is seen.
+        // Where in the window each of the lines is seen.
         let mut places = [[0.0f32; TILE]; ROWS];
         for (k, place) in places.iter_mut().enumerate() {
             let (centre, away) = (load(&neighbours[k].centre, start), neighbours[k].y_mm - own.y_mm);
@@ -54,17 +54,17 @@ impl SeenRows {
             }
         }
         let mut seen = Box::new(Self { away_mm: [[0.0; TILE]; ROWS], node: [[0; TILE]; ROWS] });
-        seen.look(&places, &neighbours.map(|row| row.y_mm - own.y_mm));
+        seen.look(&places, &neighbours.map(|line| line.y_mm - own.y_mm));
         Some(seen)
     }
 
     /// Length of the way along the surface from the line to what each row of the window shows `[ROWS][TILE]` [mm].
-    pub fn ways_mm(&self, neighbours: &[&Row; ROWS], start: usize) -> Box<[[f32; TILE]; ROWS]> {
+    pub fn ways_mm(&self, neighbours: &[&ScanLine; ROWS], start: usize) -> Box<[[f32; TILE]; ROWS]> {
         let own_y = neighbours[CENTRE].y_mm;
         let mut ways = Box::new([[0.0f32; TILE]; ROWS]);
         let columns = neighbours[CENTRE].hits.len().saturating_sub(start).min(TILE);
         for c in 0..columns {
-            let points = neighbours.map(|row| [row.y_mm - own_y, row.hits[start + c].surface.z]);
+            let points = neighbours.map(|line| [line.y_mm - own_y, line.hits[start + c].surface.z]);
             let steps: [f32; ROWS - 1] =
                 std::array::from_fn(|k| (points[k][0] - points[k + 1][0]).hypot(points[k][1] - points[k + 1][1]));
             let mut to = [0.0f32; ROWS];
@@ -84,7 +84,7 @@ impl SeenRows {
         ways
     }
 
-    /// Follows rows that are seen at these `places` of the window and lie this far away, from the front to the back.
+    /// Follows lines that are seen at these `places` of the window and lie this far away, from the front to the back.
     #[inline(always)]
     fn look(&mut self, places: &[[f32; TILE]; ROWS], away_mm: &[f32; ROWS]) {
         // Rows from here on are taken.
@@ -173,16 +173,16 @@ mod tests {
                 true => wall * place(k),
                 false => wall * place(edge) + card * (place(k) - place(edge)),
             };
-            let rows: Vec<Row> = (0..ROWS)
+            let lines: Vec<ScanLine> = (0..ROWS)
                 .map(|k| {
                     let surface = Surface { z: height(k), slope_x: 0.0, slope_y: if k <= edge { wall } else { card } };
                     let matter =
                         Matter { medium: Medium::opaque(Gloss::NONE), film: None, class: Class::Clear, instance: 0 };
                     let hit = Hit { x: 0.0, surface, matter, lit: true, seen: true };
-                    Row { y_mm: 7.0 + place(k), hits: vec![hit; TILE], ..Row::default() }
+                    ScanLine { y_mm: 7.0 + place(k), hits: vec![hit; TILE], ..ScanLine::default() }
                 })
                 .collect();
-            let neighbours: [&Row; ROWS] = std::array::from_fn(|k| &rows[k]);
+            let neighbours: [&ScanLine; ROWS] = std::array::from_fn(|k| &lines[k]);
             let mut seen = SeenRows { away_mm: [[0.0; TILE]; ROWS], node: [[0; TILE]; ROWS] };
             for k in 0..ROWS {
                 // Between nodes, on the side of the edge where the nearer one lies.

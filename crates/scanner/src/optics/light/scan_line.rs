@@ -1,6 +1,6 @@
-//! Light of one row of the specimen, as the camera sees it when the laser stands on that row.
+//! Scan line: the light of one position of the scan, as the camera sees it when the laser stands there.
 //!
-//! Subsurface response depends only on the body, so a row is worked out once for each position of the scan and used by
+//! Subsurface response depends only on the body, so a line is worked out once for each position of the scan and used by
 //! every profile whose window holds it: as the source of its own line, and as the exit of its neighbours' light.
 
 use super::mixed_column::MixedColumn;
@@ -14,10 +14,10 @@ use transport::kernel::BASIS;
 
 /// Numbers of one position of the scan, structure of arrays over sensor columns, padded with zeros to whole tiles.
 #[derive(Debug, Clone, Default)]
-pub struct Row {
+pub struct ScanLine {
     /// Place along the motion [mm].
     pub y_mm: f32,
-    /// Rows per mm along the motion of a level surface in the middle, as high as the row's highest place [px/mm].
+    /// Rows per mm along the motion of a level surface in the middle, as high as the line's highest place [px/mm].
     pub level_rows_per_mm: f32,
     /// Standard deviations of the fixed widths [mm].
     pub spread_mm: [f32; BASIS],
@@ -54,7 +54,7 @@ pub struct Row {
     pub shift: [Vec<f32>; BASIS],
     /// Factor by which each width leaves here towards the lens, `[BASIS][columns]` [sqrt(1)].
     pub exit: [Vec<f32>; BASIS],
-    /// The same for light of rows behind this one, which leaves through a front face where this row is bare: of the tiles in
+    /// The same for light of lines behind this one, which leaves through a front face where this line is bare: of the tiles in
     /// which that makes a difference.
     pub front: Vec<FrontTile>,
     /// Greatest exits in each tile of columns, but for the front faces [sqrt(1)].
@@ -71,7 +71,7 @@ pub struct Row {
     pub streaks: Vec<Streak>,
 }
 
-impl Row {
+impl ScanLine {
     /// Contrast of speckle on the line in light from below, of that of the sample's patterns [1].
     pub fn contrast_on_line(&self, column: usize) -> f32 {
         self.contrasts[column / CONTRAST_COLUMNS][0]
@@ -112,7 +112,7 @@ impl Row {
     }
 }
 
-/// What leaves through a front face, in one tile of a bare row.
+/// What leaves through a front face, in one tile of a bare line.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FrontTile {
     /// First column of the tile.
@@ -121,9 +121,9 @@ pub struct FrontTile {
     pub exit: [[f32; TILE]; BASIS],
     /// Place of the front edge along the motion [mm].
     pub edge_mm: [f32; TILE],
-    /// Distance of this row from there [mm].
+    /// Distance of this line from there [mm].
     pub before_mm: [f32; TILE],
-    /// Depth of the face that the lens sees in this row, beyond any depth below its foot; 0 where there is none [mm].
+    /// Depth of the face that the lens sees in this line, beyond any depth below its foot; 0 where there is none [mm].
     pub depth_mm: [f32; TILE],
     /// Height of the face [mm].
     pub height_mm: [f32; TILE],
