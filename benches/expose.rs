@@ -147,10 +147,10 @@ fn read(bencher: Bencher, name: &str) {
 #[divan::bench(sample_count = 3, sample_size = 1)]
 fn sample(bencher: Bencher) {
     let bench = BoardUnderBench::new();
-    let tiles = PatternCache::new(0);
+    let patterns = PatternCache::new(0);
     bencher
         .counter(ItemsCount::new(bench.scene.size.profiles))
-        .bench(|| pipeline::render(&bench.scene, &tiles, &|_| ()));
+        .bench(|| pipeline::render(&bench.scene, &patterns, &|_| ()));
 }
 
 /// A thousand profiles of a blister pack of the declared defaults on the same bench, filled and clear, on all cores: to be
@@ -162,8 +162,8 @@ fn pack(bencher: Bencher, film_sigma_per_mm: f64) {
     let mut blister = Blister::from_values(&mut |parameter| parameter.default);
     blister.web.sigma_per_mm = film_sigma_per_mm;
     let body = Body::Pack(Box::new(Pack::form(scene.stream.child("pack"), &blister)));
-    let tiles = PatternCache::new(0);
+    let patterns = PatternCache::new(0);
     bencher
         .counter(ItemsCount::new(scene.size.profiles))
-        .bench(|| pipeline::render_body(&scene, body.clone(), &tiles, &|_| ()));
+        .bench(|| pipeline::render_body(&scene, body.clone(), &patterns, &|_| ()));
 }

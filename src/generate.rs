@@ -281,11 +281,11 @@ pub fn render_sample(
     recipe: &Recipe,
     seed: u64,
     index: u64,
-    tiles: &PatternCache,
+    patterns: &PatternCache,
     progress: &(dyn Fn(u64) + Sync),
 ) -> Encoded {
     let scene = recipe.draw(seed, index);
-    let record = pipeline::render(&scene, tiles, progress);
+    let record = pipeline::render(&scene, patterns, progress);
     dataset::encode(record, &scene.output)
 }
 
@@ -329,9 +329,9 @@ pub fn generate(
     }
     progress(GenerateEvent::Begin { samples: to_make, finished: count(&mine) - to_make });
 
-    let tiles = PatternCache::new(recipe.streams(request.seed).key());
+    let patterns = PatternCache::new(recipe.streams(request.seed).key());
     let mut summary = GenerateSummary { total: head.samples, left, ..GenerateSummary::default() };
-    let making = Making { recipe, seed: request.seed, tiles: &tiles, progress };
+    let making = Making { recipe, seed: request.seed, patterns: &patterns, progress };
     let busy = making.make(remaining, &|shard| ShardWriter::claim(&folder, shard), &mut summary)?;
     let when_free =
         |shard| ShardWriter::claim_when_free(&folder, shard, &|| progress(GenerateEvent::WaitsForShard(shard)));
@@ -345,7 +345,7 @@ pub fn generate(
 struct Making<'a> {
     recipe: &'a Recipe,
     seed: u64,
-    tiles: &'a PatternCache,
+    patterns: &'a PatternCache,
     progress: &'a (dyn Fn(GenerateEvent) + Sync),
 }
 
@@ -386,7 +386,7 @@ impl Making<'_> {
             let writing = scope.spawn(|| self.write(arrived, written, summary));
             order.par_bridge().for_each_with(pieces, |pieces, index| {
                 let progress = |n| (self.progress)(GenerateEvent::Profiles(n));
-                let sample = render_sample(self.recipe, self.seed, index, self.tiles, &progress);
+                let sample = render_sample(self.recipe, self.seed, index, self.patterns, &progress);
                 // Where writing has ended with a fault, nobody takes it.
                 let _ = pieces.send(ToWrite::Sample(Box::new(sample)));
             });

@@ -84,21 +84,21 @@ pub(super) fn run(arguments: &ReportArgs, console: &Console) -> CommandResult {
     let folder = Dataset::open(root);
     let seed = folder.as_ref().map_or(0, |folder| folder.head().seed);
     let recipe = folder.as_ref().map_err(ToString::to_string).and_then(recipe_of);
-    let tiles = PatternCache::new(recipe.as_ref().map_or(seed, |recipe| recipe.streams(seed).key()));
+    let patterns = PatternCache::new(recipe.as_ref().map_or(seed, |recipe| recipe.streams(seed).key()));
     // A slow model takes minutes for a line.
     let fast = recipe.as_ref().ok().filter(|recipe| recipe.transport() == Transport::Kernel);
     let expose = fast.map(|recipe| {
-        let tiles = &tiles;
+        let patterns = &patterns;
         move |index: u64, along: f64| {
             let profiles = recipe.size().profiles;
-            expose_profile(&recipe.draw(seed, index), (along * profiles as f64) as usize, tiles)
+            expose_profile(&recipe.draw(seed, index), (along * profiles as f64) as usize, patterns)
         }
     });
     let measure = fast.filter(|_| !arguments.no_timing).map(|recipe| {
-        let tiles = &tiles;
+        let patterns = &patterns;
         move |index: u64| {
             let start = Instant::now();
-            render_sample(recipe, seed, index, tiles, &|_| ());
+            render_sample(recipe, seed, index, patterns, &|_| ());
             RenderTiming { index, seconds: start.elapsed().as_secs_f64(), threads: rayon::current_num_threads() }
         }
     });

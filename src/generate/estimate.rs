@@ -52,16 +52,16 @@ impl GenerateEstimate {
     /// Renders the first samples to see what one takes, and counts; `progress` is told how many of their profiles more are
     /// rendered.
     pub fn measure(recipe: &Recipe, request: &DatasetRequest, progress: &(dyn Fn(u64) + Sync)) -> Self {
-        let tiles = PatternCache::new(recipe.streams(request.seed).key());
+        let patterns = PatternCache::new(recipe.streams(request.seed).key());
         let together = Self::trial(recipe, request);
         if together > 1 && !is_large(recipe) {
             // Tables are filled before the time is taken; beside large samples they do not count.
-            render_sample(recipe, request.seed, 0, &tiles, &|_| ());
+            render_sample(recipe, request.seed, 0, &patterns, &|_| ());
         }
         let start = Instant::now();
         let bytes: u64 = (0..together)
             .into_par_iter()
-            .map(|i| render_sample(recipe, request.seed, i, &tiles, progress).bytes())
+            .map(|i| render_sample(recipe, request.seed, i, &patterns, progress).bytes())
             .sum();
         let sample_time = start.elapsed() / together as u32;
         let count = Self::count(recipe, request);

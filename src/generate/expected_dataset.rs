@@ -21,7 +21,7 @@ const STRIP_ROWS: u64 = 8;
 /// The recipe of a dataset, and the content that this program expects of it.
 pub struct ExpectedDataset {
     recipe: Recipe,
-    tiles: PatternCache,
+    patterns: PatternCache,
     head: DatasetHead,
 }
 
@@ -51,9 +51,9 @@ impl ExpectedDataset {
             part: (0, 1),
             samples_per_shard: Some(found.samples_per_shard),
         };
-        let tiles = PatternCache::new(recipe.streams(found.seed).key());
+        let patterns = PatternCache::new(recipe.streams(found.seed).key());
         let warnings = warnings(&recipe, found.seed);
-        Ok(Self { head: dataset_head(&recipe, &request, warnings), tiles, recipe })
+        Ok(Self { head: dataset_head(&recipe, &request, warnings), patterns, recipe })
     }
 
     /// The recipe.
@@ -81,7 +81,7 @@ impl ExpectedDataset {
     /// `take_frame`.
     pub fn derived(&self, index: u64, asked: &AskedRows, take_frame: TakeFrame) -> DerivedSample {
         let scene = self.recipe.draw(self.head.seed, index);
-        let pipeline::Derived { unlit, exposed } = pipeline::derived(&scene, &self.tiles, asked, take_frame);
+        let pipeline::Derived { unlit, exposed } = pipeline::derived(&scene, &self.patterns, asked, take_frame);
         let pipeline::Unlit { record, instances, rows } = unlit;
         let in_view = ("object_in_view", record.object_in_view);
         let derived = record.calibration.iter().chain(&record.physics).chain([&in_view]);
@@ -115,7 +115,7 @@ impl ExpectedDataset {
 
     /// The sample, rendered and encoded again.
     pub fn sample(&self, index: u64) -> Encoded {
-        render_sample(&self.recipe, self.head.seed, index, &self.tiles, &|_| ())
+        render_sample(&self.recipe, self.head.seed, index, &self.patterns, &|_| ())
     }
 }
 

@@ -12,10 +12,10 @@ use tools::report::ExposedProfile;
 const MARGIN_ROWS: usize = 24;
 
 /// Exposes profile `profile` of a scene and extracts its line.
-pub fn expose_profile(scene: &Scene, profile: usize, tiles: &PatternCache) -> ExposedProfile {
+pub fn expose_profile(scene: &Scene, profile: usize, patterns: &PatternCache) -> ExposedProfile {
     let (columns, rows) = (scene.size.columns, scene.size.rows);
     let profile = profile.min(scene.size.profiles.saturating_sub(1));
-    let (sensor, specimen) = pipeline::set_up(scene, pipeline::body(scene), tiles);
+    let (sensor, specimen) = pipeline::set_up(scene, pipeline::body(scene), patterns);
     let band = sensor.band(&specimen, profile..profile + 1);
     let frame = if sensor.is_scripted() {
         sensor.processed(&band, profile)

@@ -32,7 +32,7 @@ fn pockets(packs: u64, sigma: f64, thickness: f64) -> Vec<Seen> {
         blister.defects = procedural::blister::Defects::from_values(&mut |parameter| parameter.default);
         blister.defects.missing = (index % 4) as f64;
         (scene.output.bin_columns, scene.output.bin_profiles, scene.output.truth_maps) = (1, 1, false);
-        let record = pipeline::render(&scene, target::tiles(), &|_| ());
+        let record = pipeline::render(&scene, target::patterns(), &|_| ());
         seen(&record)
     });
     seen.collect()

@@ -5,7 +5,7 @@ use procedural::{Body, Gloss, Medium};
 use recipe::Scene;
 use scanner::frame::Frame;
 use scanner::optics::{Band, ROWS, Scratch, Sensor, TileOfProfile};
-use test_support::target::{scene, tiles};
+use test_support::target::{patterns, scene};
 
 /// First profile that looks at the middle of the plate.
 const PROFILE: usize = 40;
@@ -27,7 +27,7 @@ fn quiet() -> Scene {
 fn sensor(scene: &Scene) -> (Sensor, Band) {
     let medium = Medium::opaque(Gloss { matte: 1.0, ..Gloss::NONE });
     let body = Body::Flat(Flat { height_mm: 0.01, slope_x: 0.0, slope_y: 0.0, width_mm: 6.0, length_mm: 40.0, medium });
-    let (sensor, specimen) = pipeline::set_up(scene, body, tiles());
+    let (sensor, specimen) = pipeline::set_up(scene, body, patterns());
     let band = sensor.band(&specimen, PROFILE..PROFILE + 1);
     (sensor, band)
 }

@@ -3,7 +3,7 @@
 use procedural::{Body, Gloss, Medium, flat::Flat};
 use recipe::{Plan, Scene};
 use scanner::optics::{Band, ROWS, Scratch, Sensor, TILE};
-use test_support::target::{expose, nominal, plate, scene, tiles};
+use test_support::target::{expose, nominal, patterns, plate, scene};
 
 /// Share of a step that the moving scenes move while they are exposed.
 const WAY: f64 = 0.6;
@@ -81,7 +81,7 @@ fn an_upright_edge_shows_two_lines() {
     }
     let column = 100;
     let at = |scene: &Scene| {
-        let (sensor, specimen) = pipeline::set_up(scene, pipeline::body(scene), tiles());
+        let (sensor, specimen) = pipeline::set_up(scene, pipeline::body(scene), patterns());
         let band = sensor.band(&specimen, 5..10);
         (5..10).map(|profile| line(&sensor, &band, profile, column)).collect::<Vec<_>>()
     };
@@ -97,7 +97,7 @@ fn an_upright_edge_shows_two_lines() {
 #[test]
 fn light_does_not_depend_on_the_order_of_asking() {
     let scene = moving(&scene(1));
-    let (sensor, specimen) = pipeline::set_up(&scene, pipeline::body(&scene), tiles());
+    let (sensor, specimen) = pipeline::set_up(&scene, pipeline::body(&scene), patterns());
     let band = sensor.band(&specimen, 200..206);
     let other = sensor.band(&specimen, 203..209);
     let fresh = |profile: usize, tile: usize| {

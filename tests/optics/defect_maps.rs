@@ -18,7 +18,7 @@ use dataset::record::Record;
 use procedural::Class;
 use procedural::wood::Wood;
 use recipe::{Plan, Recipe, Scene};
-use test_support::target::tiles;
+use test_support::target::patterns;
 
 /// Change of Reflectance from which on a pixel differs [DN], of Scatter as a part of the board's median [1], of Range [mm].
 const REFLECTANCE_DN: f32 = 4.0;
@@ -257,10 +257,10 @@ fn masks_are_where_maps_change() {
             let mut asked = scene.clone();
             let Plan::Wood(wood) = &mut asked.plan else { panic!("a recipe of wood") };
             (kind.ask)(wood);
-            let with = pipeline::render(&asked, tiles(), &|_| ());
+            let with = pipeline::render(&asked, patterns(), &|_| ());
             // Most kinds share the board without.
             if plain.get(&index).is_none_or(|(known, _)| *known != scene) {
-                plain.insert(index, (scene.clone(), pipeline::render(&scene, tiles(), &|_| ())));
+                plain.insert(index, (scene.clone(), pipeline::render(&scene, patterns(), &|_| ())));
             }
             let without = &plain[&index].1;
             let defects = with.defects.iter().chain(&with.unseen);

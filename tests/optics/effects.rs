@@ -8,10 +8,10 @@ use bench::settings::{
 use dataset::record::Record;
 use procedural::Parameter;
 use recipe::{Plan, Scene};
-use test_support::target::{nominal, scene, tiles};
+use test_support::target::{nominal, patterns, scene};
 
 fn render(scene: &Scene) -> Record {
-    pipeline::render(scene, tiles(), &|_| ())
+    pipeline::render(scene, patterns(), &|_| ())
 }
 
 /// A small scene of the nominal bench whose laser stands out of its waist, so that beam quality counts.

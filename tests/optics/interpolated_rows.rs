@@ -5,7 +5,7 @@ use rand::RngExt;
 use recipe::{Plan, Recipe, Scene};
 use scanner::optics::{CENTRE, Scratch, Sensor, TILE};
 use scanner::specimen::Specimen;
-use test_support::target::tiles;
+use test_support::target::patterns;
 
 /// Profiles of a band.
 const PROFILES: usize = 24;
@@ -61,7 +61,7 @@ fn interpolated_rows_show_what_all_rows_show() {
         };
         let start = (along / scene.bench.motion.step_mm) as usize;
         let start = start.min(scene.size.profiles - PROFILES);
-        let set_up = || pipeline::set_up(&scene, pipeline::body(&scene), tiles());
+        let set_up = || pipeline::set_up(&scene, pipeline::body(&scene), patterns());
         let ((fast, specimen), (dense, _)) = (set_up(), set_up());
         let (got, rows_per_mm) = measured(&scene, &fast, &specimen, start);
         let (expected, _) = measured(&scene, &dense.without_interpolation(), &specimen, start);

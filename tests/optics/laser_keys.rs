@@ -7,7 +7,7 @@ use bench::settings::LineShape;
 use procedural::{Body, Gloss, Medium, Parameter};
 use recipe::{Plan, Recipe, Scene};
 use scanner::optics::{Band, ROWS, Scratch, Sensor, TILE};
-use test_support::target::{expose, plate, scene, tiles};
+use test_support::target::{expose, patterns, plate, scene};
 
 const RECIPE: &str = "name: a\nsubject: wood\nclasses: {one: {share: 1}}\n";
 
@@ -72,7 +72,7 @@ fn every_number_of_the_laser_has_an_effect() {
                 other.bench.laser = LaserParameters { smile_cubic_um: 40.0, ..scene.bench.laser };
             }
         }
-        let [plain, with] = [&scene, &other].map(|s| pipeline::render_body(s, body.clone(), tiles(), &|_| ()).maps);
+        let [plain, with] = [&scene, &other].map(|s| pipeline::render_body(s, body.clone(), patterns(), &|_| ()).maps);
         let same = |a: &[f32], b: &[f32]| a.iter().zip(b).all(|(a, b)| a == b || (a.is_nan() && b.is_nan()));
         if same(&plain.reflectance, &with.reflectance) && same(&plain.scatter, &with.scatter) {
             idle.push(parameter.path());

@@ -6,7 +6,7 @@ use bench::settings::{Fan, LineShape};
 use procedural::{Body, Gloss, Medium};
 use recipe::Scene;
 use scanner::optics::{ROWS, Scratch, Sensor, TILE};
-use test_support::target::{plate, scene, tiles};
+use test_support::target::{patterns, plate, scene};
 
 /// Columns of the whole sensor.
 const COLUMNS: usize = 2560;
@@ -26,7 +26,7 @@ fn wide() -> Scene {
 
 /// Light of one profile: sensor and, a column, rows and their electrons.
 fn light(scene: &Scene, body: Body, profile: usize) -> (Sensor, Vec<Vec<(i32, f64)>>) {
-    let (sensor, specimen) = pipeline::set_up(scene, body, tiles());
+    let (sensor, specimen) = pipeline::set_up(scene, body, patterns());
     let band = sensor.band(&specimen, profile..profile + 1);
     let mut columns = vec![Vec::new(); scene.size.columns];
     let mut scratch = Scratch::default();

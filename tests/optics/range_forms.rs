@@ -140,7 +140,7 @@ fn forms_of_one_scan_agree() {
     let (scene, heights) = scan(RangeForm::Calibrated);
     let (_, rows) = scan(RangeForm::Uncalibrated);
     let (_, grid) = scan(RangeForm::Rectified { pitch_mm: None });
-    let rig = pipeline::set_up(&scene, plate(ceramic(), 12.0, 0.1, 0.02), target::tiles()).0.camera().rig;
+    let rig = pipeline::set_up(&scene, plate(ceramic(), 12.0, 0.1, 0.02), target::patterns()).0.camera().rig;
     assert_eq!((&heights.maps.reflectance, &heights.labels), (&rows.maps.reflectance, &rows.labels));
     for (i, (z, row)) in heights.maps.range.iter().zip(&rows.maps.range).enumerate() {
         assert_eq!(z.is_nan(), row.is_nan());

@@ -10,7 +10,7 @@ use recipe::{Plan, Recipe};
 use scanner::extract::{MeasuredProfile, extract};
 use scanner::frame::Frame;
 use scanner::optics::{Scratch, TILE, TileOfProfile};
-use test_support::target::tiles;
+use test_support::target::patterns;
 
 /// Settings of an extraction, any that recipes accept; thresholds from among the noise to above most lines.
 fn settings(mut settings: Extraction, dark_dn: f64, rng: &mut impl Rng) -> Extraction {
@@ -87,8 +87,8 @@ fn rows_that_are_left_out_change_nothing() {
         scene.output.bin_columns = 1;
         scene.output.bin_profiles = 1;
         scene.size.profiles = 160;
-        let record = pipeline::render(&scene, tiles(), &|_| ());
-        let (sensor, specimen) = pipeline::set_up(&scene, pipeline::body(&scene), tiles());
+        let record = pipeline::render(&scene, patterns(), &|_| ());
+        let (sensor, specimen) = pipeline::set_up(&scene, pipeline::body(&scene), patterns());
         let (calibration, columns) = (sensor.calibration(), scene.size.columns);
         let band = sensor.band(&specimen, 0..scene.size.profiles);
         let (mut scratch, mut frames, mut offsets) = (Scratch::default(), <[Frame; 2]>::default(), Vec::new());

@@ -6,7 +6,7 @@ use procedural::Class;
 use procedural::wood::Wood;
 use recipe::{Plan, Recipe, Scene};
 use scanner::extract::scatter_pixels;
-use test_support::target::{nominal, tiles};
+use test_support::target::{nominal, patterns};
 
 /// A small board at declared defaults: 20 x 14 mm of flat-sawn wood.
 fn scene(index: u64, change: impl Fn(&mut Wood)) -> Scene {
@@ -57,13 +57,13 @@ fn scatter(scene: &Scene, record: &Record, class: Class, margin: isize, keep: im
 fn ratio(class: Class, change: impl Fn(&mut Wood)) -> f64 {
     let one = |index: u64| {
         let clear = scene(index, |_| ());
-        let record = pipeline::render(&clear, tiles(), &|_| ());
+        let record = pipeline::render(&clear, patterns(), &|_| ());
         let Some(TruthMaps { below: Below::Fibre { dive, .. }, .. }) = record.truth.clone() else {
             panic!("a board has fibres")
         };
         let plain = scatter(&clear, &record, Class::Clear, 20, |i| dive[i] < 3.0)?;
         let defect = scene(index, &change);
-        let record = pipeline::render(&defect, tiles(), &|_| ());
+        let record = pipeline::render(&defect, patterns(), &|_| ());
         Some(scatter(&defect, &record, class, 12, |_| true)? / plain)
     };
     let ratios: Vec<f64> = (0..12).filter_map(one).take(3).collect();

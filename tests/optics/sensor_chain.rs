@@ -8,7 +8,7 @@ use rustfft::FftPlannerScalar;
 use rustfft::num_complex::Complex64;
 use scanner::frame::Frame;
 use scanner::optics::{Band, ROWS, Scratch, Sensor, TileOfProfile};
-use test_support::target::{moments, scene, tiles};
+use test_support::target::{moments, patterns, scene};
 
 /// First profile that sees nothing but the conveyor.
 const BARE: usize = 64;
@@ -26,7 +26,7 @@ fn white(profiles: usize) -> Scene {
 fn sensor(scene: &Scene) -> (Sensor, Band) {
     let medium = Medium::opaque(Gloss::NONE);
     let body = Body::Flat(Flat { height_mm: 0.01, slope_x: 0.0, slope_y: 0.0, width_mm: 1.0, length_mm: 1.0, medium });
-    let (sensor, specimen) = pipeline::set_up(scene, body, tiles());
+    let (sensor, specimen) = pipeline::set_up(scene, body, patterns());
     let band = sensor.band(&specimen, BARE..scene.size.profiles);
     (sensor, band)
 }

@@ -8,7 +8,7 @@ use procedural::wood::Media;
 use procedural::{Class, Medium};
 use recipe::{Plan, Recipe, Scene, WoodVolume};
 use scanner::extract::scatter_pixels;
-use test_support::target::{nominal, tiles};
+use test_support::target::{nominal, patterns};
 use wood_picture::{DensityLaw, DensityStack, FibreAxis, HalfSpace, KindDensities};
 
 /// Densities of the two kinds of wood.
@@ -87,7 +87,7 @@ fn reflectance(density: f32) -> f64 {
 fn a_dense_slab_is_a_dark_band_where_it_lies() {
     for (axis, down) in [(2, false), (0, true)] {
         let scene = scene(slab(axis));
-        let record = pipeline::render(&scene, tiles(), &|_| ());
+        let record = pipeline::render(&scene, patterns(), &|_| ());
         let (means, [first, last]) = means(&record, down);
         let at = |mm: f32| first + (mm / 12.0 * (last - first) as f32) as usize;
         let none = scatter_pixels(&scene.extraction) as f64 * scene.bench.exposure.dark_level_dn;
@@ -123,7 +123,7 @@ fn what_lies_below_the_face_counts_with_path() {
         (media.latewood_mu_a_ratio, media.latewood_sigma_i_ratio, media.latewood_k_ratio) = (20.0, 1.0, 1.0);
         scene.plan = Plan::Wood(numbers);
         (scene.transport, scene.size.profiles, scene.bench.motion.step_mm) = (transport, 5, 2.0);
-        let record = pipeline::render(&scene, tiles(), &|_| ());
+        let record = pipeline::render(&scene, patterns(), &|_| ());
         let none = scatter_pixels(&scene.extraction) as f64 * scene.bench.exposure.dark_level_dn;
         let inner = 3 * record.cols + record.cols * 2 / 5..3 * record.cols + record.cols * 3 / 5;
         inner.clone().map(|i| f64::from(record.maps.scatter[i])).sum::<f64>() / inner.len() as f64 - none

@@ -10,7 +10,7 @@ use recipe::Scene;
 use scanner::frame::Frame;
 use scanner::optics::{Scratch, TileOfProfile};
 use scanner::specimen::Hit;
-use test_support::target::{ceramic, moments, plate, render, scene, tiles};
+use test_support::target::{ceramic, moments, patterns, plate, render, scene};
 
 /// A turntable whose profiles are `step` apart at `radius` [mm].
 fn table(profiles: usize, axis: [f64; 2], radius: f64, step: f64) -> Scene {
@@ -29,7 +29,7 @@ fn block(size_mm: f32, height_mm: f32, slope_x: f32) -> Body {
 
 /// What the columns see in profile `profile`.
 fn hits(scene: &Scene, body: Body, profile: usize) -> Vec<Hit> {
-    let (sensor, specimen) = set_up(scene, body, tiles());
+    let (sensor, specimen) = set_up(scene, body, patterns());
     sensor.band(&specimen, profile..profile + 1).line(profile).hits.clone()
 }
 
@@ -161,7 +161,7 @@ fn speckle_moves_as_fast_as_the_table_does() {
         (0.0, 0.3, 0.0, 0.0);
     exposure.time_us = 200.0;
     scene.bench.laser.waist_mm = 2.0;
-    let (sensor, specimen) = set_up(&scene, plate(Medium::opaque(Gloss::wood(1.0)), 20.0, 0.0, 0.0), tiles());
+    let (sensor, specimen) = set_up(&scene, plate(Medium::opaque(Gloss::wood(1.0)), 20.0, 0.0, 0.0), patterns());
     let band = sensor.band(&specimen, 0..64);
     let (mut scratch, mut offsets) = (Scratch::default(), Vec::new());
     let mut frame = |profile: usize, tile: usize| -> Frame {

@@ -3,7 +3,7 @@
 use dataset::record::Record;
 use procedural::Class;
 use recipe::{Plan, Recipe};
-use test_support::target::tiles;
+use test_support::target::patterns;
 
 /// Boards looked at.
 const BOARDS: u64 = 50;
@@ -18,7 +18,7 @@ fn board(index: u64) -> Record {
     wood.rot.reach_mm = 0.0;
     wood.board.saw_ripple_um = 0.0;
     scene.output.truth_maps = false;
-    pipeline::render(&scene, tiles(), &|_| ())
+    pipeline::render(&scene, patterns(), &|_| ())
 }
 
 /// Root mean square departure from the mean over the mean, of each line of pixels well inside the board [1].

@@ -279,9 +279,9 @@ fn profiles_are_rendered_as_in_the_whole_scan() {
     let solid = [sawtooth_recipe(&[]), mesh_recipe(&[])].map(|text| (text, true));
     for (text, is_solid) in spread.into_iter().chain(solid) {
         let recipe = Recipe::parse("tiny.yaml", &text).expect("the recipe loads");
-        let (scene, tiles) = (recipe.draw(3, 1), PatternCache::new(recipe.streams(3).key()));
-        let whole = pipeline::render(&scene, &tiles, &|_| ());
-        let (sensor, specimen) = pipeline::set_up(&scene, pipeline::body(&scene), &tiles);
+        let (scene, patterns) = (recipe.draw(3, 1), PatternCache::new(recipe.streams(3).key()));
+        let whole = pipeline::render(&scene, &patterns, &|_| ());
+        let (sensor, specimen) = pipeline::set_up(&scene, pipeline::body(&scene), &patterns);
         let specimen = specimen.without_pockets();
         let chosen: Vec<usize> = (0..scene.size.profiles).step_by(7).collect();
         let (maps, labels) = pipeline::render_profiles(&scene, &sensor, &specimen, &chosen);

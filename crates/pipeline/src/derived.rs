@@ -46,11 +46,11 @@ pub struct Derived {
 /// Frames go to `take_frame` as they are made, in any order.
 pub fn derived(
     scene: &Scene,
-    tiles: &PatternCache,
+    patterns: &PatternCache,
     asked: &AskedRows,
     take_frame: &(dyn Fn(StackFrame) + Sync),
 ) -> Derived {
-    let (sensor, specimen) = set_up(scene, body(scene), tiles);
+    let (sensor, specimen) = set_up(scene, body(scene), patterns);
     let exposed = exposed_rows(scene, &sensor, &specimen, &asked.strips);
     expose_frames(scene, &sensor, &specimen, &asked.frames, take_frame);
     let scan = Scan { maps: Maps::default(), labels: Labels::default(), truth: None, stack: Vec::new() };

@@ -46,8 +46,8 @@ const MIN_RUN_HALOS: usize = 4;
 /// Renders one sample. `progress` is told the number of profiles whenever some are finished.
 ///
 /// The result depends on the scene alone: not on the number of threads, on bands, or on what was rendered before.
-pub fn render(scene: &Scene, tiles: &PatternCache, progress: &(dyn Fn(u64) + Sync)) -> Record {
-    render_body(scene, body(scene), tiles, progress)
+pub fn render(scene: &Scene, patterns: &PatternCache, progress: &(dyn Fn(u64) + Sync)) -> Record {
+    render_body(scene, body(scene), patterns, progress)
 }
 
 /// Grows or forms the object of a scene.
@@ -84,15 +84,15 @@ pub fn body(scene: &Scene) -> Body {
 }
 
 /// [`render`] for any body.
-pub fn render_body(scene: &Scene, body: Body, tiles: &PatternCache, progress: &(dyn Fn(u64) + Sync)) -> Record {
-    let (sensor, specimen) = set_up(scene, body, tiles);
+pub fn render_body(scene: &Scene, body: Body, patterns: &PatternCache, progress: &(dyn Fn(u64) + Sync)) -> Record {
+    let (sensor, specimen) = set_up(scene, body, patterns);
     let mut scan = Scan::new(scene, scene.size.profiles);
     scan.expose(scene, &sensor, &specimen, progress);
     scan.record(scene, &sensor, &specimen)
 }
 
 /// Puts a body under a scene's bench.
-pub fn set_up(scene: &Scene, body: Body, tiles: &PatternCache) -> (Sensor, Specimen) {
+pub fn set_up(scene: &Scene, body: Body, patterns: &PatternCache) -> (Sensor, Specimen) {
     let height = f64::from(body.bounds().1.z);
     let matter = typical(&scene.plan);
     let turn = turn(&scene.bench.motion, scene.movement);
@@ -103,7 +103,7 @@ pub fn set_up(scene: &Scene, body: Body, tiles: &PatternCache) -> (Sensor, Speci
         height,
         clear: &matter,
         speckle_law: scene.speckle_law,
-        patterns: tiles,
+        patterns,
         readout: scene.readout,
         postprocess: scene.postprocess,
         turn,

@@ -88,12 +88,12 @@ pub fn workload() -> u64 {
 /// # Errors
 /// In words, where the recipe is not about blister packs.
 pub fn study(recipe: &Recipe, seed: u64, progress: StudyProgress) -> Result<StudyReport, String> {
-    let tiles = PatternCache::new(seed);
+    let patterns = PatternCache::new(seed);
     let mut packs = Vec::with_capacity(PACKS.len());
     for (number, PackCase { name, change }) in PACKS.into_iter().enumerate() {
         announce("kernel", name, progress);
         let scene = scene(recipe, seed, number as u64, change)?;
-        let record = pipeline::render(&scene, &tiles, &|_| ());
+        let record = pipeline::render(&scene, &patterns, &|_| ());
         let dark = record.physics.iter().find(|(name, _)| *name == "scatter_dark_dn");
         packs.push(PackSample { name, dark_dn: dark.map_or(0.0, |(_, dn)| *dn), record });
         progress(StudyEvent::Done(1));

@@ -43,13 +43,13 @@ pub fn workload(effort: Effort) -> u64 {
 
 /// Runs the study on `profile` of `scene`.
 pub fn study(scene: &Scene, profile: usize, effort: Effort, progress: StudyProgress) -> StudyReport {
-    let tiles = PatternCache::new(0);
+    let patterns = PatternCache::new(0);
     let body = pipeline::body(scene);
     let mut x = Vec::new();
     let mut expose_bins = |transport: Transport, repeat: u64| {
         let mut own = scene.clone();
         (own.transport, own.stream) = (transport, scene.stream.child("study").index(effort.seed).index(repeat));
-        let (sensor, specimen) = pipeline::set_up(&own, body.clone(), &tiles);
+        let (sensor, specimen) = pipeline::set_up(&own, body.clone(), &patterns);
         let band = sensor.band(&specimen, profile..profile + 1);
         let hits = &band.line(profile).hits;
         x = hits

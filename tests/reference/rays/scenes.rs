@@ -73,7 +73,7 @@ impl Trial<'_> {
 
     /// Production's electrons in the columns judged, on the rows that its windows reach `[rows, cols]` [e-].
     pub fn production(&self) -> (Region, Vec<f64>) {
-        let (sensor, specimen) = pipeline::set_up(self.scene, self.body.clone(), target::tiles());
+        let (sensor, specimen) = pipeline::set_up(self.scene, self.body.clone(), target::patterns());
         let band = sensor.band(&specimen, self.profile..self.profile + 1);
         let mut scratch = Scratch::default();
         let mut columns: Vec<Vec<(i32, f64)>> = Vec::new();

@@ -36,19 +36,19 @@ pub fn plate(medium: Medium, height_mm: f32, slope_x: f32, slope_y: f32) -> Body
 }
 
 /// Speckle patterns of seed 0, made once.
-pub fn tiles() -> &'static PatternCache {
-    static TILES: OnceLock<PatternCache> = OnceLock::new();
-    TILES.get_or_init(|| PatternCache::new(0))
+pub fn patterns() -> &'static PatternCache {
+    static PATTERNS: OnceLock<PatternCache> = OnceLock::new();
+    PATTERNS.get_or_init(|| PatternCache::new(0))
 }
 
 /// Renders a body in a scene.
 pub fn render(scene: &Scene, body: Body) -> Record {
-    pipeline::render_body(scene, body, tiles(), &|_| ())
+    pipeline::render_body(scene, body, patterns(), &|_| ())
 }
 
 /// The sensor over a body, and light of `profiles` worked out.
 pub fn expose(scene: &Scene, body: Body, profiles: std::ops::Range<usize>) -> (Sensor, Band) {
-    let (sensor, specimen) = pipeline::set_up(scene, body, tiles());
+    let (sensor, specimen) = pipeline::set_up(scene, body, patterns());
     let band = sensor.band(&specimen, profiles);
     (sensor, band)
 }

@@ -182,7 +182,7 @@ fn old_rule(sample: &Encoded) -> usize {
 
 #[test]
 fn nothing_that_the_program_made_is_accused() {
-    let mut tiles: BTreeMap<(usize, u64), PatternCache> = BTreeMap::new();
+    let mut patterns: BTreeMap<(usize, u64), PatternCache> = BTreeMap::new();
     let (mut fired, mut faulty, mut refused, mut samples) = (Vec::new(), Vec::new(), Vec::new(), 0);
     for swept in swept() {
         let (name, seed) = (swept.name(), swept.seed());
@@ -193,9 +193,10 @@ fn nothing_that_the_program_made_is_accused() {
                 continue;
             }
         };
-        let tiles = tiles.entry((swept.recipe, seed)).or_insert_with(|| PatternCache::new(recipe.streams(seed).key()));
+        let patterns =
+            patterns.entry((swept.recipe, seed)).or_insert_with(|| PatternCache::new(recipe.streams(seed).key()));
         let made: Vec<Encoded> =
-            (0..swept.samples).map(|index| render_sample(&recipe, seed, index, tiles, &|_| ())).collect();
+            (0..swept.samples).map(|index| render_sample(&recipe, seed, index, patterns, &|_| ())).collect();
         if swept.levels[0] == WITH_TRUTH && swept.recipe == 0 {
             let wrong: usize = made.iter().map(old_rule).sum();
             fired.extend((wrong > 0).then(|| format!("{wrong} in {name}")));

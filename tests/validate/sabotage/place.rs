@@ -45,8 +45,8 @@ pub fn boards() -> &'static Boards {
         let recipe = Recipe::parse("tiny.yaml", &text).expect("the recipe loads");
         let order =
             DatasetRequest { samples: SAMPLES, seed: 5, out: "set".into(), part: (0, 1), samples_per_shard: Some(3) };
-        let tiles = PatternCache::new(recipe.streams(order.seed).key());
-        let sample = |index| sheetlight::generate::render_sample(&recipe, order.seed, index, &tiles, &|_| ());
+        let patterns = PatternCache::new(recipe.streams(order.seed).key());
+        let sample = |index| sheetlight::generate::render_sample(&recipe, order.seed, index, &patterns, &|_| ());
         let warnings = known_warnings(&recipe, order.seed);
         Boards { head: dataset_head(&recipe, &order, warnings), samples: (0..SAMPLES).map(sample).collect() }
     })
@@ -59,8 +59,8 @@ pub const ESTIMATES: [Code; 3] = [Code::RangeDiffers, Code::OutlineDiffers, Code
 pub fn of_recipe(text: &str, samples: u64) -> (DatasetHead, Vec<Encoded>) {
     let recipe = Recipe::parse("tiny.yaml", text).unwrap_or_else(|error| panic!("{error}"));
     let order = DatasetRequest { samples, seed: 7, out: "set".into(), part: (0, 1), samples_per_shard: Some(samples) };
-    let tiles = PatternCache::new(recipe.streams(order.seed).key());
-    let sample = |index| sheetlight::generate::render_sample(&recipe, order.seed, index, &tiles, &|_| ());
+    let patterns = PatternCache::new(recipe.streams(order.seed).key());
+    let sample = |index| sheetlight::generate::render_sample(&recipe, order.seed, index, &patterns, &|_| ());
     let warnings = known_warnings(&recipe, order.seed);
     (dataset_head(&recipe, &order, warnings), (0..samples).map(sample).collect())
 }

@@ -97,9 +97,9 @@ struct LaserPlots {
 
 /// Runs the study.
 pub fn study(trials: Trials, progress: StudyProgress) -> StudyReport {
-    let tiles = PatternCache::new(trials.seed);
-    let repeats = repeat_trials(trials, progress, |one| measure(trials, one, &tiles));
-    let (figures, plots) = figures(&repeats, &tiles);
+    let patterns = PatternCache::new(trials.seed);
+    let repeats = repeat_trials(trials, progress, |one| measure(trials, one, &patterns));
+    let (figures, plots) = figures(&repeats, &patterns);
     let error = 100.0 * box_error(&plots.bench);
     let note = format!(
         "The line on the sensor is a Gaussian that holds the pixel's variance; light gathered over the pixel's box differs\n\
@@ -149,21 +149,21 @@ fn white_scene(columns: usize) -> Scene {
 }
 
 /// A scene over the metal plate at a height.
-fn metal_scene(z: f64, tiles: &PatternCache) -> (Scene, procedural::Body) {
+fn metal_scene(z: f64, patterns: &PatternCache) -> (Scene, procedural::Body) {
     let mut scene = scene(procedural::Stream::root(0), COLUMNS, BARE_PROFILE + EXPOSURES);
     scene.bench.speckle.strength = 0.0;
     let body = plate(z as f32, 0.0, 0.0);
-    expose_to_peak(&mut scene, &body, tiles, BARE_PROFILE, PEAK_DN);
+    expose_to_peak(&mut scene, &body, patterns, BARE_PROFILE, PEAK_DN);
     (scene, body)
 }
 
-fn measure(trials: Trials, one: u64, tiles: &PatternCache) -> LaserRepeat {
+fn measure(trials: Trials, one: u64, patterns: &PatternCache) -> LaserRepeat {
     let own = stream("laser", trials, one);
     let (mut width, mut light) = (Vec::new(), Vec::new());
     for (i, z) in HEIGHTS_MM.into_iter().enumerate() {
-        let (mut scene, body) = metal_scene(z, tiles);
+        let (mut scene, body) = metal_scene(z, patterns);
         scene.stream = own.child("height").index(i as u64);
-        let [all, _, sigma] = fit_gaussian(&mean_line(&exposed_line(&scene, &body, tiles)));
+        let [all, _, sigma] = fit_gaussian(&mean_line(&exposed_line(&scene, &body, patterns)));
         let lens = lens_variance(&scene.bench, &scene.size) + 1.0 / 12.0;
         width.push(2.0 * (sigma * sigma - lens).max(0.0).sqrt() / rows_per_mm(&scene.bench, &scene.size, z));
         light.push(all / scene.bench.exposure.time_us);
@@ -172,12 +172,12 @@ fn measure(trials: Trials, one: u64, tiles: &PatternCache) -> LaserRepeat {
         let mut scene = white_scene(SENSOR_COLUMNS);
         scene.stream = own.child("along").index(u64::from(fan.is_some()));
         scene.bench.laser.fan_angle_deg = fan.unwrap_or(scene.bench.laser.fan_angle_deg);
-        bin_light(&white_line(scene, tiles))
+        bin_light(&white_line(scene, patterns))
     };
     let budget = |(i, LightBudget { bench, .. }): (usize, LightBudget)| {
         let mut scene = white_scene(COLUMNS);
         (scene.bench, scene.stream) = (bench, own.child("budget").index(i as u64));
-        let bins = bin_light(&white_line(scene, tiles));
+        let bins = bin_light(&white_line(scene, patterns));
         bins.iter().sum::<f64>() / bins.len() as f64
     };
     let along = [along(None), along(Some(NARROW_FAN_DEG))];
@@ -185,11 +185,11 @@ fn measure(trials: Trials, one: u64, tiles: &PatternCache) -> LaserRepeat {
 }
 
 /// The line on the white plane, exposed without saturation and scaled to the exposure time of the scene [e-].
-fn white_line(scene: Scene, tiles: &PatternCache) -> Vec<Vec<f64>> {
+fn white_line(scene: Scene, patterns: &PatternCache) -> Vec<Vec<f64>> {
     let mut short = scene.clone();
-    expose_to_peak(&mut short, &bare(), tiles, BARE_PROFILE, PEAK_DN);
+    expose_to_peak(&mut short, &bare(), patterns, BARE_PROFILE, PEAK_DN);
     let scale = scene.bench.exposure.time_us / short.bench.exposure.time_us;
-    let mut line = exposed_line(&short, &bare(), tiles);
+    let mut line = exposed_line(&short, &bare(), patterns);
     line.iter_mut().flatten().for_each(|light| *light *= scale);
     line
 }
@@ -220,7 +220,7 @@ fn bin_position(bin: usize, bench: &Bench) -> f64 {
     rig(bench, &size).along((bin * BIN_COLUMNS) as f64 + 0.5 * (BIN_COLUMNS as f64 - 1.0), 0.0)
 }
 
-fn figures(repeats: &[LaserRepeat], tiles: &PatternCache) -> (Vec<Figure>, LaserPlots) {
+fn figures(repeats: &[LaserRepeat], patterns: &PatternCache) -> (Vec<Figure>, LaserPlots) {
     let bench = white_scene(SENSOR_COLUMNS).bench;
     let fit = |i: usize| per_repeat(repeats, |f| fit_beam(&f.width, bench.laser.wavelength_nm)[i]);
     let names = ["waist, half width at 1/e^2 [mm]", "height of the waist [mm]", "beam quality M^2 [1]"];
@@ -263,8 +263,8 @@ fn figures(repeats: &[LaserRepeat], tiles: &PatternCache) -> (Vec<Figure>, Laser
         (0..=last).map(bin).collect()
     });
     let beam = HEIGHTS_MM.into_iter().map(|z| {
-        let (scene, body) = metal_scene(z, tiles);
-        let line = mean_line(&exposed_line(&scene, &body, tiles));
+        let (scene, body) = metal_scene(z, patterns);
+        let line = mean_line(&exposed_line(&scene, &body, patterns));
         let [light, centre, sigma] = fit_gaussian(&line);
         let peak = light / ((2.0 * PI).sqrt() * sigma);
         MeasuredLine { rows_per_mm: rows_per_mm(&scene.bench, &scene.size, z), centre, peak, line }
@@ -283,13 +283,13 @@ fn figures(repeats: &[LaserRepeat], tiles: &PatternCache) -> (Vec<Figure>, Laser
 const BIN_COLUMNS: usize = 40;
 
 /// Mean of some exposures less the same without light, a row of the window after another, `[ROWS][columns]` [e-].
-fn exposed_line(scene: &Scene, body: &procedural::Body, tiles: &PatternCache) -> Vec<Vec<f64>> {
+fn exposed_line(scene: &Scene, body: &procedural::Body, patterns: &PatternCache) -> Vec<Vec<f64>> {
     let profiles = BARE_PROFILE..BARE_PROFILE + EXPOSURES;
     let mut dark = scene.clone();
     // As little light as there may be, other noise, the same fixed pattern.
     (dark.bench.laser.power_mw, dark.bench.exposure.time_us) = (0.01, 0.1);
-    let lit = TargetView::new(scene, body.clone(), tiles, profiles.clone());
-    let unlit = TargetView::new(&dark, body.clone(), tiles, profiles.start + EXPOSURES..profiles.end + EXPOSURES);
+    let lit = TargetView::new(scene, body.clone(), patterns, profiles.clone());
+    let unlit = TargetView::new(&dark, body.clone(), patterns, profiles.start + EXPOSURES..profiles.end + EXPOSURES);
     let scale = 1.0 / (gain(scene) * EXPOSURES as f64);
     let columns = scene.size.columns;
     let mut sum = vec![vec![0.0; columns]; ROWS];

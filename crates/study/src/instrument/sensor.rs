@@ -85,10 +85,10 @@ struct SensorPlots {
 
 /// Runs the study.
 pub fn study(trials: Trials, progress: StudyProgress) -> StudyReport {
-    let tiles = PatternCache::new(trials.seed);
-    let patch = full_well_patch(&tiles);
-    let repeats = repeat_trials(trials, progress, |one| measure(trials, one, &patch, &tiles));
-    let (figures, plots) = figures(trials, &repeats, &patch, &tiles);
+    let patterns = PatternCache::new(trials.seed);
+    let patch = full_well_patch(&patterns);
+    let repeats = repeat_trials(trials, progress, |one| measure(trials, one, &patch, &patterns));
+    let (figures, plots) = figures(trials, &repeats, &patch, &patterns);
     let table = table("Sensor", trials, &figures, &[]);
     let mut json = document("sensor", trials, &figures);
     let level = |(electrons, mean, variance): &(f64, Estimate, Estimate)| json!({ "electrons_e": electrons, "mean_dn": mean, "variance_dn2": variance });
@@ -105,30 +105,30 @@ struct FullWellPatch {
     electrons: f64,
 }
 
-fn full_well_patch(tiles: &PatternCache) -> FullWellPatch {
+fn full_well_patch(patterns: &PatternCache) -> FullWellPatch {
     let mut scene = scene(procedural::Stream::root(0), PATCH_COLUMNS, BARE_PROFILE + EXPOSURES);
     (scene.bench.motion.conveyor_reflectance, scene.bench.laser.waist_mm) = (1.0, 2.0);
     scene.bench.speckle.strength = 0.0;
-    let light = TargetView::new(&scene, bare(), tiles, BARE_PROFILE..BARE_PROFILE + 1).light(BARE_PROFILE);
+    let light = TargetView::new(&scene, bare(), patterns, BARE_PROFILE..BARE_PROFILE + 1).light(BARE_PROFILE);
     let (electrons, _) =
         mean_and_variance(light[PATCH_ROWS.start * PATCH_COLUMNS..PATCH_ROWS.end * PATCH_COLUMNS].iter().copied());
     scene.bench.exposure.time_us *= scene.bench.exposure.full_well_e / electrons;
     FullWellPatch { electrons: scene.bench.exposure.full_well_e, scene }
 }
 
-fn measure(trials: Trials, one: u64, patch: &FullWellPatch, tiles: &PatternCache) -> SensorRepeat {
+fn measure(trials: Trials, one: u64, patch: &FullWellPatch, patterns: &PatternCache) -> SensorRepeat {
     let own = stream("sensor", trials, one);
     let level = |i: usize| {
         let mut scene = patch.scene.clone();
         // Profiles of their own have noise of their own, over the same fixed pattern.
         scene.stream = own.child("levels");
         scene.bench.exposure.time_us = share(i) * patch.scene.bench.exposure.time_us;
-        patch_moments(&scene, BARE_PROFILE + i * EXPOSURES, EXPOSURES, tiles)
+        patch_moments(&scene, BARE_PROFILE + i * EXPOSURES, EXPOSURES, patterns)
     };
     let dark = |rows: bool| {
         let mut scene = patch.scene.clone();
         scene.stream = own.child("dark");
-        dark(&dark_frames(&mut scene, rows, tiles))
+        dark(&dark_frames(&mut scene, rows, patterns))
     };
     SensorRepeat { levels: (0..LEVELS).map(level).collect(), dark: [dark(true), dark(false)] }
 }
@@ -139,9 +139,9 @@ fn share(level: usize) -> f64 {
 }
 
 /// Mean of the patch, and the mean over its pixels of their variance in time [DN, DN^2].
-fn patch_moments(scene: &Scene, first: usize, exposures: usize, tiles: &PatternCache) -> [f64; 2] {
+fn patch_moments(scene: &Scene, first: usize, exposures: usize, patterns: &PatternCache) -> [f64; 2] {
     let profiles = first..first + exposures;
-    let look = TargetView::new(scene, bare(), tiles, profiles.clone());
+    let look = TargetView::new(scene, bare(), patterns, profiles.clone());
     let frames: Vec<_> = profiles.map(|profile| look.frame(profile)).collect();
     let pixels = PATCH_ROWS.start * PATCH_COLUMNS..PATCH_ROWS.end * PATCH_COLUMNS;
     let n = pixels.len() as f64;
@@ -149,12 +149,12 @@ fn patch_moments(scene: &Scene, first: usize, exposures: usize, tiles: &PatternC
     sums.fold([0.0; 2], |[mean, variance], (m, v)| [mean + m / n, variance + v / n])
 }
 
-fn dark_frames(scene: &mut Scene, rows: bool, tiles: &PatternCache) -> Vec<Vec<u16>> {
+fn dark_frames(scene: &mut Scene, rows: bool, patterns: &PatternCache) -> Vec<Vec<u16>> {
     (scene.bench.laser.power_mw, scene.bench.exposure.time_us) = (0.01, 0.1);
     if !rows {
         (scene.bench.exposure.row_noise_dn, scene.bench.exposure.row_pattern_dn) = (0.0, 0.0);
     }
-    let look = TargetView::new(scene, bare(), tiles, BARE_PROFILE..BARE_PROFILE + DARK_EXPOSURES);
+    let look = TargetView::new(scene, bare(), patterns, BARE_PROFILE..BARE_PROFILE + DARK_EXPOSURES);
     (BARE_PROFILE..BARE_PROFILE + DARK_EXPOSURES).map(|profile| look.sensor_frame(profile)).collect()
 }
 
@@ -202,7 +202,7 @@ fn figures(
     trials: Trials,
     repeats: &[SensorRepeat],
     patch: &FullWellPatch,
-    tiles: &PatternCache,
+    patterns: &PatternCache,
 ) -> (Vec<Figure>, SensorPlots) {
     let exposure = patch.scene.bench.exposure;
     let k = gain(&patch.scene);
@@ -264,7 +264,7 @@ fn figures(
     let frames = [true, false].map(|rows| {
         let mut scene = patch.scene.clone();
         scene.stream = stream("sensor", trials, 0).child("dark");
-        dark_frames(&mut scene, rows, tiles).swap_remove(0)
+        dark_frames(&mut scene, rows, patterns).swap_remove(0)
     });
     let spectra = [0, 1].map(|on| {
         (0..=PATCH_COLUMNS / 2).map(|i| estimate(&|f: &SensorRepeat| f.dark[on].spectrum[i]).value).collect()
@@ -275,7 +275,7 @@ fn figures(
         gain: figures[0].measured,
         spectra,
         frames,
-        modes: modes(patch, tiles),
+        modes: modes(patch, patterns),
         scene: patch.scene.clone(),
     };
     (figures, plots)
@@ -308,21 +308,21 @@ struct SlopeMode {
 }
 
 /// Every mode.
-fn modes(patch: &FullWellPatch, tiles: &PatternCache) -> Vec<SlopeMode> {
-    Hdr::ALL.into_iter().map(|hdr| mode(patch, hdr, tiles)).collect()
+fn modes(patch: &FullWellPatch, patterns: &PatternCache) -> Vec<SlopeMode> {
+    Hdr::ALL.into_iter().map(|hdr| mode(patch, hdr, patterns)).collect()
 }
 
 fn slope_light(level: usize) -> f64 {
     SLOPE_LIGHT[0] * libm::pow(SLOPE_LIGHT[1] / SLOPE_LIGHT[0], level as f64 / (SLOPE_LEVELS - 1) as f64)
 }
 
-fn mode(patch: &FullWellPatch, hdr: Hdr, tiles: &PatternCache) -> SlopeMode {
+fn mode(patch: &FullWellPatch, hdr: Hdr, patterns: &PatternCache) -> SlopeMode {
     let exposure = patch.scene.bench.exposure;
     let one = |level: usize| {
         let mut scene = patch.scene.clone();
         scene.readout = Readout { bits: 8, hdr };
         scene.bench.exposure.time_us *= slope_light(level);
-        let [mean, variance] = patch_moments(&scene, BARE_PROFILE + level * SLOPE_EXPOSURES, SLOPE_EXPOSURES, tiles);
+        let [mean, variance] = patch_moments(&scene, BARE_PROFILE + level * SLOPE_EXPOSURES, SLOPE_EXPOSURES, patterns);
         [slope_light(level), mean - exposure.dark_level_dn, variance]
     };
     let most = 255.0 - exposure.dark_level_dn;

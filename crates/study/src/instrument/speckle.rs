@@ -117,24 +117,24 @@ pub fn study(trials: Trials, progress: StudyProgress) -> StudyReport {
 
 fn measure(trials: Trials, one: u64) -> SpeckleRepeat {
     let own = stream("speckle", trials, one);
-    let tiles = PatternCache::new(own.key());
-    let (lags, profiles) = correlations(own.child("correlation"), &tiles);
+    let patterns = PatternCache::new(own.key());
+    let (lags, profiles) = correlations(own.child("correlation"), &patterns);
     let grain = grain_px(&white(own, PIXELS_UM[OWN_PIXEL]).bench);
     let lines = |(i, waist): (usize, &f64)| {
         let each =
-            |strength: &f64| centre(&lined(own.child("line").index(i as u64), *waist, *strength, &tiles), &tiles);
+            |strength: &f64| centre(&lined(own.child("line").index(i as u64), *waist, *strength, &patterns), &patterns);
         STRENGTHS.iter().map(each).collect()
     };
     SpeckleRepeat {
-        contrast: PIXELS_UM.iter().map(|pixel| contrast(own.child("contrast"), *pixel, &tiles)).collect(),
+        contrast: PIXELS_UM.iter().map(|pixel| contrast(own.child("contrast"), *pixel, &patterns)).collect(),
         lags,
         profiles,
         laws: [
-            law(&tiles, grain, 0, 2),
-            law(&tiles, grain, 1, 2),
-            law(&tiles, grain * PIXELS_UM[OWN_PIXEL] / PIXELS_UM[0], 0, 3),
+            law(&patterns, grain, 0, 2),
+            law(&patterns, grain, 1, 2),
+            law(&patterns, grain * PIXELS_UM[OWN_PIXEL] / PIXELS_UM[0], 0, 3),
         ],
-        wide: neighbours(&tiles, grain * PIXELS_UM[OWN_PIXEL] / PIXELS_UM[PIXELS_UM.len() - 1]),
+        wide: neighbours(&patterns, grain * PIXELS_UM[OWN_PIXEL] / PIXELS_UM[PIXELS_UM.len() - 1]),
         centre: WAISTS_MM.iter().enumerate().map(lines).collect(),
         stack: stack_found(own.child("stack")),
     }
@@ -142,7 +142,7 @@ fn measure(trials: Trials, one: u64) -> SpeckleRepeat {
 
 fn figures(trials: Trials, repeats: &[SpeckleRepeat]) -> (Vec<Figure>, SpecklePlots) {
     let own = stream("speckle", trials, 0);
-    let tiles = PatternCache::new(own.key());
+    let patterns = PatternCache::new(own.key());
     let bench = white(own, PIXELS_UM[OWN_PIXEL]).bench;
     let grain = grain_px(&bench);
     let theory = |pixel: f64| PixelCorrelation::of(grain * PIXELS_UM[OWN_PIXEL] / pixel);
@@ -158,7 +158,7 @@ fn figures(trials: Trials, repeats: &[SpeckleRepeat]) -> (Vec<Figure>, SpecklePl
         })
         .collect();
     let names = ["from the surface, 6 um", "from below, 6 um", "from the surface, 1.2 um"];
-    let made = [grain, grain * PIXELS_UM[OWN_PIXEL] / PIXELS_UM[0]].map(|grain| stack(&tiles, grain).grain());
+    let made = [grain, grain * PIXELS_UM[OWN_PIXEL] / PIXELS_UM[0]].map(|grain| stack(&patterns, grain).grain());
     let of = [IntensityLaw::of(made[0], 1), IntensityLaw::of(made[0], PATTERNS_BELOW), IntensityLaw::of(made[1], 1)];
     let mut laws = Vec::new();
     for (i, (name, law)) in names.iter().zip(of).enumerate() {
@@ -213,10 +213,10 @@ fn figures(trials: Trials, repeats: &[SpeckleRepeat]) -> (Vec<Figure>, SpecklePl
     for (w, waist) in WAISTS_MM.into_iter().enumerate() {
         let (mut of_waist, mut sums) = (Vec::new(), Vec::new());
         for (s, strength) in STRENGTHS.into_iter().enumerate() {
-            let scene = lined(own, waist, strength, &tiles);
+            let scene = lined(own, waist, strength, &patterns);
             let contrast = strength * coarse.contrast();
-            let theory = sum_of_line(&scene, contrast, &tiles).sqrt()
-                * beyond_first_order(&middle_line(&scene, &tiles), &laws[0].1, strength);
+            let theory = sum_of_line(&scene, contrast, &patterns).sqrt()
+                * beyond_first_order(&middle_line(&scene, &patterns), &laws[0].1, strength);
             let name = format!("spread of the centre, w {waist} mm, C {contrast:.3} [px]");
             figures.push(Figure::of(&name, &per_repeat(repeats, |f| f.centre[w][s]), theory));
             of_waist.push(estimate(&|f| f.centre[w][s]));
@@ -240,7 +240,7 @@ fn figures(trials: Trials, repeats: &[SpeckleRepeat]) -> (Vec<Figure>, SpecklePl
         line_px,
         own: coarse.clone(),
         grain_um: grain * PIXELS_UM[OWN_PIXEL],
-        patterns: [OWN_PIXEL, 0].map(|i| law(&tiles, grain * PIXELS_UM[OWN_PIXEL] / PIXELS_UM[i], 0, 1)),
+        patterns: [OWN_PIXEL, 0].map(|i| law(&patterns, grain * PIXELS_UM[OWN_PIXEL] / PIXELS_UM[i], 0, 1)),
         left: (1..=MAX_PROFILES_APART).map(|n| (n, estimate(&|f| left(f, n)), expected(n))).collect(),
         boil: STACK_STEPS.iter().enumerate().map(|(i, u)| (*u, estimate(&|f| f.stack.alike[i]))).collect(),
     };
@@ -257,12 +257,12 @@ fn white(own: Stream, pixel_um: f64) -> Scene {
 }
 
 /// The same lit by a broad line, so that many rows are alike.
-fn broad(own: Stream, pixel_um: f64, tiles: &PatternCache) -> Scene {
+fn broad(own: Stream, pixel_um: f64, patterns: &PatternCache) -> Scene {
     let mut scene = white(own, pixel_um);
     scene.bench.laser.waist_mm = BROAD_WAIST_MM;
     // Exponential light is seven times its mean once in a thousand.
     let peak = 230.0 / (1.0 + 6.0 * PixelCorrelation::of(grain_px(&scene.bench)).contrast());
-    expose_to_peak(&mut scene, &bare(), tiles, BARE_PROFILE, peak);
+    expose_to_peak(&mut scene, &bare(), patterns, BARE_PROFILE, peak);
     scene
 }
 
@@ -277,12 +277,12 @@ fn shades(scene: &Scene, look: &TargetView, light: &[f64], profile: usize) -> Ve
 }
 
 /// Contrast of the pattern over a whole round, less what rounding and the least noise add [1].
-fn contrast(own: Stream, pixel_um: f64, tiles: &PatternCache) -> f64 {
-    let scene = broad(own, pixel_um, tiles);
+fn contrast(own: Stream, pixel_um: f64, patterns: &PatternCache) -> f64 {
+    let scene = broad(own, pixel_um, patterns);
     let k = gain(&scene);
     let (mut sum, mut squares, mut noise, mut n) = (0.0, 0.0, 0.0, 0.0);
     for profile in (BARE_PROFILE..BARE_PROFILE + ROUND_PROFILES).step_by(CONTRAST_STEP) {
-        let look = TargetView::new(&scene, bare(), tiles, profile..profile + 1);
+        let look = TargetView::new(&scene, bare(), patterns, profile..profile + 1);
         let light = look.light(profile);
         let shades = shades(&scene, &look, &light, profile);
         for at in MIDDLE_ROWS.start * TILE..MIDDLE_ROWS.end * TILE {
@@ -297,10 +297,10 @@ fn contrast(own: Stream, pixel_um: f64, tiles: &PatternCache) -> f64 {
 }
 
 /// Correlations along the pattern and between profiles, of the sensor's own pixel.
-fn correlations(own: Stream, tiles: &PatternCache) -> ([Vec<f64>; 2], Vec<Vec<f64>>) {
-    let scene = broad(own, PIXELS_UM[OWN_PIXEL], tiles);
+fn correlations(own: Stream, patterns: &PatternCache) -> ([Vec<f64>; 2], Vec<Vec<f64>>) {
+    let scene = broad(own, PIXELS_UM[OWN_PIXEL], patterns);
     let last = BARE_PROFILE + ROUND_PROFILES + MAX_PROFILES_APART;
-    let look = TargetView::new(&scene, bare(), tiles, BARE_PROFILE..last);
+    let look = TargetView::new(&scene, bare(), patterns, BARE_PROFILE..last);
     let light = look.light(BARE_PROFILE);
     let all: Vec<Vec<f64>> = (BARE_PROFILE..last)
         .map(|profile| shades(&scene, &look, &light, profile).iter().map(|shade| shade - 1.0).collect())
@@ -331,27 +331,27 @@ fn correlations(own: Stream, tiles: &PatternCache) -> ([Vec<f64>; 2], Vec<Vec<f6
 }
 
 /// Patterns for grains of about `grain` pixels: one of light from the surface, four of light from below.
-fn stack(tiles: &PatternCache, grain: f64) -> Arc<PatternStack> {
-    tiles.get(grain, SpeckleLaw::Exponential, [1.0, PATTERNS_BELOW as f64])
+fn stack(patterns: &PatternCache, grain: f64) -> Arc<PatternStack> {
+    patterns.get(grain, SpeckleLaw::Exponential, [1.0, PATTERNS_BELOW as f64])
 }
 
 /// Pixels of a pattern `apart` pixels from each other, of mean 1.
-fn law(tiles: &PatternCache, grain: f64, which: usize, apart: usize) -> Vec<f64> {
-    let stack = stack(tiles, grain);
+fn law(patterns: &PatternCache, grain: f64, which: usize, apart: usize) -> Vec<f64> {
+    let stack = stack(patterns, grain);
     let rows = (0..stack.rows()).step_by(apart * stack.fine());
     rows.flat_map(|row| stack.row(0, row as i64)[which].iter().step_by(apart).map(|v| 1.0 + f64::from(*v))).collect()
 }
 
 /// Correlation of neighbouring columns of a pattern [1].
-fn neighbours(tiles: &PatternCache, grain: f64) -> f64 {
-    let pattern = law(tiles, grain, 0, 1);
+fn neighbours(patterns: &PatternCache, grain: f64) -> f64 {
+    let pattern = law(patterns, grain, 0, 1);
     let pairs = pattern.chunks(TILE).flat_map(|row| row.windows(2).map(|pair| (pair[0] - 1.0) * (pair[1] - 1.0)));
     let squares = pattern.iter().map(|v| (v - 1.0).powi(2)).sum::<f64>();
     pairs.sum::<f64>() / squares * TILE as f64 / (TILE - 1) as f64
 }
 
 /// A plane of speckle alone under a line of half width `waist`; its contrast `strength` times the developed one.
-fn lined(own: Stream, waist: f64, strength: f64, tiles: &PatternCache) -> Scene {
+fn lined(own: Stream, waist: f64, strength: f64, patterns: &PatternCache) -> Scene {
     let mut scene = white(own, PIXELS_UM[OWN_PIXEL]);
     scene.size.profiles = BARE_PROFILE + 2 * ROUND_PROFILES;
     (scene.bench.laser.waist_mm, scene.bench.laser.waist_height_mm) = (waist, 0.0);
@@ -359,27 +359,27 @@ fn lined(own: Stream, waist: f64, strength: f64, tiles: &PatternCache) -> Scene 
     scene.extraction.subpixel_steps = 0;
     // A whole number, so that rows without light are exact.
     scene.bench.exposure.dark_level_dn = 12.0;
-    expose_to_peak(&mut scene, &bare(), tiles, BARE_PROFILE, 110.0);
+    expose_to_peak(&mut scene, &bare(), patterns, BARE_PROFILE, 110.0);
     scene
 }
 
 /// Spread of the line's centre, rounding and the least noise taken off [px].
-fn centre(scene: &Scene, tiles: &PatternCache) -> f64 {
-    let record = pipeline::render_body(scene, bare(), tiles, &|_| ());
+fn centre(scene: &Scene, patterns: &PatternCache) -> f64 {
+    let record = pipeline::render_body(scene, bare(), patterns, &|_| ());
     let range = record.maps.range[BARE_PROFILE * TILE..].iter().map(|&z| f64::from(z));
     let variance = mean_and_variance(range).1 / height_per_row(&scene.bench, 0.0).powi(2);
-    (variance - sum_of_line(scene, 0.0, tiles)).max(0.0).sqrt()
+    (variance - sum_of_line(scene, 0.0, patterns)).max(0.0).sqrt()
 }
 
 /// Light of the middle column before noise [DN].
-fn middle_line(scene: &Scene, tiles: &PatternCache) -> Vec<f64> {
-    let light = TargetView::new(scene, bare(), tiles, BARE_PROFILE..BARE_PROFILE + 1).light(BARE_PROFILE);
+fn middle_line(scene: &Scene, patterns: &PatternCache) -> Vec<f64> {
+    let light = TargetView::new(scene, bare(), patterns, BARE_PROFILE..BARE_PROFILE + 1).light(BARE_PROFILE);
     (0..ROWS).map(|k| gain(scene) * light[k * TILE + TILE / 2]).collect()
 }
 
 /// Variance of the line's centre to first order; without contrast that of rounding, in rows that have light [px^2].
-fn sum_of_line(scene: &Scene, contrast: f64, tiles: &PatternCache) -> f64 {
-    let line = middle_line(scene, tiles);
+fn sum_of_line(scene: &Scene, contrast: f64, patterns: &PatternCache) -> f64 {
+    let line = middle_line(scene, patterns);
     let correlation = PixelCorrelation::of(grain_px(&scene.bench));
     if contrast > 0.0 {
         return spread(&line, scene.extraction.window_rows, 0.0, 0.0, contrast, &correlation);

@@ -78,8 +78,8 @@ pub(super) struct TargetView {
 
 impl TargetView {
     /// View of `profiles` of a scene with a target under its bench.
-    pub(super) fn new(scene: &Scene, body: Body, tiles: &PatternCache, profiles: std::ops::Range<usize>) -> Self {
-        let (sensor, specimen) = pipeline::set_up(scene, body, tiles);
+    pub(super) fn new(scene: &Scene, body: Body, patterns: &PatternCache, profiles: std::ops::Range<usize>) -> Self {
+        let (sensor, specimen) = pipeline::set_up(scene, body, patterns);
         let band = sensor.band(&specimen, profiles);
         Self { sensor, band, columns: scene.size.columns }
     }
@@ -106,7 +106,7 @@ impl TargetView {
 
     /// One exposure of all columns.
     pub(super) fn frame(&self, profile: usize) -> Frame {
-        let (mut scratch, mut tiles, mut offsets) = (Scratch::default(), <[Frame; 2]>::default(), Vec::new());
+        let (mut scratch, mut frames, mut offsets) = (Scratch::default(), <[Frame; 2]>::default(), Vec::new());
         self.sensor.row_offsets(profile, &mut offsets);
         let mut whole = Frame {
             cols: self.columns,
@@ -119,10 +119,10 @@ impl TargetView {
             self.sensor.expose(
                 &TileOfProfile { band: &self.band, profile, tile: number, offsets: &offsets },
                 &mut scratch,
-                &mut tiles,
+                &mut frames,
             );
             // Targets are no packs: one window holds all light.
-            let tile = &tiles[0];
+            let tile = &frames[0];
             let first = tile.first_col;
             whole.first_row[first..first + tile.cols].copy_from_slice(&tile.first_row);
             for k in 0..ROWS {
@@ -140,8 +140,8 @@ impl TargetView {
 }
 
 /// Sets the exposure time so that the middle column's greatest pixel holds `peak` [DN over dark].
-pub(super) fn expose_to_peak(scene: &mut Scene, body: &Body, tiles: &PatternCache, profile: usize, peak: f64) {
-    let look = TargetView::new(scene, body.clone(), tiles, profile..profile + 1);
+pub(super) fn expose_to_peak(scene: &mut Scene, body: &Body, patterns: &PatternCache, profile: usize, peak: f64) {
+    let look = TargetView::new(scene, body.clone(), patterns, profile..profile + 1);
     let (light, columns) = (look.light(profile), scene.size.columns);
     let most = (0..ROWS).map(|k| light[k * columns + columns / 2]).fold(0.0, f64::max);
     scene.bench.exposure.time_us *= peak / (gain(scene) * most);

@@ -96,9 +96,9 @@ struct TriangulationPlots {
 
 /// Runs the study.
 pub fn study(trials: Trials, progress: StudyProgress) -> StudyReport {
-    let tiles = PatternCache::new(trials.seed);
-    let repeats = repeat_trials(trials, progress, |one| measure(trials, one, &tiles));
-    let (figures, plots) = figures(trials, &repeats, &tiles);
+    let patterns = PatternCache::new(trials.seed);
+    let repeats = repeat_trials(trials, progress, |one| measure(trials, one, &patterns));
+    let (figures, plots) = figures(trials, &repeats, &patterns);
     let table = table("Triangulation", trials, &figures, &[]);
     let mut json = document("triangulation", trials, &figures);
     let plates = |slope: usize| {
@@ -110,13 +110,13 @@ pub fn study(trials: Trials, progress: StudyProgress) -> StudyReport {
 }
 
 /// A scene over a plate of metal without speckle, or of ceramic with it.
-fn set(own: procedural::Stream, body: &Body, speckle: bool, tiles: &PatternCache) -> Scene {
+fn set(own: procedural::Stream, body: &Body, speckle: bool, patterns: &PatternCache) -> Scene {
     let edge = if speckle { CERAMIC_EDGE_PROFILES } else { EDGE_PROFILES };
     let mut scene = scene(own, COLUMNS, edge + PROFILES);
     if !speckle {
         scene.bench.speckle.strength = 0.0;
     }
-    expose_to_peak(&mut scene, body, tiles, edge + PROFILES / 2, PEAK_DN);
+    expose_to_peak(&mut scene, body, patterns, edge + PROFILES / 2, PEAK_DN);
     scene
 }
 
@@ -136,8 +136,8 @@ impl TiltedPlane {
 }
 
 /// Range less truth away from the front edge, `[profiles, columns]` [um].
-fn errors(scene: &Scene, body: Body, edge: usize, tiles: &PatternCache, plane: TiltedPlane) -> (Vec<f64>, f64) {
-    let record = pipeline::render_body(scene, body, tiles, &|_| ());
+fn errors(scene: &Scene, body: Body, edge: usize, patterns: &PatternCache, plane: TiltedPlane) -> (Vec<f64>, f64) {
+    let record = pipeline::render_body(scene, body, patterns, &|_| ());
     let (bench, middle) = (&scene.bench, 0.5 * (COLUMNS as f64 - 1.0));
     let (mut errors, mut over, mut under) = (Vec::new(), 0.0, 0.0);
     for profile in edge..scene.size.profiles {
@@ -157,41 +157,41 @@ fn errors(scene: &Scene, body: Body, edge: usize, tiles: &PatternCache, plane: T
     (errors, if under > 0.0 { over / under } else { 1.0 })
 }
 
-fn plate_error(scene: &Scene, body: Body, tiles: &PatternCache, plane: TiltedPlane) -> PlateError {
-    let (errors, scale) = errors(scene, body, scene.size.profiles - PROFILES, tiles, plane);
+fn plate_error(scene: &Scene, body: Body, patterns: &PatternCache, plane: TiltedPlane) -> PlateError {
+    let (errors, scale) = errors(scene, body, scene.size.profiles - PROFILES, patterns, plane);
     let (error, variance) = mean_and_variance(errors.iter().copied());
     PlateError { error, spread: variance.sqrt(), scale }
 }
 
-fn measure(trials: Trials, one: u64, tiles: &PatternCache) -> TriangulationRepeat {
+fn measure(trials: Trials, one: u64, patterns: &PatternCache) -> TriangulationRepeat {
     let own = stream("triangulation", trials, one);
-    // Other repeats lie on other patterns of speckle.
-    let patterns = PatternCache::new(trials.seed.wrapping_mul(1 << 20).wrapping_add(one));
+    // Other repeats lie on other own_patterns of speckle.
+    let own_patterns = PatternCache::new(trials.seed.wrapping_mul(1 << 20).wrapping_add(one));
     let metal = |slope: usize, i: usize| {
         let (x, y) = SLOPES[slope];
         let body = plate(HEIGHTS_MM[i] as f32, x as f32, y as f32);
-        let scene = set(own.child("metal").index((slope * HEIGHTS_MM.len() + i) as u64), &body, false, tiles);
-        plate_error(&scene, body, tiles, TiltedPlane { height_mm: HEIGHTS_MM[i], slope: DVec2::new(x, y) })
+        let scene = set(own.child("metal").index((slope * HEIGHTS_MM.len() + i) as u64), &body, false, patterns);
+        plate_error(&scene, body, patterns, TiltedPlane { height_mm: HEIGHTS_MM[i], slope: DVec2::new(x, y) })
     };
     let white = |i: usize| {
         let body = ceramic(HEIGHTS_MM[i] as f32);
-        let scene = set(own.child("ceramic").index(i as u64), &body, true, &patterns);
-        plate_error(&scene, body, &patterns, TiltedPlane::level(HEIGHTS_MM[i]))
+        let scene = set(own.child("ceramic").index(i as u64), &body, true, &own_patterns);
+        plate_error(&scene, body, &own_patterns, TiltedPlane::level(HEIGHTS_MM[i]))
     };
     let row = |i: usize| {
         let body = plate(HEIGHTS_MM[i] as f32, 0.0, 0.0);
-        centre(&set(own.child("row").index(i as u64), &body, false, tiles), body, tiles)
+        centre(&set(own.child("row").index(i as u64), &body, false, patterns), body, patterns)
     };
     TriangulationRepeat {
         plates: (0..SLOPES.len()).map(|slope| (0..HEIGHTS_MM.len()).map(|i| metal(slope, i)).collect()).collect(),
         ceramic: TABLE_HEIGHTS.map(white).to_vec(),
         rows: (0..HEIGHTS_MM.len()).map(row).collect(),
-        bent: bent(own.child("bent"), tiles),
+        bent: bent(own.child("bent"), patterns),
     }
 }
 
 /// Mean error on a level plate at the edge of the field of a bent lens, on a sensor out of the rule of Scheimpflug [um].
-fn bent(own: procedural::Stream, tiles: &PatternCache) -> f64 {
+fn bent(own: procedural::Stream, patterns: &PatternCache) -> f64 {
     let body = plate(HEIGHTS_MM[TABLE_HEIGHTS[1]] as f32, 0.0, 0.0);
     let mut scene = scene(own, COLUMNS, EDGE_PROFILES + PROFILES);
     scene.bench.speckle.strength = 0.0;
@@ -199,13 +199,13 @@ fn bent(own: procedural::Stream, tiles: &PatternCache) -> f64 {
     (camera.distortion_k1, camera.distortion_k2, camera.distortion_p1) = (-0.06, 0.05, 5e-4);
     (camera.sensor_tilt_deg, camera.focus_distance_mm) = (7.0, 405.0);
     (optics.scheimpflug, optics.offset_columns) = (Scheimpflug::Given, 1100.0);
-    expose_to_peak(&mut scene, &body, tiles, EDGE_PROFILES + PROFILES / 2, PEAK_DN);
-    plate_error(&scene, body, tiles, TiltedPlane::level(HEIGHTS_MM[TABLE_HEIGHTS[1]])).error
+    expose_to_peak(&mut scene, &body, patterns, EDGE_PROFILES + PROFILES / 2, PEAK_DN);
+    plate_error(&scene, body, patterns, TiltedPlane::level(HEIGHTS_MM[TABLE_HEIGHTS[1]])).error
 }
 
 /// Rows that the line's centre of gravity lies above the sensor's middle, mean over columns of some exposures [px].
-fn centre(scene: &Scene, body: Body, tiles: &PatternCache) -> f64 {
-    let look = TargetView::new(scene, body, tiles, EDGE_PROFILES..EDGE_PROFILES + 8);
+fn centre(scene: &Scene, body: Body, patterns: &PatternCache) -> f64 {
+    let look = TargetView::new(scene, body, patterns, EDGE_PROFILES..EDGE_PROFILES + 8);
     let dark = scene.bench.exposure.dark_level_dn;
     let (mut sum, mut moment) = (0.0, 0.0);
     for profile in EDGE_PROFILES..EDGE_PROFILES + 8 {
@@ -223,9 +223,9 @@ fn centre(scene: &Scene, body: Body, tiles: &PatternCache) -> f64 {
 }
 
 /// Standard deviation of Range that noise and speckle make in the middle column, the whole column's shift left out [um].
-fn expected(scene: &Scene, body: &Body, tiles: &PatternCache, contrast: f64, correlation: &PixelCorrelation) -> f64 {
+fn expected(scene: &Scene, body: &Body, patterns: &PatternCache, contrast: f64, correlation: &PixelCorrelation) -> f64 {
     let profile = scene.size.profiles - PROFILES / 2;
-    let look = TargetView::new(scene, body.clone(), tiles, profile..profile + 1);
+    let look = TargetView::new(scene, body.clone(), patterns, profile..profile + 1);
     let (k, exposure) = (gain(scene), &scene.bench.exposure);
     let light = look.light(profile);
     let line: Vec<f64> = (0..ROWS).map(|row| k * light[row * COLUMNS + COLUMNS / 2]).collect();
@@ -236,14 +236,18 @@ fn expected(scene: &Scene, body: &Body, tiles: &PatternCache, contrast: f64, cor
     1000.0 * height_per_row(&scene.bench, z) * variance.sqrt()
 }
 
-fn figures(trials: Trials, repeats: &[TriangulationRepeat], tiles: &PatternCache) -> (Vec<Figure>, TriangulationPlots) {
+fn figures(
+    trials: Trials,
+    repeats: &[TriangulationRepeat],
+    patterns: &PatternCache,
+) -> (Vec<Figure>, TriangulationPlots) {
     let own = stream("triangulation", trials, 0);
     let bench = scene(own, COLUMNS, 1).bench;
     let correlation = PixelCorrelation::of(super::speckle_theory::grain_px(&bench));
     let names = ["level", "dz/dx .15", "dz/dy .15"];
     let expect = |z: &f64| {
         let body = plate(*z as f32, 0.0, 0.0);
-        expected(&set(own, &body, false, tiles), &body, tiles, 0.0, &correlation)
+        expected(&set(own, &body, false, patterns), &body, patterns, 0.0, &correlation)
     };
     let level: Vec<f64> = HEIGHTS_MM.iter().map(expect).collect();
     let mut white = Vec::new();
@@ -265,9 +269,9 @@ fn figures(trials: Trials, repeats: &[TriangulationRepeat], tiles: &PatternCache
     for (place, i) in TABLE_HEIGHTS.into_iter().enumerate() {
         let z = HEIGHTS_MM[i];
         let body = ceramic(z as f32);
-        let scene = set(own, &body, true, tiles);
-        let contrast = TargetView::new(&scene, body.clone(), tiles, 0..1).contrast_from_below(0);
-        let theory = expected(&scene, &body, tiles, contrast, &correlation);
+        let scene = set(own, &body, true, patterns);
+        let contrast = TargetView::new(&scene, body.clone(), patterns, 0..1).contrast_from_below(0);
+        let theory = expected(&scene, &body, patterns, contrast, &correlation);
         figures.push(Figure::of(
             &format!("ceramic, {z:.0} mm: mean error [um]"),
             &per_repeat(repeats, |f| f.ceramic[place].error),
@@ -307,7 +311,7 @@ fn figures(trials: Trials, repeats: &[TriangulationRepeat], tiles: &PatternCache
             .collect()
     };
     let body = ceramic(23.0);
-    let mut map_scene = set(own.child("map"), &body, true, tiles);
+    let mut map_scene = set(own.child("map"), &body, true, patterns);
     map_scene.size.profiles = CERAMIC_EDGE_PROFILES + MAP_PROFILES;
     let plots = TriangulationPlots {
         bench,
@@ -319,7 +323,7 @@ fn figures(trials: Trials, repeats: &[TriangulationRepeat], tiles: &PatternCache
             .map(|i| (0.5 * (HEIGHTS_MM[i] + HEIGHTS_MM[i + 1]), estimate(&pitch(i))))
             .collect(),
         column_um: (0..HEIGHTS_MM.len()).map(|i| (HEIGHTS_MM[i], estimate(&width(i)))).collect(),
-        map: (COLUMNS, errors(&map_scene, body, CERAMIC_EDGE_PROFILES, tiles, TiltedPlane::level(23.0)).0),
+        map: (COLUMNS, errors(&map_scene, body, CERAMIC_EDGE_PROFILES, patterns, TiltedPlane::level(23.0)).0),
     };
     (figures, plots)
 }

@@ -95,9 +95,9 @@ pub struct RigWarning {
 
 /// What is wrong with samples of a recipe and a seed, in the order of [`RigFault`].
 pub fn check(recipe: &Recipe, seed: u64) -> Vec<RigWarning> {
-    let tiles = patterns(recipe, seed);
+    let patterns = patterns(recipe, seed);
     let classes = samples_of_classes(recipe, seed);
-    let look = |index: u64| check_scene(&recipe.draw(seed, index), &tiles);
+    let look = |index: u64| check_scene(&recipe.draw(seed, index), &patterns);
     let firsts: Vec<Vec<RigWarning>> = classes.par_iter().map(|(_, samples)| look(samples[0])).collect();
     // Only samples that fall short have the others of their class looked at.
     let suspects = classes.iter().zip(&firsts).filter(|(_, first)| !first.is_empty());
@@ -177,11 +177,11 @@ fn patterns(recipe: &Recipe, seed: u64) -> PatternCache {
     PatternCache::repeating(recipe.streams(seed).key())
 }
 
-fn check_scene(scene: &Scene, tiles: &PatternCache) -> Vec<RigWarning> {
+fn check_scene(scene: &Scene, patterns: &PatternCache) -> Vec<RigWarning> {
     let mut scene = scene.clone();
     // Nothing but what is measured and labelled is asked for.
     (scene.output.sensor_stack, scene.output.truth_maps) = (SensorStack::None, false);
-    let (sensor, specimen) = set_up(&scene, body(&scene), tiles);
+    let (sensor, specimen) = set_up(&scene, body(&scene), patterns);
     let specimen = specimen.without_pockets();
     let [x, y] = field(&scene, &sensor, &specimen);
     let in_view = specimen.share_within(x, y);

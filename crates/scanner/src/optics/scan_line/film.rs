@@ -122,9 +122,9 @@ pub fn spread(
     film: &Film,
     normal: Vec3,
     sight: &Sight,
-    covers: &mut FilmStackKernel,
+    films: &mut FilmStackKernel,
 ) -> FilmStackSpread {
-    let mut spread = covers.spread(&stack(matter, film, normal, sight));
+    let mut spread = films.spread(&stack(matter, film, normal, sight));
     // A width that holds next to nothing says nothing of how its light leaves; another place's light must not leave by it.
     for (exit, enter) in spread.exit.iter_mut().zip(spread.enter) {
         *exit = exit.clamp(0.0, MAX_RADIANCE_FACTOR * enter);

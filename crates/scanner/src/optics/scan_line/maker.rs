@@ -524,9 +524,9 @@ impl LitColumn<'_> {
         let medium = &hit.matter.medium;
         // Its paths decide the contrast of speckle.
         scratch.response.points[column] = surface_point(medium, normal, sight.light, sight.view);
-        let mut spread = film::spread(&hit.matter, film, normal, &sight, &mut scratch.secondary.covers);
+        let mut spread = film::spread(&hit.matter, film, normal, &sight, &mut scratch.secondary.films);
         if let Some(about) = about {
-            let wide = film::spread(&hit.matter, film, about, &sight, &mut scratch.secondary.covers);
+            let wide = film::spread(&hit.matter, film, about, &sight, &mut scratch.secondary.films);
             let facing = about.dot(sight.view).max(LEAST_FACING) / normal.dot(sight.view).max(LEAST_FACING);
             for j in WIDE..BASIS {
                 (spread.enter[j], spread.exit[j]) = (wide.enter[j], wide.exit[j] * facing);

@@ -31,7 +31,7 @@ const LANES: usize = 16;
 
 impl Patches {
     /// Takes the patches of a line.
-    pub(crate) fn find(&mut self, lit: &LitLine<'_>, line: &ScanLine, covers: &mut FilmStackKernel) {
+    pub(crate) fn find(&mut self, lit: &LitLine<'_>, line: &ScanLine, films: &mut FilmStackKernel) {
         let columns = lit.hits.len();
         let padded = columns.next_multiple_of(TILE);
         let Self { x, z, slope_x, slope_y, sends, glows, glow_mm, returns, shows, facing, .. } = self;
@@ -43,7 +43,7 @@ impl Patches {
         self.uneven.resize(padded / TILE, false);
         for column in (0..columns).step_by(STRIDE) {
             if let Some(film) = &lit.hits[middle_of(column, columns)].matter.film {
-                self.take(column, lit, line, film, covers);
+                self.take(column, lit, line, film, films);
             }
         }
         if self.uneven.contains(&true) {
@@ -53,7 +53,7 @@ impl Patches {
 
     /// Takes the patch of the columns from `column` on, of which the middle one sees this film. Its place and slope are the means of
     /// its columns: sampled, walls a few patches wide would flicker from profile to profile.
-    fn take(&mut self, column: usize, lit: &LitLine<'_>, line: &ScanLine, film: &Film, covers: &mut FilmStackKernel) {
+    fn take(&mut self, column: usize, lit: &LitLine<'_>, line: &ScanLine, film: &Film, films: &mut FilmStackKernel) {
         let hits = &lit.hits[column..(column + STRIDE).min(lit.hits.len())];
         let mean = |value: &dyn Fn(&Hit) -> f32| hits.iter().map(value).sum::<f32>() / hits.len() as f32;
         let share = |holds: &dyn Fn(&Hit) -> bool| mean(&|hit| f32::from(u8::from(holds(hit))));
@@ -65,7 +65,7 @@ impl Patches {
         let normal = Vec3::new(-slope_x, -slope_y, 1.0) / upright2.sqrt();
         let sight = lit.view.sight(x, &Surface { z, slope_x, slope_y });
         // A wall scatters to where the lens is not.
-        let spread = spread(&hit.matter, film, normal, &Sight { view: normal, ..sight }, covers);
+        let spread = spread(&hit.matter, film, normal, &Sight { view: normal, ..sight }, films);
         (self.x[place], self.z[place]) = (x, z);
         (self.slope_x[place], self.slope_y[place]) = (slope_x, slope_y);
         let near = spread.enter.iter().zip(spread.exit).take(FAR);

@@ -22,7 +22,7 @@ pub struct SecondaryScratch {
     /// For transmitted lines.
     pub transmission: film::TransmissionScratch,
     /// What films do to light.
-    pub covers: FilmStackKernel,
+    pub films: FilmStackKernel,
     /// How long its paths are.
     pub paths: FilmPaths,
     /// What each column's film over a pocket lets in and out.
@@ -36,7 +36,7 @@ impl SecondaryLight {
     pub(crate) fn make(&mut self, lit: &LitLine<'_>, line: &ScanLine, scratch: &mut SecondaryScratch) {
         scratch.transmission.draw(lit.view.camera, &mut self.transmitted);
         scratch.reflections.images(lit, &mut self.reflections);
-        self.patches.find(lit, line, &mut scratch.covers);
+        self.patches.find(lit, line, &mut scratch.films);
         self.pockets.find(lit, &scratch.pockets);
         let columns = line.centre.len();
         for window in &mut self.windows {

@@ -283,12 +283,12 @@ mod tests {
     /// Stacks are shared, and made again alike after they were dropped.
     #[test]
     fn stacks_are_shared_and_few() {
-        let tiles = PatternCache::new(7);
-        let get = |grain: f64| tiles.get(grain, SpeckleLaw::Exponential, [1.0, 9.0]);
+        let patterns = PatternCache::new(7);
+        let get = |grain: f64| patterns.get(grain, SpeckleLaw::Exponential, [1.0, 9.0]);
         let first = get(0.335);
         assert!(Arc::ptr_eq(&first, &get(0.336)), "a grain of the same step has the same stack");
         assert_eq!(first.looks(), [1, 4]);
-        let others = tiles.get(0.335, SpeckleLaw::Exponential, [2.0, 1.0]);
+        let others = patterns.get(0.335, SpeckleLaw::Exponential, [2.0, 1.0]);
         assert!(Arc::ptr_eq(&first.single, &others.single), "looks of the same light share its patterns");
         let row = *first.row(3, 17)[0];
         // Stacks of the finest patterns are four times as large as those of the coarsest: two and eight of them fit.
@@ -303,7 +303,7 @@ mod tests {
             let lights = lights.flat_map(|pattern| [&pattern.surface, &pattern.volume]);
             let made: usize = lights.map(|light| size_of_val(&light[..])).sum();
             assert_eq!(made, bytes_of_stack(grains[0], [1.0, 9.0]), "{} px", grains[0]);
-            let kept = tiles.kept.lock().expect("no other thread has it");
+            let kept = patterns.kept.lock().expect("no other thread has it");
             let bytes: usize = kept.iter().map(|(_, stack)| stack_bytes(stack.fine(), stack.looks())).sum();
             assert!(kept.len() == fitting && bytes <= MAX_CACHED_BYTES, "{} stacks, {bytes} bytes", kept.len());
         }
