@@ -6,7 +6,7 @@ use super::view::{FIRST_SKEWED, SKEWED_BINS, SkewedBin, group_of};
 use super::{SurfacePoint, after_absorption};
 use crate::answer::{Answer, Estimate, Question};
 use crate::fresnel::fresnel_dielectric;
-use crate::stack::{Layer, Scattering, Stack, Substrate, WOOD_DISPERSION};
+use crate::stack::{Layer, Scattering, Stack, WOOD_DISPERSION};
 use procedural::{KERNEL_INDICES, KERNEL_LEAST_SHARE};
 
 /// Light that left after about the same path, or half of it where what the lens sees is skewed.
@@ -118,15 +118,11 @@ pub fn gaussians(texel: &SurfacePoint) -> Vec<Gaussian> {
     all
 }
 
-/// Asks the kernel about `stack`.
+/// Asks about a half space.
 ///
 /// # Errors
 /// Whatever its table was not made for.
-pub fn solve(stack: &Stack, question: &Question) -> Result<Answer, KernelError> {
-    let foil = matches!(stack.below, Substrate::Foil(_));
-    if stack.layers.len() > 1 || foil {
-        return super::film_stack::solve(stack, question);
-    }
+pub(super) fn solve(stack: &Stack, question: &Question) -> Result<Answer, KernelError> {
     let (texel, track) = texel(stack, question)?;
     let mut all = gaussians(&texel);
     // A coat takes its share on the way in and on the way out.
@@ -274,10 +270,10 @@ fn texel(stack: &Stack, question: &Question) -> Result<(SurfacePoint, (f64, f64)
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::stack::{CylinderPhase, Foil, PIGMENT_G};
+    use crate::stack::{CylinderPhase, Foil, PIGMENT_G, Substrate};
 
     fn refused(stack: &Stack) -> Option<KernelError> {
-        solve(stack, &Question::default()).err()
+        crate::kernel::solve(stack, &Question::default()).err()
     }
 
     /// What the tables do not span is refused and not clamped; what they span to the last is answered.

@@ -16,6 +16,7 @@
 //! Valid for half spaces of one medium around source and exit, slopes of some 20 degrees, fibres dispersed by 3 to 14 degrees.
 //! Neglected: layers, finite thickness, the difference of media between source and exit other than through the blend.
 
+mod ask;
 mod diffusion_tensor;
 pub mod film_stack;
 mod half_space;
@@ -28,8 +29,9 @@ use glam::Vec3;
 use multiversion::multiversion;
 use procedural::WOOD_DISPERSION_DEG;
 
+pub use self::ask::solve;
 pub use self::diffusion_tensor::diffusion;
-pub use self::half_space::{Gaussian, KernelError, gaussians, solve};
+pub use self::half_space::{Gaussian, KernelError, gaussians};
 pub use self::path_law::{PathLaw, path_laws};
 use self::table::{HalfSpaceTable, LANES, PATH_BINS};
 use self::view::{FIRST_SKEWED, SKEWED_BINS, SkewedBin, View, group_of};

@@ -8,8 +8,9 @@ use procedural::{Film, Gloss, KERNEL_INDICES, Medium};
 
 use super::super::half_space::{Gaussian, KernelError, index_within, point, scatters_evenly, seen_from_above, share};
 use super::super::widths::{BASIS, PACK_SPREAD_MM};
+use super::adding::flow;
 use super::table::FILM_INDICES;
-use super::{FilmStack, FilmStackKernel, flow};
+use super::{FilmStack, FilmStackKernel};
 use crate::answer::{Answer, Estimate, Question};
 use crate::fresnel::fresnel_dielectric;
 use crate::stack::{Layer, PIGMENT_G, Scattering, Stack, Substrate};
@@ -25,10 +26,10 @@ pub fn solve(stack: &Stack, question: &Question) -> Result<Answer, KernelError> 
     let film_stack = film_stack(stack, question)?;
     let mut kernel = FilmStackKernel::new();
     let spread = kernel.spread(&film_stack);
-    let whole = flow(&kernel, &film_stack, 0.0);
+    let whole = flow(&kernel.tables, &film_stack, 0.0);
     // Light that spreads beyond the fixed frequencies is all there without a gap.
     let gapless = Film { gap_mm: film_stack.film.gap_mm.map(|_| 0.0), ..film_stack.film };
-    let total = flow(&kernel, &FilmStack { film: gapless, ..film_stack }, 0.0);
+    let total = flow(&kernel.tables, &FilmStack { film: gapless, ..film_stack }, 0.0);
     let fixed = |weights: [f32; BASIS]| -> Vec<Gaussian> {
         let one = |(weight, s): (f32, f32)| Gaussian {
             weight: f64::from(weight),

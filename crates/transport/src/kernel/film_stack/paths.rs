@@ -13,8 +13,9 @@ use std::sync::LazyLock;
 use multiversion::multiversion;
 use procedural::{Film, Medium};
 
+use super::adding::flow;
 use super::spectrum::Spectrum;
-use super::{FilmStack, FilmStackKernel, flow, mirrored_mm};
+use super::{FilmStack, FilmStackKernel, mirrored_mm};
 use crate::kernel::path_law::PathLaw;
 use crate::kernel::widths::{BASIS, PACK_SPREAD_MM};
 use numerics::lanes::{exp, ln};
@@ -105,7 +106,7 @@ struct FilmLight {
 
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn light(kernel: &FilmStackKernel, stack: &FilmStack, air_per_mm: f32) -> FilmLight {
-    let flow = flow(kernel, stack, air_per_mm);
+    let flow = flow(&kernel.tables, stack, air_per_mm);
     let passed: Spectrum = std::array::from_fn(|i| flow.towards[i] - flow.alone[i]);
     let later: Spectrum = std::array::from_fn(|i| flow.passes * (flow.below[i] - flow.straight));
     FilmLight {
@@ -139,7 +140,7 @@ fn seen<const N: usize>(
     blur_mm2: f32,
     away_mm: [f32; N],
 ) -> [[f32; N]; KINDS] {
-    kernel.remember(&stack.medium, &stack.film.under);
+    kernel.tables.remember(&stack.medium, &stack.film.under);
     let FilmLight { alone, passed, below, straight, mirrored, mirrored_mm } =
         light(kernel, stack, air_per_mm / stack.medium.n_eff);
     let (through, image) = (stack.seen_beside(), stack.mirrored_beside());

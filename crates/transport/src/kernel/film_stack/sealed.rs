@@ -1,6 +1,6 @@
 //! Clear film sealed to foil: what foil throws back at once, and what total reflection holds in the film.
 
-use super::{FilmStack, PIGMENT_G};
+use super::film::{FilmStack, PIGMENT_G};
 use crate::fresnel::{ENTERS_FROM_ALL_SIDES, normal_reflectance};
 
 /// What foil throws back at once through clear film that is sealed to it.

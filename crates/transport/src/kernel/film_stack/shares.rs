@@ -3,7 +3,8 @@
 use numerics::lanes::exp;
 use procedural::{Film, Medium};
 
-use super::{FilmStackKernel, PIGMENT_G};
+use super::FilmStackKernel;
+use super::film::PIGMENT_G;
 use crate::fresnel::normal_reflectance;
 
 /// Shares of light that film, and what lies below it, throw back and let through [1].
@@ -32,14 +33,14 @@ pub struct FilmShares {
 impl FilmStackKernel {
     /// Shares of light at a place of `film` of this medium; both sides of the film meet air.
     pub fn shares(&mut self, medium: &Medium, film: &Film) -> FilmShares {
-        self.remember(medium, &film.under);
+        self.tables.remember(medium, &film.under);
         let (turns, absorbed) = (medium.sigma_i * film.thickness_mm, medium.mu_a * film.thickness_mm);
-        let of = self.films.at(turns, absorbed);
+        let of = self.tables.films.at(turns, absorbed);
         let fresnel = normal_reflectance(medium.n_eff);
         let left = exp(-(turns / (1.0 - PIGMENT_G) + absorbed));
         let inner = 1.0 / (1.0 - fresnel * fresnel * left * left);
-        let [mirrors, mirrors_straight] = self.under.mirrors();
-        let body = self.under.body()[0];
+        let [mirrors, mirrors_straight] = self.tables.under.mirrors();
+        let body = self.tables.under.body()[0];
         let [back, on, held, out] = [of.back(), of.on(), of.diffuse_back(), of.diffuse_on()].map(|part| part.0[0]);
         FilmShares {
             turned_down: on,
@@ -86,7 +87,7 @@ mod tests {
             let straight = of.turned_down + of.straight_down + straight_back + of.straight_held / (1.0 - fresnel);
             let diffuse = of.held
                 + of.out
-                + kernel.films.at(sigma * film.thickness_mm, mu_a * film.thickness_mm).diffuse_straight();
+                + kernel.tables.films.at(sigma * film.thickness_mm, mu_a * film.thickness_mm).diffuse_straight();
             for all in [straight, diffuse] {
                 assert!(all < 1.02 && (mu_a > 0.0 || all > 0.97), "{all} of {medium:?}, {} mm", film.thickness_mm);
             }

@@ -3,7 +3,7 @@
 //! It keeps its angle to the lens however the film leans, and leaves from its own depth. What has been turned more often is the table's
 //! ([`super::table`]).
 
-use super::{FilmStack, PIGMENT_G, mirrored_view, refracted};
+use super::film::{FilmStack, PIGMENT_G, mirrored_view, refracted};
 use crate::fresnel::{fresnel_dielectric, normal_reflectance};
 
 /// Share of what pigment turns once that leaves the film's other side [1].
