@@ -124,80 +124,19 @@ impl Growth {
     #[inline]
     pub fn at<'a>(&self, place: &LogPoint, knots: impl Iterator<Item = &'a Knot>) -> Grown<'a> {
         let (r, around) = (place.r, place.around());
-        let (wave, wave_slope) = self.waves.space_slope((WAVES_PER_RAD * place.outward).extend(place.l / WAVE_MM));
-        let mut t = r * (1.0 + WAVINESS * wave);
-        // Slopes of t outwards, around and along.
-        let mut slope = Vec3::new(
-            1.0 + WAVINESS * wave,
-            WAVINESS * WAVES_PER_RAD * wave_slope.truncate().dot(around),
-            WAVINESS * r * wave_slope.z / WAVE_MM,
-        );
-        let (mut turned_phi, mut runs) = (place.phi, place.pith_slope);
-        if let Some(layers) = &self.layers {
-            let layer = layers.at(place);
-            t += layer.t - r;
-            let [out, aside, along] = layer.slope;
-            slope += Vec3::new(out - 1.0, aside, along);
-            turned_phi += layer.turn;
-            runs += layer.drift_slope;
-        }
-        let (sin, cos) = self.spiral(r);
-        let mut stream = Vec2::X;
-        let mut bundle = r * turned_phi * cos + place.l * sin;
-        let mut disturbed = 0.0f32;
-        let mut branch: Option<Branch<'a>> = None;
+        let spiral @ (sin, cos) = self.spiral(r);
+        // Lay the rings and bundles as they grow without knots.
+        let (mut bent, runs) = self.without_knots(place, spiral);
+        // Let every knot near bulge the rings and push the bundles aside.
         let mut distance = None;
         for knot in knots {
-            if r >= knot.gone() {
-                continue;
-            }
-            let section = knot.section(distance.get_or_insert_with(|| KnotDistance::new(r)));
-            let a = section.half_width;
-            let offset = Vec2::new(r * wrap(place.phi - section.phi), place.l - section.l);
-            let (across, along) = (offset.x * offset.x, (knot.cos_slope * offset.y).powi(2));
-            if across + along * SHORTEN >= REACH * REACH * a * a {
-                continue;
-            }
-            let bulging = BulgePlace::of((across + along).sqrt() / a, (across + along * SHORTEN).sqrt() / a);
-            if bulging.x >= REACH {
-                continue;
-            }
-            let merge = self.bulge.at(bulging.x);
-            let (mut h, mut h_slope) = height(a, section.widening, r - knot.death);
-            let mut left = 1.0;
-            if knot.end.is_finite() {
-                let fall;
-                (left, fall) = knot.left(r);
-                h_slope = left * h_slope + fall * h;
-                h *= left;
-            }
-            t -= h * merge.depth;
-            let steep = bulging.steepness.map(|part| h * merge.slope_over_x * part / (a * a));
-            let steep_across = steep[0] + steep[1];
-            let steep_along = (steep[0] + steep[1] * SHORTEN) * knot.cos_slope * knot.cos_slope;
-            let drift =
-                steep_across * offset.x * (offset.x / r - section.turn) - steep_along * offset.y * section.slope;
-            let widening = bulging.widened * h * merge.slope_over_x * section.widening / a;
-            slope -=
-                Vec3::new(h_slope * merge.depth + drift - widening, steep_across * offset.x, steep_along * offset.y);
-            let rise = offset.y * knot.cos_slope;
-            let turned = Vec2::new(rise * cos - offset.x * sin, offset.x * cos + rise * sin) / a;
-            let disturbance = self.oval.disturb(turned);
-            let weight = left * merge.weight;
-            stream += weight * disturbance.velocity;
-            disturbed = disturbed.max(left * self.bulge.disorder(&merge));
-            bundle += FOLLOW * weight * a * disturbance.psi;
-            let d = Vec2::new(offset.x, rise);
-            if d.length_squared() < (OUTLINE_REACH * a).powi(2) && r < knot.end {
-                let a = a * knot.tip(r);
-                let (x, wobble) = knot.reach(d, a);
-                let length = d.length();
-                if branch.is_none_or(|other| x < other.x) {
-                    let (dead, below) = (r >= knot.death, -rise / length.max(1.0e-6));
-                    branch = Some(Branch { knot, x, half_width: a, wobble, dead, below, offset, section });
-                }
+            if r < knot.gone() {
+                let section = knot.section(distance.get_or_insert_with(|| KnotDistance::new(r)));
+                self.bend(knot, section, place, spiral, &mut bent);
             }
         }
+        let Bent { t, slope, stream, bundle, disturbed, branch } = bent;
+        // Lay the fibre into the growth surface t = const, along the stream.
         let normal_across = slope.x * place.outward + slope.y * around;
         let normal = normal_across.extend(slope.z - place.pith_slope.dot(normal_across));
         let stream = Vec2::new(not_below(stream.x, SLOWEST), stream.y);
@@ -218,6 +157,102 @@ impl Growth {
             gradient: normal,
         }
     }
+
+    /// Rings and bundles at a place of a trunk without knots, whose spiral grain has this sine and cosine; and where fibres run that
+    /// go straight along it, sideways and upwards [1].
+    #[inline]
+    fn without_knots<'a>(&self, place: &LogPoint, (sin, cos): (f32, f32)) -> (Bent<'a>, Vec2) {
+        let (r, around) = (place.r, place.around());
+        let (wave, wave_slope) = self.waves.space_slope((WAVES_PER_RAD * place.outward).extend(place.l / WAVE_MM));
+        let mut t = r * (1.0 + WAVINESS * wave);
+        let mut slope = Vec3::new(
+            1.0 + WAVINESS * wave,
+            WAVINESS * WAVES_PER_RAD * wave_slope.truncate().dot(around),
+            WAVINESS * r * wave_slope.z / WAVE_MM,
+        );
+        let (mut turned_phi, mut runs) = (place.phi, place.pith_slope);
+        if let Some(layers) = &self.layers {
+            let layer = layers.at(place);
+            t += layer.t - r;
+            let [out, aside, along] = layer.slope;
+            slope += Vec3::new(out - 1.0, aside, along);
+            turned_phi += layer.turn;
+            runs += layer.drift_slope;
+        }
+        let bundle = r * turned_phi * cos + place.l * sin;
+        (Bent { t, slope, stream: Vec2::X, bundle, disturbed: 0.0, branch: None }, runs)
+    }
+
+    /// Adds what a knot does to rings and bundles at a place, where its section is this and the spiral grain has this sine and cosine.
+    #[inline]
+    fn bend<'a>(
+        &self,
+        knot: &'a Knot,
+        section: KnotSection,
+        place: &LogPoint,
+        (sin, cos): (f32, f32),
+        bent: &mut Bent<'a>,
+    ) {
+        let (r, a) = (place.r, section.half_width);
+        let offset = Vec2::new(r * wrap(place.phi - section.phi), place.l - section.l);
+        let (across, along) = (offset.x * offset.x, (knot.cos_slope * offset.y).powi(2));
+        if across + along * SHORTEN >= REACH * REACH * a * a {
+            return;
+        }
+        let bulging = BulgePlace::of((across + along).sqrt() / a, (across + along * SHORTEN).sqrt() / a);
+        if bulging.x >= REACH {
+            return;
+        }
+        let merge = self.bulge.at(bulging.x);
+        let (mut h, mut h_slope) = height(a, section.widening, r - knot.death);
+        let mut left = 1.0;
+        if knot.end.is_finite() {
+            let fall;
+            (left, fall) = knot.left(r);
+            h_slope = left * h_slope + fall * h;
+            h *= left;
+        }
+        bent.t -= h * merge.depth;
+        let steep = bulging.steepness.map(|part| h * merge.slope_over_x * part / (a * a));
+        let steep_across = steep[0] + steep[1];
+        let steep_along = (steep[0] + steep[1] * SHORTEN) * knot.cos_slope * knot.cos_slope;
+        let drift = steep_across * offset.x * (offset.x / r - section.turn) - steep_along * offset.y * section.slope;
+        let widening = bulging.widened * h * merge.slope_over_x * section.widening / a;
+        bent.slope -=
+            Vec3::new(h_slope * merge.depth + drift - widening, steep_across * offset.x, steep_along * offset.y);
+        let rise = offset.y * knot.cos_slope;
+        let turned = Vec2::new(rise * cos - offset.x * sin, offset.x * cos + rise * sin) / a;
+        let disturbance = self.oval.disturb(turned);
+        let weight = left * merge.weight;
+        bent.stream += weight * disturbance.velocity;
+        bent.disturbed = bent.disturbed.max(left * self.bulge.disorder(&merge));
+        bent.bundle += FOLLOW * weight * a * disturbance.psi;
+        let d = Vec2::new(offset.x, rise);
+        if d.length_squared() < (OUTLINE_REACH * a).powi(2) && r < knot.end {
+            let a = a * knot.tip(r);
+            let (x, wobble) = knot.reach(d, a);
+            let length = d.length();
+            if bent.branch.is_none_or(|other| x < other.x) {
+                let (dead, below) = (r >= knot.death, -rise / length.max(1.0e-6));
+                bent.branch = Some(Branch { knot, x, half_width: a, wobble, dead, below, offset, section });
+            }
+        }
+    }
+}
+
+/// Rings and bundles at a place, bent by the knots that were looked at so far.
+struct Bent<'a> {
+    /// Time of growth [mm], and its slopes outwards, around and along [1].
+    t: f32,
+    slope: Vec3,
+    /// The stream of fibres about the knots, along and across it [1].
+    stream: Vec2,
+    /// Which fibre bundle [mm].
+    bundle: f32,
+    /// How much knots disturb the fibres' order [1].
+    disturbed: f32,
+    /// The nearest knot whose outline is near.
+    branch: Option<Branch<'a>>,
 }
 
 impl Branch<'_> {

@@ -14,7 +14,7 @@
 
 use glam::Vec2;
 
-use super::oval::{Oval, spline};
+use super::oval::{Oval, StemLayer, spline};
 use crate::wood::pith::LogPoint;
 
 /// Length of the smoothing over the distance from the pith [1], a guess.
@@ -36,19 +36,6 @@ pub(in crate::wood) struct Layers {
     nodes: Vec<Vec2>,
     /// How they follow the outline, if they do.
     oval: Option<Oval>,
-}
-
-/// Where a layer is at a place.
-#[derive(Debug, Clone, Copy)]
-pub(in crate::wood) struct StemLayer {
-    /// Distance from the smoothed pith [mm].
-    pub t: f32,
-    /// Slopes of it outwards, around and along [1].
-    pub slope: [f32; 3],
-    /// Azimuth about the smoothed pith, less that about the pith [rad].
-    pub turn: f32,
-    /// Slope of the smoothed pith less that of the pith, sideways and upwards [1].
-    pub drift_slope: Vec2,
 }
 
 impl Layers {

@@ -14,6 +14,7 @@
 //! of one Norway spruce.
 
 mod branch;
+mod cut;
 mod layers;
 mod measured;
 mod outline;
@@ -27,12 +28,13 @@ mod tests;
 
 use self::branch::BranchSite;
 pub use self::branch::StemBranch;
+pub(super) use self::cut::StemCut;
 pub(super) use self::layers::Layers;
 pub use self::measured::StemError;
 use self::outline::{GrownOutline, StemOutline};
 pub use self::pattern::{LogRoom, least_pieces, sawn_at};
 use self::pith_line::PithLine;
-pub(super) use self::sawing::{Sawing, StemCut};
+pub(super) use self::sawing::Sawing;
 use super::parameters::StemParameters;
 use crate::Stream;
 

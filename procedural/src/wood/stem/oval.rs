@@ -11,11 +11,25 @@
 
 use std::f32::consts::TAU;
 
-use super::layers::StemLayer;
-use super::sawing::{AZIMUTHS, SECTION_MM, StemCut};
+use glam::Vec2;
+
+use super::cut::{AZIMUTHS, SECTION_MM, StemCut};
 
 /// Layers reach the outline at no less than this distance [mm].
 const LEAST_MM: f32 = 1.0;
+
+/// Where a layer is at a place.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::wood) struct StemLayer {
+    /// Distance from the smoothed pith [mm].
+    pub t: f32,
+    /// Slopes of it outwards, around and along [1].
+    pub slope: [f32; 3],
+    /// Azimuth about the smoothed pith, less that about the pith [rad].
+    pub turn: f32,
+    /// Slope of the smoothed pith less that of the pith, sideways and upwards [1].
+    pub drift_slope: Vec2,
+}
 
 /// The factor G about a board.
 #[derive(Debug, Clone)]
@@ -40,7 +54,7 @@ impl Oval {
                 1.0 + share * (mean / t0(radii[column], phi, l).max(LEAST_MM) - 1.0)
             })
         });
-        Self { start: cut.start(), nodes: rows.collect() }
+        Self { start: cut.start, nodes: rows.collect() }
     }
 
     /// The most that G can be [1]: a spline stays within its nodes.

@@ -4,6 +4,8 @@
 //! The pattern of speckle lies on the object and moves with it ([`crate::optics::speckle`]); noise has a counter and a key for each
 //! pixel ([`numerics::lanes::normals`]). A second window has a key of its own, so what it holds changes nothing in the first.
 
+use std::ops::Range;
+
 use multiversion::multiversion;
 
 use super::fixed_pattern::{CodeSteps, FixedPattern, PixelCodes, UNIFORM_CODES, WindowRuns};
@@ -11,7 +13,7 @@ use super::signal_chain::SignalChain;
 use crate::frame::Frame;
 use crate::optics::light::{CENTRE, ROWS};
 use crate::optics::speckle::coherence::{CONTRAST_COLUMNS, CONTRAST_ROWS, RowContrasts};
-use crate::optics::speckle::{AnchoredSpeckle, TILE};
+use crate::optics::speckle::{AnchoredSpeckle, TILE, TileSpeckle};
 use crate::optics::window::{Window, WindowSignal};
 use numerics::lanes::{exp, normals, radius_uniform};
 
@@ -67,73 +69,61 @@ impl Digitiser<'_> {
         frame: &mut Frame,
     ) {
         let TileExposure { profile, tile, columns, place, way, offsets } = *exposure;
-        frame.cols = columns;
         let drawn = window.drawn.clone();
-        frame.rows = drawn.len();
-        frame.first_col = tile * TILE;
+        (frame.cols, frame.rows, frame.first_col) = (columns, drawn.len(), tile * TILE);
         frame.first_row.clear();
         frame.first_row.extend(window.first_row[..columns].iter().map(|row| row + drawn.start as i32));
         frame.dn.resize(drawn.len() * columns, 0);
-        let level = window.first_row[..columns].iter().all(|&row| row == window.first_row[0]);
-        let keys = self.chain.keys(NOISE_STREAMS[number], profile);
-        // Another part of the pattern for the second window, which lies elsewhere.
-        let view = self.speckle.tile(tile, place, way, number * ROWS);
-        let counter = tile as u32 * TILE as u32;
-        // Rows are drawn in pairs, whose pixels share their noise's numbers.
-        let pairs = drawn.start / 2..drawn.end.div_ceil(2);
-        let rows_of = |pair: usize| [2 * pair, 2 * pair + 1];
         let [glint, grain] = self.speckle.scale();
-        let shade = |pair: usize, shades: &mut RowPair<f32>| {
-            for (k, shades) in rows_of(pair).into_iter().zip(shades) {
-                row_offsets(offsets, &window.first_row, k, level, shades);
-            }
+        let rows = WindowRows {
+            window,
+            level: window.first_row[..columns].iter().all(|&row| row == window.first_row[0]),
+            offsets,
+            // Another part of the pattern for the second window, which lies elsewhere.
+            patterns: self.speckle.tile(tile, place, way, number * ROWS),
+            // What a second window shows has crossed a film, or was mirrored.
+            contrasts: (number == 0).then_some(self.contrasts),
+            glint,
+            grain,
+            noise: PairNoise {
+                counter: tile as u32 * TILE as u32,
+                keys: self.chain.keys(NOISE_STREAMS[number], profile),
+            },
         };
-        // What a second window shows has crossed a film, or was mirrored.
-        let coarsen = |pair: usize, grains: &mut RowPair<f32>| match number {
-            0 => {
-                rows_of(pair).into_iter().zip(grains).for_each(|(k, row)| row_contrasts(self.contrasts, k, grain, row))
-            }
-            _ => *grains = [[grain; TILE]; 2],
-        };
-        let light_of = |pair: usize| {
-            let rows = rows_of(pair);
-            PairLight {
-                electrons: rows.map(|k| [&window.surface[k], &window.volume[k]]),
-                patterns: rows.map(|k| view.row(k as i64 - CENTRE as i64)),
-                ambient: rows.map(|k| window.ambient.get(k).unwrap_or(&DARK)),
-                glint,
-                noise: PairNoise { counter: pair as u32 * MAX_COLUMNS + counter, keys },
-            }
-        };
-        let chain = self.chain;
+        if self.chain.is_plain() {
+            self.read_plain(&rows, frame);
+        } else {
+            self.read_unlike(&rows, tile, signal, frame);
+        }
+    }
+
+    /// Reads pixels that are alike, on one slope.
+    fn read_plain(&self, rows: &WindowRows<'_>, frame: &mut Frame) {
         // Filled in place for each pair of rows: half of the time of this step was the copying of rows.
         let (mut shades, mut grains, mut numbers) = ([[0.0; TILE]; 2], [[0.0; TILE]; 2], [[0u16; TILE]; 2]);
-        let out = |dn: &mut Vec<u16>, pair: usize, numbers: &RowPair<u16>| {
-            for (row, numbers) in dn[(2 * pair - drawn.start) * columns..].chunks_exact_mut(columns).zip(numbers) {
-                row.copy_from_slice(&numbers[..columns]);
-            }
-        };
-        if chain.is_plain() {
-            for pair in pairs {
-                shade(pair, &mut shades);
-                coarsen(pair, &mut grains);
-                plain(&PairOfRows { light: light_of(pair), shades: &shades, grains: &grains }, chain, &mut numbers);
-                out(&mut frame.dn, pair, &numbers);
-            }
-            return;
+        for pair in rows.pairs() {
+            rows.fill(pair, &mut shades, &mut grains);
+            let own = PairOfRows { light: rows.light(pair), shades: &shades, grains: &grains };
+            plain(&own, self.chain, &mut numbers);
+            rows.write(pair, &numbers, frame);
         }
-        let runs = WindowRuns::new(&window.first_row);
+    }
+
+    /// Reads pixels with a response of their own, slopes and charge that overflows, of the tile with this number.
+    fn read_unlike(&self, rows: &WindowRows<'_>, tile: usize, signal: &mut WindowSignal, frame: &mut Frame) {
+        let chain = self.chain;
+        let (mut shades, mut grains, mut numbers) = ([[0.0; TILE]; 2], [[0.0; TILE]; 2], [[0u16; TILE]; 2]);
+        let runs = WindowRuns::new(&rows.window.first_row);
         let mut codes = [UNIFORM_CODES; 2];
-        for pair in pairs.clone() {
-            shade(pair, &mut shades);
-            coarsen(pair, &mut grains);
-            let own = PairOfRows { light: light_of(pair), shades: &shades, grains: &grains };
+        for pair in rows.pairs() {
+            rows.fill(pair, &mut shades, &mut grains);
+            let own = PairOfRows { light: rows.light(pair), shades: &shades, grains: &grains };
             if let Some(pixels) = &chain.pixels {
                 rows_of(pair).into_iter().zip(&mut codes).for_each(|(k, row)| pixels.window_row(tile, &runs, k, row));
             }
             if chain.blooming == 0.0 {
                 unlike(&own, &codes, chain, &mut numbers);
-                out(&mut frame.dn, pair, &numbers);
+                rows.write(pair, &numbers, frame);
                 continue;
             }
             let developed = develop(&own, &codes, chain);
@@ -144,11 +134,11 @@ impl Digitiser<'_> {
         }
         if chain.blooming > 0.0 {
             signal.bloom(chain.full, chain.blooming);
-            for pair in pairs {
+            for pair in rows.pairs() {
                 let [level, noisy, offset] =
                     [&signal.level, &signal.noisy, &signal.offset].map(|field| rows_of(pair).map(|k| &field[k]));
-                read(light_of(pair).noise, [level, noisy, offset], chain, &mut numbers);
-                out(&mut frame.dn, pair, &numbers);
+                read(rows.light(pair).noise, [level, noisy, offset], chain, &mut numbers);
+                rows.write(pair, &numbers, frame);
             }
         }
     }
@@ -276,6 +266,69 @@ type RowPair<T> = [[T; TILE]; 2];
 struct PairNoise {
     counter: u32,
     keys: [u32; 2],
+}
+
+/// The rows of a window with their light, patterns and offsets. They are read in pairs, whose pixels share their noise's numbers.
+struct WindowRows<'a> {
+    window: &'a Window,
+    /// Whether the window begins in one sensor row in all columns.
+    level: bool,
+    /// Offsets of the sensor's rows [DN].
+    offsets: &'a [f32],
+    patterns: TileSpeckle<'a>,
+    /// How much of the patterns is left in light from below, beside the line; `None` where all is.
+    contrasts: Option<&'a [RowContrasts]>,
+    /// Factors on the surface and the volume patterns [1].
+    glint: f32,
+    grain: f32,
+    /// Of the first pair.
+    noise: PairNoise,
+}
+
+/// The rows of a pair.
+fn rows_of(pair: usize) -> [usize; 2] {
+    [2 * pair, 2 * pair + 1]
+}
+
+impl WindowRows<'_> {
+    /// The pairs that are drawn.
+    fn pairs(&self) -> Range<usize> {
+        self.window.drawn.start / 2..self.window.drawn.end.div_ceil(2)
+    }
+
+    /// Fills in the offsets of a pair's rows and the factors on its volume patterns.
+    #[inline(always)]
+    fn fill(&self, pair: usize, shades: &mut RowPair<f32>, grains: &mut RowPair<f32>) {
+        for ((k, shades), grains) in rows_of(pair).into_iter().zip(shades).zip(grains) {
+            row_offsets(self.offsets, &self.window.first_row, k, self.level, shades);
+            match self.contrasts {
+                Some(contrasts) => row_contrasts(contrasts, k, self.grain, grains),
+                None => *grains = [self.grain; TILE],
+            }
+        }
+    }
+
+    /// Light of a pair.
+    #[inline(always)]
+    fn light(&self, pair: usize) -> PairLight<'_> {
+        let (rows, window) = (rows_of(pair), self.window);
+        PairLight {
+            electrons: rows.map(|k| [&window.surface[k], &window.volume[k]]),
+            patterns: rows.map(|k| self.patterns.row(k as i64 - CENTRE as i64)),
+            ambient: rows.map(|k| window.ambient.get(k).unwrap_or(&DARK)),
+            glint: self.glint,
+            noise: PairNoise { counter: pair as u32 * MAX_COLUMNS + self.noise.counter, ..self.noise },
+        }
+    }
+
+    /// Writes the numbers of a pair to the frame of the window.
+    #[inline(always)]
+    fn write(&self, pair: usize, numbers: &RowPair<u16>, frame: &mut Frame) {
+        let rows = frame.dn[(2 * pair - self.window.drawn.start) * frame.cols..].chunks_exact_mut(frame.cols);
+        for (row, numbers) in rows.zip(numbers) {
+            row.copy_from_slice(&numbers[..row.len()]);
+        }
+    }
 }
 
 /// Light of two rows.

@@ -20,6 +20,6 @@ pub mod stack;
 mod tests;
 mod transform_lanes;
 
-pub(crate) use self::anchored::{AnchoredSpeckle, SpeckleConditions};
+pub(crate) use self::anchored::{AnchoredSpeckle, SpeckleConditions, TileSpeckle};
 pub use self::pupil::{Pupil, TILE};
 pub use self::stack::{MAX_CACHED_BYTES, PatternCache, PatternStack, bytes_of_stack};
