@@ -6,8 +6,9 @@ use dataset::record::{Below, Labels, Maps, TruthMaps};
 
 /// Binning: groups of pixels that become one.
 ///
-/// Of the measured pixels of a group those are averaged that show one surface, the one of their median height: no pixel stands
-/// half way up an edge. A group is missing where fewer than half of its pixels are measured, as its label is that of the greater part.
+/// Of the measured pixels of a group those are averaged that show one surface, the one of their median height: no pixel
+/// stands half way up an edge. A group is missing where fewer than half of its pixels are measured, as its label is
+/// that of the greater part.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Binning {
     /// Columns of the images before [px].
@@ -107,8 +108,8 @@ impl Binning {
         Maps { range: self.mean(maps.range, f32::NAN), reflectance, scatter }
     }
 
-    /// Takes away the heights of a group that are not of the surface of their median, the upper one of an even number, and all of a group of
-    /// which fewer than half are measured.
+    /// Takes away the heights of a group that are not of the surface of their median, the upper one of an even number,
+    /// and all of a group of which fewer than half are measured.
     fn leave_one_surface(self, range: &mut [f32]) {
         let Self { cols, columns, rows, step } = self;
         let mut heights = Vec::with_capacity(columns * rows);
@@ -142,7 +143,8 @@ impl Binning {
         let mean = |map: Vec<f32>| self.mean_on_body(map, class);
         let below = match truth.below {
             Below::Fibre { azimuth, dive } => {
-                // Both ends of a fibre are alike: what does not tell them apart, products of its components, is averaged.
+                // Both ends of a fibre are alike: what does not tell them apart, products of its components, is
+                // averaged.
                 let products = FibreProducts::of(&azimuth, &dive).map(mean);
                 let (azimuth, dive) = products.angles();
                 Below::Fibre { azimuth, dive }
@@ -209,8 +211,8 @@ mod tests {
         assert_eq!(binned.instance, vec![0, 3]);
     }
 
-    /// Groups of three: one surface with a pixel missing, an edge with either side in the majority, the end of an object before an
-    /// unmeasured background.
+    /// Groups of three: one surface with a pixel missing, an edge with either side in the majority, the end of an
+    /// object before an unmeasured background.
     #[test]
     fn groups_at_edges_show_one_side() {
         let nan = f32::NAN;

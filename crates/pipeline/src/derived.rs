@@ -1,5 +1,5 @@
-//! What of a sample follows from its scene without rendering it whole: without any light bench, effective physics, the body's
-//! own instances, and what the label image shows in some rows; with light the rows that are asked for.
+//! What of a sample follows from its scene without rendering it whole: without any light bench, effective physics, the
+//! body's own instances, and what the label image shows in some rows; with light the rows that are asked for.
 
 use std::collections::BTreeSet;
 
@@ -63,8 +63,8 @@ pub fn derived(
     Derived { unlit, exposed }
 }
 
-/// Rows of the image to make again: some that are evenly spread, and through each instance one, as far as it is known without
-/// light where these lie.
+/// Rows of the image to make again: some that are evenly spread, and through each instance one, as far as it is known
+/// without light where these lie.
 fn chosen(scene: &Scene, instances: &[Instance]) -> BTreeSet<usize> {
     let (profiles, bin) = (scene.size.profiles, scene.output.bin_profiles);
     let rows = profiles / bin;
@@ -99,8 +99,8 @@ fn chosen(scene: &Scene, instances: &[Instance]) -> BTreeSet<usize> {
     chosen
 }
 
-/// A row through all of these instances, each with the first, middle and last row of its core: the middle of one of them where
-/// that lies in all.
+/// A row through all of these instances, each with the first, middle and last row of its core: the middle of one of
+/// them where that lies in all.
 fn through(open: &[[usize; 3]]) -> Option<usize> {
     let (from, to) = (open.iter().map(|core| core[0]).max()?, open.iter().map(|core| core[2]).min()?);
     let middles = open.iter().map(|core| core[1]).filter(|middle| (from..=to).contains(middle));

@@ -81,7 +81,8 @@ fn bench_numbers<'a>() -> [EffectiveNumber<SetUpScene<'a>>; 10] {
         },
         EffectiveNumber {
             name: "speckle_volume",
-            doc: "Contrast of speckle in one pixel on the line, light from below the surface; beside the line, and in other matter than the typical, as paths of light there have it.",
+            doc: "Contrast of speckle in one pixel on the line, light from below the surface; beside the line, and in \
+                  other matter than the typical, as paths of light there have it.",
             of: |set_up| f64::from(set_up.sensor.speckle_contrast()[1]),
         },
         EffectiveNumber {
@@ -210,8 +211,8 @@ pub fn effective(scene: &Scene, sensor: &Sensor, top: f64) -> Vec<(&'static str,
     [of(&bench_numbers(), &set_up), own].concat()
 }
 
-/// The numbers of a rig as files give them, in the order of `output_schema::row::CALIBRATION`; `x_first_mm` is NaN where
-/// Range lies on sensor columns.
+/// The numbers of a rig as files give them, in the order of `output_schema::row::CALIBRATION`; `x_first_mm` is NaN
+/// where Range lies on sensor columns.
 pub(crate) fn calibration_numbers(rig: &Rig, x_first_mm: f64) -> Vec<(&'static str, f64)> {
     vec![
         ("distance_mm", rig.distance),
@@ -232,8 +233,8 @@ pub(crate) fn calibration_numbers(rig: &Rig, x_first_mm: f64) -> Vec<(&'static s
 
 /// The matter that stands for a scene's object as a whole: what most light from below has gone through.
 ///
-/// Of a pack that is the tablet: films are a few mean free paths thick at most, so the long paths, which wash speckle out,
-/// lie in the tablet. Over an empty pocket speckle is washed out too much by that.
+/// Of a pack that is the tablet: films are a few mean free paths thick at most, so the long paths, which wash speckle
+/// out, lie in the tablet. Over an empty pocket speckle is washed out too much by that.
 pub(crate) fn typical(plan: &Plan) -> Medium {
     match plan {
         Plan::Wood(wood) => earlywood(&wood.media),

@@ -1,9 +1,9 @@
 //! Some rows and sensor frames of a sample, exposed without the others.
 //!
-//! A profile depends on the scene and on its own number alone: noise is keyed by profile and pixel, speckle by the place of the
-//! object, and the light of the rows around it by their places. A band of a few profiles therefore holds to the bit what the
-//! bands of a whole scan hold. It costs the rows that its windows look at, before, between and behind its profiles: 66 or so
-//! for one profile of a board, so that neighbours are nearly free.
+//! A profile depends on the scene and on its own number alone: noise is keyed by profile and pixel, speckle by the
+//! place of the object, and the light of the rows around it by their places. A band of a few profiles therefore holds
+//! to the bit what the bands of a whole scan hold. It costs the rows that its windows look at, before, between and
+//! behind its profiles: 66 or so for one profile of a board, so that neighbours are nearly free.
 
 use std::ops::Range;
 

@@ -111,7 +111,8 @@ struct InstanceExtent {
 }
 
 /// Objects in the label image: area and box of each instance, what lies in it included, with the body's numbers;
-/// `areas` are those of a pixel in each column [mm^2], `pixel_mm` is a pixel along the scan and along the line, NaN on a turntable.
+/// `areas` are those of a pixel in each column [mm^2], `pixel_mm` is a pixel along the scan and along the line, NaN on
+/// a turntable.
 pub fn objects(labels: &Labels, areas: &[f64], pixel_mm: [f64; 2], instances: &[Instance]) -> Vec<Object> {
     let none = InstanceExtent { pixels: 0, area: 0.0, left: u32::MAX, top: u32::MAX, right: 0, bottom: 0 };
     let mut extents = vec![none; instances.len()];

@@ -35,12 +35,14 @@ pub use self::derived::{Derived, Unlit, derived};
 use self::line_solver::line_solver;
 use self::range_scale::{RangeScale, grid, range_scale};
 
-/// Profiles of a band: half as many as the rows that its windows reach to before and behind it. The next band of a run uses those again;
-/// with 2560 columns they take 70 MB a thread.
+/// Profiles of a band: half as many as the rows that its windows reach to before and behind it. The next band of a run
+/// uses those again; with 2560 columns they take 70 MB a thread.
 const BAND_PROFILES: usize = 32;
-/// Runs of neighbouring bands that a thread has of a scan, to share the work evenly; a run makes the rows about its bands once.
+/// Runs of neighbouring bands that a thread has of a scan, to share the work evenly; a run makes the rows about its
+/// bands once.
 const RUNS_PER_THREAD: usize = 2;
-/// Fewest profiles of a run, in rows that its windows reach before and behind it: small samples are left whole to one thread.
+/// Fewest profiles of a run, in rows that its windows reach before and behind it: small samples are left whole to one
+/// thread.
 const MIN_RUN_HALOS: usize = 4;
 
 /// Renders one sample. `progress` is told the number of profiles whenever some are finished.
@@ -285,8 +287,8 @@ fn binning(scene: &Scene, rig: &Rig) -> Binning {
     Binning { cols: size.columns, columns, rows, step: step as f32 }
 }
 
-/// The field of the images: along the line what the columns see at the height of the object's upper end, along the scan the
-/// profiles with half a step around them; first and last x, first and last y [mm].
+/// The field of the images: along the line what the columns see at the height of the object's upper end, along the scan
+/// the profiles with half a step around them; first and last x, first and last y [mm].
 pub fn field(scene: &Scene, sensor: &Sensor, specimen: &Specimen) -> [[f64; 2]; 2] {
     let (size, output) = (scene.size, &scene.output);
     let (rig, top) = (sensor.camera().rig, f64::from(specimen.top()));
@@ -303,8 +305,8 @@ pub fn field(scene: &Scene, sensor: &Sensor, specimen: &Specimen) -> [[f64; 2]; 
     [x, y]
 }
 
-/// The profiles of a sample by these numbers, one after the other, measured and labelled as [`render`] does it but for light that comes
-/// from other rows than the lines', which are further apart ([`scanner::optics::Bands::make_sparse`]).
+/// The profiles of a sample by these numbers, one after the other, measured and labelled as [`render`] does it but for
+/// light that comes from other rows than the lines', which are further apart ([`scanner::optics::Bands::make_sparse`]).
 pub fn render_profiles(scene: &Scene, sensor: &Sensor, specimen: &Specimen, profiles: &[usize]) -> (Maps, Labels) {
     let mut scan = Scan::new(scene, profiles.len());
     let calibration = sensor.calibration();

@@ -13,9 +13,9 @@ pub(super) fn grid(scene: &Scene, rig: &Rig) -> Option<RectifiedGrid> {
     }
 }
 
-/// Largest number of a height. Readers that take 16-bit PNG for signed numbers (torchvision, old versions of PIL and of many
-/// programs for pictures) see what is above as negative; 32767 steps over all that the sensor sees are finer than its sixteenths
-/// of rows.
+/// Largest number of a height. Readers that take 16-bit PNG for signed numbers (torchvision, old versions of PIL and of
+/// many programs for pictures) see what is above as negative; 32767 steps over all that the sensor sees are finer than
+/// its sixteenths of rows.
 const MOST: f64 = 32767.0;
 
 /// What the whole numbers of Range mean, of which 0 is missing [mm or px].

@@ -1,4 +1,5 @@
-//! The instrument: a body under laser and camera, the light it sends back, the frames, and how lines are read from them.
+//! The instrument: a body under laser and camera, the light it sends back, the frames, and how lines are read from
+//! them.
 
 pub mod extract;
 pub mod frame;

@@ -2,9 +2,9 @@
 //! whether laser and camera reach it.
 //!
 //! Boards and packs are height fields, whose upper surface is asked directly; their hull in the ray tracer serves for
-//! shadows on the conveyor next to the body. A board with cracks, holes or wane and a blister pack occlude themselves: their upper surface is
-//! sampled on a grid (`surface_grid`), which answers what its pockets hide from the lens and where reflected light
-//! lands; where its film is clear, the surface of tablets and foil below has a grid of its own.
+//! shadows on the conveyor next to the body. A board with cracks, holes or wane and a blister pack occlude themselves:
+//! their upper surface is sampled on a grid (`surface_grid`), which answers what its pockets hide from the lens and
+//! where reflected light lands; where its film is clear, the surface of tablets and foil below has a grid of its own.
 //!
 //! Saw-teeth and parts from files have the triangles of the hull as their surface, overhangs and holes included. In the
 //! laser plane the points that a column can see lie on one line, straight but for distortion, from above the object
@@ -172,8 +172,8 @@ impl Specimen {
         self.triangles.high.z
     }
 
-    /// Share of the body's convex outline, seen from above, that lies within a field [mm]; NaN on a turntable, where a place
-    /// passes the line in more rows than one, and for a body without extent [1].
+    /// Share of the body's convex outline, seen from above, that lies within a field [mm]; NaN on a turntable, where a
+    /// place passes the line in more rows than one, and for a body without extent [1].
     pub fn share_within(&self, x: [f64; 2], y: [f64; 2]) -> f64 {
         if self.turntable.is_some() { f64::NAN } else { self.outline.share_within(x, y) }
     }
@@ -193,8 +193,9 @@ impl Specimen {
         Some([self.upper.as_ref()?.bent(place), self.lower.as_ref()?.film(place)])
     }
 
-    /// Slope of the surface around `hit`, seen with the laser at scan position `y`: the mean over [`ABOUT_MM`] to either side, where that is less steep
-    /// than the surface itself by a [`FACET`] and more, as on flanks of embossed codes [1].
+    /// Slope of the surface around `hit`, seen with the laser at scan position `y`: the mean over [`ABOUT_MM`] to
+    /// either side, where that is less steep than the surface itself by a [`FACET`] and more, as on flanks of embossed
+    /// codes [1].
     pub(crate) fn slope_about(&self, hit: &Hit, y: f32) -> Option<Vec2> {
         let own = Vec2::new(hit.surface.slope_x, hit.surface.slope_y);
         if own.length_squared() < FACET * FACET {

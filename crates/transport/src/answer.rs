@@ -106,9 +106,9 @@ pub struct Answer {
     pub row_mm: f64,
     /// Share of a line's energy that leaves in each row along y, `[2 rows + 1]`, row 0 at the smallest y [1].
     pub line: Vec<Estimate>,
-    /// Radiance factor of each row of a line, `[2 rows + 1]` [1]; empty where the model has none. Monte Carlo estimates it
-    /// at each collision; where planes inside mirror light it counts what leaves within 5 degrees of the lens, at all azimuths where
-    /// they are alike.
+    /// Radiance factor of each row of a line, `[2 rows + 1]` [1]; empty where the model has none. Monte Carlo estimates
+    /// it at each collision; where planes inside mirror light it counts what leaves within 5 degrees of the lens, at
+    /// all azimuths where they are alike.
     pub seen: Vec<Estimate>,
     /// Pitch of `point` [mm].
     pub cell_mm: f64,

@@ -3,8 +3,8 @@
 use glam::DVec3;
 use procedural::Body;
 
-/// Cosine towards the lens that film counts with at least: [`LineSource::power`] holds it, and what light of film that looks away is worth to the
-/// lens is its inverse [1].
+/// Cosine towards the lens that film counts with at least: [`LineSource::power`] holds it, and what light of film that
+/// looks away is worth to the lens is its inverse [1].
 pub const LEAST_FACING: f32 = 0.5;
 
 /// A line on a body, and the grid on which the answer is wanted.

@@ -2,10 +2,10 @@
 //!
 //! - Henyey and Greenstein 1941: p(cos) = (1 - g^2) / (4 pi (1 + g^2 - 2 g cos)^(3/2)), mean cosine g;
 //! - a cylinder with axis f keeps the angle between light and f and turns light about f by an angle phi. Wrapped Cauchy
-//!   law p2(phi) = (1 - g2^2) / (2 pi (1 + g2^2 - 2 g2 cos phi)), mean cosine g2; mirror p2(phi) = |sin(phi / 2)| / 4, mean
-//!   cosine -1/3;
-//! - dispersion: a fibre's axis f' is tilted against the mean axis by an angle of Rayleigh's law with parameter s, evenly
-//!   about it: on the sphere q(t) = t exp(-t^2 / 2 s^2) / (2 pi s^2 sin t).
+//!   law p2(phi) = (1 - g2^2) / (2 pi (1 + g2^2 - 2 g2 cos phi)), mean cosine g2; mirror p2(phi) = |sin(phi / 2)| / 4,
+//!   mean cosine -1/3;
+//! - dispersion: a fibre's axis f' is tilted against the mean axis by an angle of Rayleigh's law with parameter s,
+//!   evenly about it: on the sphere q(t) = t exp(-t^2 / 2 s^2) / (2 pi s^2 sin t).
 //!
 //! Uniform directions in the plane come from points in the unit disc, so no sine is asked for.
 
@@ -138,8 +138,8 @@ pub enum FibreCollision {
     Null,
 }
 
-/// Draws what light in direction `w` collides with where the extinction is sigma_i + sigma_c (delta tracking, Woodcock et
-/// al. 1965); `fibre` draws a cylinder's axis.
+/// Draws what light in direction `w` collides with where the extinction is sigma_i + sigma_c (delta tracking, Woodcock
+/// et al. 1965); `fibre` draws a cylinder's axis.
 #[inline(always)]
 pub fn fibre_collision<R: Rng>(
     w: DVec3,

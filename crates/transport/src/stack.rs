@@ -8,9 +8,9 @@
 //! | `Fibres` | mu_a + sigma_i + sigma_c sin(w, f) | background isotropic, cylinders turn w about the fibre f |
 //! | `Tensor` | mu_a + sum mu_i w_i^2 | Henyey and Greenstein about w (Pini, Giusfredi and Pattelli 2026); not reciprocal |
 //!
-//! Below the last layer lies another index or foil: metal that throws back the share `reflectance` of whatever meets it,
-//! mirrored about normals of the GGX law (Walter et al. 2007), and lets nothing through. A layer may have a coat, which
-//! takes its share of all light that passes its upper surface, either way.
+//! Below the last layer lies another index or foil: metal that throws back the share `reflectance` of whatever meets
+//! it, mirrored about normals of the GGX law (Walter et al. 2007), and lets nothing through. A layer may have a coat,
+//! which takes its share of all light that passes its upper surface, either way.
 //!
 //! Valid for planes and for indices that change only between layers. Neglected: polarisation, interference in thin
 //! layers, roughness of interfaces other than foil, thickness of coats, a facet's reflectance by angle.

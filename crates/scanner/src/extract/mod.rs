@@ -51,7 +51,8 @@ pub(crate) fn reach(settings: &Extraction) -> usize {
 pub(crate) struct PeakLevels {
     /// Whether a peak lies nearer to an end of its window than a measurement looks.
     pub at_an_end: bool,
-    /// Level that a pixel in further rows would have to reach for its column to be read otherwise; infinite where there is no column [DN].
+    /// Level that a pixel in further rows would have to reach for its column to be read otherwise; infinite where there
+    /// is no column [DN].
     pub to_outshine: [f32; LANES],
 }
 

@@ -1,15 +1,16 @@
 //! Encoder: the position of the object when a profile is taken.
 //!
-//! Profile n is wanted at n steps. The encoder triggers it with two errors: jitter, which is new with each profile, and wow,
-//! which comes again with each turn of a wheel whose axis is off its middle:
+//! Profile n is wanted at n steps. The encoder triggers it with two errors: jitter, which is new with each profile, and
+//! wow, which comes again with each turn of a wheel whose axis is off its middle:
 //!
 //! ```text
 //! y(n) = n step + A sin(2 pi n step / P + phase) + jitter(n)
 //! ```
 //!
-//! with a phase of the sample's own. Profiles never change places: the jitter is cut at 0.45 of the smallest distance that the
-//! periodic error leaves between two profiles, 1 - 2 pi A / P steps, and recipes are held to 2 pi A / P <= 1/2. Labels
-//! and truth belong to the place where the object really stands; a reader of the scan believes in even steps.
+//! with a phase of the sample's own. Profiles never change places: the jitter is cut at 0.45 of the smallest distance
+//! that the periodic error leaves between two profiles, 1 - 2 pi A / P steps, and recipes are held to 2 pi A / P <=
+//! 1/2. Labels and truth belong to the place where the object really stands; a reader of the scan believes in even
+//! steps.
 //!
 //! Neglected: slip, vibration across the motion and in height.
 

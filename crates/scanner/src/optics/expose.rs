@@ -66,9 +66,9 @@ impl Sensor {
         }
     }
 
-    /// [`Self::expose`], but only the rows that `settings` read about the line, the same to the bit, where it can be told what the
-    /// others hold. Returns the light that no pixel of these exceeds in each column, but for one in 10^12 [e-]; `None` where
-    /// all rows are there.
+    /// [`Self::expose`], but only the rows that `settings` read about the line, the same to the bit, where it can be
+    /// told what the others hold. Returns the light that no pixel of these exceeds in each column, but for one in 10^12
+    /// [e-]; `None` where all rows are there.
     pub fn expose_to_read(
         &self,
         part: &TileOfProfile<'_>,
@@ -122,8 +122,8 @@ fn reading_rows(settings: &Extraction) -> Range<usize> {
     first / 2 * 2..end.next_multiple_of(2)
 }
 
-/// Median height of every fourth column of a tile, of those that laser and lens reach where there are some [mm]; a narrow
-/// ridge in the middle of a tile does not change what the rest of it sees.
+/// Median height of every fourth column of a tile, of those that laser and lens reach where there are some [mm]; a
+/// narrow ridge in the middle of a tile does not change what the rest of it sees.
 fn median_height(hits: &[Hit]) -> f32 {
     let (mut heights, mut count) = ([0.0f32; TILE], 0);
     let reached = |hit: &&Hit| hit.lit && hit.seen;

@@ -6,13 +6,14 @@
 //! | `window` | the lines that a profile looks at (a [`Band`]) | electrons in windows of sensor rows about the line |
 //! | `readout` | those electrons | digital numbers |
 //!
-//! Each line is worked out once and serves all profiles that look at it. Exposure runs over tiles of [`TILE`] columns, so
-//! that the window of rows stays in the cache while the profiles of a band pass by. `laser`, [`camera`] and [`speckle`]
-//! are what the phases ask; [`Sensor`] holds it all.
+//! Each line is worked out once and serves all profiles that look at it. Exposure runs over tiles of [`TILE`] columns,
+//! so that the window of rows stays in the cache while the profiles of a band pass by. `laser`, [`camera`] and
+//! [`speckle`] are what the phases ask; [`Sensor`] holds it all.
 //!
-//! Words: a *row* and a *column* are the sensor's. A *scan line* is what stands in the laser plane at one position of the
-//! scan ([`ScanLine`], `line`). A *profile* is the number of such a position and of its exposure. A *band* is the scan lines
-//! that some neighbouring profiles look at. A *tile* is [`TILE`] columns, a *window* [`ROWS`] rows of each about its line.
+//! Words: a *row* and a *column* are the sensor's. A *scan line* is what stands in the laser plane at one position of
+//! the scan ([`ScanLine`], `line`). A *profile* is the number of such a position and of its exposure. A *band* is the
+//! scan lines that some neighbouring profiles look at. A *tile* is [`TILE`] columns, a *window* [`ROWS`] rows of each
+//! about its line.
 
 mod bands;
 pub mod camera;

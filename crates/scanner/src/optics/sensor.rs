@@ -118,7 +118,8 @@ impl Sensor {
         }
     }
 
-    /// The same with the light of every line worked out for itself, where otherwise many are interpolated: what that is held against.
+    /// The same with the light of every line worked out for itself, where otherwise many are interpolated: what that is
+    /// held against.
     pub fn without_interpolation(mut self) -> Self {
         self.maker.interpolates = false;
         self

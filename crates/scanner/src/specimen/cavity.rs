@@ -1,11 +1,12 @@
-//! Cavities: the pockets of a pack as closed rooms, and where light that enters through a pocket's film at one place leaves it again.
+//! Cavities: the pockets of a pack as closed rooms, and where light that enters through a pocket's film at one place
+//! leaves it again.
 //!
-//! A room has facets of film, of the tops of what lies in it, and of its upright sides, over foil that mirrors; they send each other light from
-//! all sides ([`super::enclosure`]). Light that the film turns on its way down starts from the film's lower side; light that passes
-//! straight starts from what it meets, or is spread over the film by rough foil, whose lobe is a Gaussian of slopes. The
-//! answer is a matrix a pocket: the light of a line is a sum of its rows. Neglected: which way film prefers to turn light, light that spreads within
-//! film or tablets before it leaves, holes in the film, folds of the foil, and that foil mirrors less cleanly than a mirror where light has been
-//! turned before.
+//! A room has facets of film, of the tops of what lies in it, and of its upright sides, over foil that mirrors; they
+//! send each other light from all sides ([`super::enclosure`]). Light that the film turns on its way down starts from
+//! the film's lower side; light that passes straight starts from what it meets, or is spread over the film by rough
+//! foil, whose lobe is a Gaussian of slopes. The answer is a matrix a pocket: the light of a line is a sum of its rows.
+//! Neglected: which way film prefers to turn light, light that spreads within film or tablets before it leaves, holes
+//! in the film, folds of the foil, and that foil mirrors less cleanly than a mirror where light has been turned before.
 
 use std::ops::Range;
 use std::sync::{Arc, OnceLock};
@@ -56,7 +57,8 @@ pub(crate) struct Cavity {
     cells: Vec<Cell>,
     /// Facets of film above bodies, by rising number: their bodies' tops are the sources after those of film.
     bodies: Vec<usize>,
-    /// Share of straight light that entered each facet's film and that rough foil spreads over it from below, `[facet][source facet]` [1].
+    /// Share of straight light that entered each facet's film and that rough foil spreads over it from below,
+    /// `[facet][source facet]` [1].
     lobes: Vec<f32>,
     /// What arrives in the end at facets of film and tops of bodies of what each of them sends, `[facet][source]` [1].
     flux: Vec<f32>,
@@ -71,7 +73,8 @@ struct Card {
     cells: Vec<usize>,
     /// The facets of film that light it.
     walls: Vec<usize>,
-    /// Share of the light of each of these that each of those cells receives, by its area seen from above, `[cell][facet]` [1].
+    /// Share of the light of each of these that each of those cells receives, by its area seen from above,
+    /// `[cell][facet]` [1].
     receives: Vec<f32>,
 }
 
@@ -81,7 +84,8 @@ pub(super) fn find(body: &Body) -> Vec<Pocket> {
     rooms(body).into_iter().map(Pocket::of).collect()
 }
 
-/// Share of straight light that entered each cell's film and that rough foil spreads over it from below, `[cell][source cell]` [1].
+/// Share of straight light that entered each cell's film and that rough foil spreads over it from below, `[cell][source
+/// cell]` [1].
 fn lobes(cells: &[Cell], mirror: Mirror, pitch: f32) -> Vec<f32> {
     let n = cells.len();
     let mut lobes = vec![0.0f32; n * n];
@@ -401,8 +405,8 @@ mod tests {
         (a * turn.cos() + b * turn.sin()) * sin2.sqrt() + normal * (1.0 - sin2).sqrt()
     }
 
-    /// Rays by Lambert's law in random caps over foil, thrown back by film as often as its shares say, leave as much in each of six parts of the
-    /// cap as the cavity says, within 4 % and four standard errors.
+    /// Rays by Lambert's law in random caps over foil, thrown back by film as often as its shares say, leave as much in
+    /// each of six parts of the cap as the cavity says, within 4 % and four standard errors.
     #[test]
     fn caps_are_lit_as_rays_light_them() {
         let mut rng = Stream::root(64).rng();

@@ -1,8 +1,10 @@
-//! Radiosity in a closed room (Goral et al. 1984): flat facets that send light by Lambert's law, over a floor that may be a mirror.
+//! Radiosity in a closed room (Goral et al. 1984): flat facets that send light by Lambert's law, over a floor that may
+//! be a mirror.
 //!
-//! Of what a facet sends, `cos(theta) cos(theta') A' / (pi d^2 + A')` arrives at another (disc to point), straight or by way of the mirror, and all of
-//! it somewhere: the room is closed, so that shares are scaled to 1 before the mirror takes its part. Neglected: directions that a facet
-//! prefers, the roughness of the mirror, where on a facet light arrives.
+//! Of what a facet sends, `cos(theta) cos(theta') A' / (pi d^2 + A')` arrives at another (disc to point), straight or
+//! by way of the mirror, and all of it somewhere: the room is closed, so that shares are scaled to 1 before the mirror
+//! takes its part. Neglected: directions that a facet prefers, the roughness of the mirror, where on a facet light
+//! arrives.
 
 use glam::Vec3;
 use multiversion::multiversion;
@@ -81,8 +83,8 @@ fn arrive_at(from: &Facet, targets: &Targets, mirror_z: f32, [straight, mirrored
     }
 }
 
-/// Share of what each of `facets` sends that arrives at each, `[to][from]`; `blocked`, if anything can stand between facets, says whether something
-/// stands between two points [1].
+/// Share of what each of `facets` sends that arrives at each, `[to][from]`; `blocked`, if anything can stand between
+/// facets, says whether something stands between two points [1].
 pub(super) fn exchange(facets: &[Facet], mirror: Mirror, blocked: Option<impl Fn(Vec3, Vec3) -> bool>) -> Vec<f32> {
     let n = facets.len();
     let targets = Targets::of(facets);
@@ -114,8 +116,8 @@ pub(super) fn exchange(facets: &[Facet], mirror: Mirror, blocked: Option<impl Fn
     shares
 }
 
-/// Flux that arrives in the end at each of the first `sources` facets, of what each of these sends, `[facet][source]`: the solution H of
-/// H = F (1 + r H), with all exchanges between all facets.
+/// Flux that arrives in the end at each of the first `sources` facets, of what each of these sends, `[facet][source]`:
+/// the solution H of H = F (1 + r H), with all exchanges between all facets.
 pub(super) fn settle(facets: &[Facet], shares: &[f32], sources: usize) -> Vec<f32> {
     let n = facets.len();
     let rows = || shares.chunks_exact(n.max(1));
@@ -135,8 +137,8 @@ const BLOCK: usize = 16;
 /// Columns of a block that stay in the first-level cache while it is taken off other rows.
 const TILE: usize = 256;
 
-/// Gaussian elimination of `matrix` `[n][n]` under `right` `[n][sources]`, which becomes the solution. Without pivots: columns' diagonals dominate, as
-/// no facet sends out more than arrived.
+/// Gaussian elimination of `matrix` `[n][n]` under `right` `[n][sources]`, which becomes the solution. Without pivots:
+/// columns' diagonals dominate, as no facet sends out more than arrived.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn eliminate(matrix: &mut [f32], right: &mut [f32], n: usize, sources: usize) {
     let mut factors = Vec::with_capacity(n);
@@ -196,7 +198,8 @@ fn subtract(from: &mut [f32], factor: f32, row: &[f32]) {
     from.iter_mut().zip(row).for_each(|(value, row)| *value -= factor * row);
 }
 
-/// Subtracts from these columns of each row `[row][stride]` the rows of a block `[k][stride]` times its factors, in the order of k.
+/// Subtracts from these columns of each row `[row][stride]` the rows of a block `[k][stride]` times its factors, in the
+/// order of k.
 #[inline(always)]
 fn subtract_products(
     from: &mut [f32],
@@ -251,8 +254,8 @@ mod tests {
         facets
     }
 
-    /// In a sphere each place receives the same of any other's light, whatever lies between; a half sphere over a perfect mirror is one. All that is
-    /// sent, a, arrives as a / (1 - returns) in the end.
+    /// In a sphere each place receives the same of any other's light, whatever lies between; a half sphere over a
+    /// perfect mirror is one. All that is sent, a, arrives as a / (1 - returns) in the end.
     #[test]
     fn a_dome_over_a_mirror_is_an_integrating_sphere() {
         let mut rng = procedural::Stream::root(62).rng();

@@ -1,7 +1,8 @@
-//! Outline of a body as it is seen from above: its convex hull in the plane of the conveyor, and how much of it a field holds.
+//! Outline of a body as it is seen from above: its convex hull in the plane of the conveyor, and how much of it a field
+//! holds.
 //!
-//! The hull is the monotone chain of Andrew (1979), cut to the field edge by edge after Sutherland and Hodgman (1974); areas are
-//! exact but for rounding. Neglected: bays and holes, which a convex outline covers.
+//! The hull is the monotone chain of Andrew (1979), cut to the field edge by edge after Sutherland and Hodgman (1974);
+//! areas are exact but for rounding. Neglected: bays and holes, which a convex outline covers.
 
 use glam::Vec3;
 
@@ -96,7 +97,8 @@ mod tests {
         assert_eq!(card.share_within([-300.0, -200.0], [0.0, 130.0]), 0.0);
     }
 
-    /// A square on its corner, of which a field from its middle on holds half, and a field beside the middle a triangle.
+    /// A square on its corner, of which a field from its middle on holds half, and a field beside the middle a
+    /// triangle.
     #[test]
     fn shares_of_a_square_on_its_corner() {
         let corners = [(0.0, -1.0), (1.0, 0.0), (0.0, 1.0), (-1.0, 0.0)].map(|(x, y)| Vec3::new(x, y, 0.0));

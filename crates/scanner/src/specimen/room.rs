@@ -1,5 +1,5 @@
-//! Rooms: the shape of a pack's pockets, as [`super::cavity`] asks for it: samples of their film, cells of these, and the tops and upright sides of
-//! what lies in them.
+//! Rooms: the shape of a pack's pockets, as [`super::cavity`] asks for it: samples of their film, cells of these, and
+//! the tops and upright sides of what lies in them.
 
 use glam::{Vec2, Vec3};
 use procedural::{Body, Film, Medium, Surface};

@@ -17,8 +17,8 @@ const BLOCKING_MARGIN_MM: f32 = 0.005;
 /// First step of reflected light off the surface that it leaves [mm].
 const FIRST_STEP_MM: f32 = 0.15;
 
-/// Half of the reach of differences that tell how the surface is bent: whole nodes, so that what a cell's bilinear heights lack is alike
-/// at all of their points and falls out.
+/// Half of the reach of differences that tell how the surface is bent: whole nodes, so that what a cell's bilinear
+/// heights lack is alike at all of their points and falls out.
 const BEND_NODES: isize = 2;
 const BEND_REACH_MM: f32 = BEND_NODES as f32 * PITCH_MM;
 
@@ -166,7 +166,8 @@ impl SurfaceGrid {
         around
     }
 
-    /// Thickness of the film over the surface about a point, and how it changes, but for its mixed derivative; of [`Self::below_film`].
+    /// Thickness of the film over the surface about a point, and how it changes, but for its mixed derivative; of
+    /// [`Self::below_film`].
     pub fn film(&self, place: Vec2) -> Differences {
         self.differences(&self.film, &self.about(place))
     }
@@ -253,7 +254,8 @@ mod tests {
         })
     }
 
-    /// Central differences of a quadratic surface are its derivatives, wherever in a cell; around a point beside the grid nothing is known.
+    /// Central differences of a quadratic surface are its derivatives, wherever in a cell; around a point beside the
+    /// grid nothing is known.
     #[test]
     fn a_quadratic_surface_is_bent_as_its_derivatives_say() {
         let mut rng = procedural::Stream::root(65).rng();

@@ -35,8 +35,8 @@ pub struct Gaussian {
 pub enum KernelError {
     /// Neither a half space nor a film over air over one or over foil.
     #[error(
-        "the kernel knows half spaces, and one film over air over a half space or foil, or on foil; use `--model path` for \
-         other layers and slabs"
+        "the kernel knows half spaces, and one film over air over a half space or foil, or on foil; use `--model path` \
+         for other layers and slabs"
     )]
     Layers,
     /// A film that turns light in another way than pigment does.
@@ -47,8 +47,8 @@ pub enum KernelError {
     Tensor,
     /// Light from elsewhere.
     #[error(
-        "the kernel's tables are for light from straight above, and of one layer without end for up to 20 degrees; use `--model \
-         path` for other incidence"
+        "the kernel's tables are for light from straight above, and of one layer without end for up to 20 degrees; use \
+         `--model path` for other incidence"
     )]
     Incidence,
     /// Fibres that lie straighter or more tangled than the table's.
@@ -61,7 +61,8 @@ pub enum KernelError {
     Index,
     /// Fibres with hardly anything between them.
     #[error(
-        "the kernel's table is for fibres with an isotropic part of 3 % or more of the scattering; use `--model path` for less"
+        "the kernel's table is for fibres with an isotropic part of 3 % or more of the scattering; use `--model path` \
+         for less"
     )]
     Share,
     /// Matter without fibres that sends light rather forwards or backwards.

@@ -1,10 +1,10 @@
 //! Subsurface scattering kernel of production: line spread and radiance factor of a thin line of light, from a table.
 //!
-//! Light that leaves after a path of length tau has spread like a Gaussian (quantised diffusion, d'Eon and Irving 2011);
-//! what weight, shift and variances it has was measured by Monte Carlo for a grid of half spaces
-//! without absorption. Absorption is exact, exp(-mu_a tau); lengths scale with 1 / (sigma_i + k). So four numbers are
-//! left to tabulate: index, background's share of scattering, dive and dispersion of the fibres. Light that met cylinders alone leaves into its
-//! cone and is kept apart ([`view`]).
+//! Light that leaves after a path of length tau has spread like a Gaussian (quantised diffusion, d'Eon and Irving
+//! 2011); what weight, shift and variances it has was measured by Monte Carlo for a grid of half spaces without
+//! absorption. Absorption is exact, exp(-mu_a tau); lengths scale with 1 / (sigma_i + k). So four numbers are left to
+//! tabulate: index, background's share of scattering, dive and dispersion of the fibres. Light that met cylinders alone
+//! leaves into its cone and is kept apart ([`view`]).
 //!
 //! The Gaussians of a medium are put on [`BASIS`] fixed widths ([`widths`]), each with its own shift; then unlike media
 //! can be blended term by term, sqrt(w_m(source) w_m(exit)), symmetric in source and exit; over a whole scan it creates
@@ -13,8 +13,9 @@
 //! The table is of light along the normal. Light that meets a slope is looked up by its own angle to the fibres
 //! ([`SurfacePoint::facing`]).
 //!
-//! Valid for half spaces of one medium around source and exit, slopes of some 20 degrees, fibres dispersed by 3 to 14 degrees.
-//! Neglected: layers, finite thickness, the difference of media between source and exit other than through the blend.
+//! Valid for half spaces of one medium around source and exit, slopes of some 20 degrees, fibres dispersed by 3 to 14
+//! degrees. Neglected: layers, finite thickness, the difference of media between source and exit other than through the
+//! blend.
 
 mod ask;
 mod diffusion_tensor;
@@ -108,12 +109,13 @@ impl SurfacePoint {
         [mu_a, sigma_i, k, n, dispersion_deg, enter, sin_dive, cos_azimuth, view.cone, view.along, view.up, view_motion]
     }
 
-    /// This point with its fibres along `fibre`, on a surface with the `normal`, lit along `light` and seen from `view`; unit
-    /// vectors, y along the motion.
+    /// This point with its fibres along `fibre`, on a surface with the `normal`, lit along `light` and seen from
+    /// `view`; unit vectors, y along the motion.
     ///
-    /// Cylinders keep the angle between light and fibre. How light that met them spreads and where it leaves follows from the
-    /// angle at which it entered, not from the angle between fibre and surface: on a slope of 10 degrees, fibres and light
-    /// as before, the reflectance of clear wood stays within 0.002 and the centre of its line within 2 %.
+    /// Cylinders keep the angle between light and fibre. How light that met them spreads and where it leaves follows
+    /// from the angle at which it entered, not from the angle between fibre and surface: on a slope of 10 degrees,
+    /// fibres and light as before, the reflectance of clear wood stays within 0.002 and the centre of its line within 2
+    /// %.
     #[inline]
     pub fn facing(self, fibre: Vec3, normal: Vec3, light: Vec3, view: Vec3) -> Self {
         let entering = -inside(-light, normal, self.n);
@@ -166,8 +168,8 @@ impl SpreadRow {
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 pub fn line_spread(points: &[SurfacePoint], which: &[u32], shares: &WidthShares, spread: &mut SpreadRow) {
     let table = HalfSpaceTable::get();
-    // Answers of some points are gathered, each in one piece, and dealt out together: the sums over the widths are then vector
-    // code, and every array is written in runs.
+    // Answers of some points are gathered, each in one piece, and dealt out together: the sums over the widths are then
+    // vector code, and every array is written in runs.
     let mut answers = [[[0.0f32; BASIS]; 3]; POINTS_TOGETHER];
     for which in which.chunks(POINTS_TOGETHER) {
         for (answer, &point) in answers.iter_mut().zip(which) {
@@ -244,8 +246,8 @@ fn surface_point_spread(texel: &SurfacePoint, table: &HalfSpaceTable, shares: &W
     }
     let mut out = [[0.0f32; BASIS]; 3];
     for j in 0..BASIS {
-        // Shares of single widths may be a little negative: what a width lacks, the lens does not see. No `clamp`, whose check
-        // of its bounds would keep this from being vector code.
+        // Shares of single widths may be a little negative: what a width lacks, the lens does not see. No `clamp`,
+        // whose check of its bounds would keep this from being vector code.
         let all = all[j].max(0.0);
         let seen = seen[j].max(0.0).min(MAX_FACTOR * all);
         out[0][j] = all.sqrt();

@@ -1,8 +1,8 @@
 //! Lengths of path of the light that a lens sees beside a line: what speckle's contrast depends on.
 //!
-//! Of the table's Gaussians those with long paths are wide, so light further from the line has travelled further. In each row the
-//! light there has a density over the lengths of path, even in the logarithm within each bin of the table. Neglected: that they are skewed, and
-//! the difference of media between entry and exit.
+//! Of the table's Gaussians those with long paths are wide, so light further from the line has travelled further. In
+//! each row the light there has a density over the lengths of path, even in the logarithm within each bin of the table.
+//! Neglected: that they are skewed, and the difference of media between entry and exit.
 
 use super::table::{HalfSpaceTable, LANES, PATH_BINS};
 use super::view::{CONE_BINS, group_of};
@@ -33,8 +33,8 @@ const UNSEEN: f32 = 1e-4;
 /// Places that are worked out together, each in a lane of its own.
 const PLACES: usize = 8;
 
-/// The paths of light that is seen `away_mm` from the line on either side, in up to eight places; the line and the lens blur it by
-/// `blur_mm2`. Where no light comes so far they are those of the place before.
+/// The paths of light that is seen `away_mm` from the line on either side, in up to eight places; the line and the lens
+/// blur it by `blur_mm2`. Where no light comes so far they are those of the place before.
 pub fn path_laws<const N: usize>(point: &SurfacePoint, blur_mm2: f32, away_mm: [f32; N]) -> [PathLaw; N] {
     const { assert!(N <= PLACES) };
     let mut away = [0.0; PLACES];

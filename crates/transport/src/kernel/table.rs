@@ -1,9 +1,8 @@
 //! Table of light by length of path in half spaces, measured by Monte Carlo and kept beside this file as `table.bin`.
 //!
-//! Four axes: dispersion of the fibres, index of refraction, background's share of scattering, the fibres' dive; linear in functions
-//! of them between values.
-//! Lengths are in mean free paths 1 / (sigma_i + k). `make kernel-table` makes it anew; docs/physics.md says how and what
-//! it was tested against.
+//! Four axes: dispersion of the fibres, index of refraction, background's share of scattering, the fibres' dive; linear
+//! in functions of them between values. Lengths are in mean free paths 1 / (sigma_i + k). `make kernel-table` makes it
+//! anew; docs/physics.md says how and what it was tested against.
 
 use std::sync::OnceLock;
 
@@ -116,9 +115,9 @@ impl HalfSpaceTable {
         })
     }
 
-    /// The half space of index `n`, background's share `rho`, sine of dive `sin_dive` and dispersion `dispersion_deg`, clamped
-    /// to the table's ends: linear in the simplex of five neighbours that holds it (Kasson, Nin, Plouffe and Hafner 1995), in what the index lets out, the
-    /// share's root, the dive's steepness and the dispersion's logarithm.
+    /// The half space of index `n`, background's share `rho`, sine of dive `sin_dive` and dispersion `dispersion_deg`,
+    /// clamped to the table's ends: linear in the simplex of five neighbours that holds it (Kasson, Nin, Plouffe and
+    /// Hafner 1995), in what the index lets out, the share's root, the dive's steepness and the dispersion's logarithm.
     #[inline(always)]
     pub fn between(&self, n: f32, rho: f32, sin_dive: f32, dispersion_deg: f32) -> HalfSpaceNode {
         let (a, fa) = locate(&self.indices, confined(n));
@@ -185,8 +184,8 @@ fn locate(values: &[f32], x: f32) -> (usize, f32) {
 mod tests {
     use super::*;
 
-    /// Cone light falls away from its bright direction, at every node and so between them: a logarithm that were convex in the change of the
-    /// cosine would rise again on the dark flank, where next to no light goes.
+    /// Cone light falls away from its bright direction, at every node and so between them: a logarithm that were convex
+    /// in the change of the cosine would rise again on the dark flank, where next to no light goes.
     #[test]
     fn cone_light_has_one_bright_direction() {
         let table = HalfSpaceTable::get();

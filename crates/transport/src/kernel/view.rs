@@ -1,10 +1,10 @@
-//! Light towards a view: radiance factors, and how far beside light to all sides it leaves; of cone light and of the rest, by length
-//! of path.
+//! Light towards a view: radiance factors, and how far beside light to all sides it leaves; of cone light and of the
+//! rest, by length of path.
 //!
 //! Cone light keeps its angle to the fibre. For light from above and fibres f that dive by d, with v' the direction
 //! inside that refraction turns into the view v, it would leave where c = v' . f - sin(d) is 0; dispersion blurs that.
-//! Fitted to what Monte Carlo measures, with s the part of v along the fibre's track (positive on its diving side), x the
-//! part across it and u its height:
+//! Fitted to what Monte Carlo measures, with s the part of v along the fibre's track (positive on its diving side), x
+//! the part across it and u its height:
 //!
 //! ```text
 //! factor of cone light    exp( a0 + a1 c + a2 c^2 + a3 (1 - u) )
@@ -15,17 +15,18 @@
 //! variance across it      d2, of that of light to all sides
 //! ```
 //!
-//! A Lambertian surface has the factor 1 everywhere. Light that leaves towards the lens was on its way there when it was last turned,
-//! below and behind the point of exit: that is the shift. It grows with the path until the light has forgotten where it came from. The last
-//! runs of light to all sides spread it by their directions and lengths, those of light to one view by their lengths alone: light
-//! to a view lies narrower beside the line, down to half, and where fibres dive away from the view wider.
+//! A Lambertian surface has the factor 1 everywhere. Light that leaves towards the lens was on its way there when it
+//! was last turned, below and behind the point of exit: that is the shift. It grows with the path until the light has
+//! forgotten where it came from. The last runs of light to all sides spread it by their directions and lengths, those
+//! of light to one view by their lengths alone: light to a view lies narrower beside the line, down to half, and where
+//! fibres dive away from the view wider.
 //!
-//! Light that was turned once leaves near the lens, what was turned more often lies around it in a wide tail: after 0.2 to 20 mean
-//! free paths a bin of the rest is skewed. It stands as two Gaussians of half its light, the one nearer to the lens narrow and the
-//! other one wide (`SkewedBin`).
+//! Light that was turned once leaves near the lens, what was turned more often lies around it in a wide tail: after 0.2
+//! to 20 mean free paths a bin of the rest is skewed. It stands as two Gaussians of half its light, the one nearer to
+//! the lens narrow and the other one wide (`SkewedBin`).
 //!
-//! Each kind has [`KIND_GROUPS`] groups of two bins of path lengths with coefficients of their own, so that absorption, which takes long
-//! paths, changes where light goes by itself. Bins beyond the walked ones are like the last group.
+//! Each kind has [`KIND_GROUPS`] groups of two bins of path lengths with coefficients of their own, so that absorption,
+//! which takes long paths, changes where light goes by itself. Bins beyond the walked ones are like the last group.
 
 use numerics::lanes::exp;
 
@@ -38,9 +39,9 @@ pub const VIEW_LANES: usize = 16;
 /// Coefficients of a group: four of the factor, three of the shift, three of the variance.
 pub const VIEW_TERMS: usize = 10;
 
-/// Third central moments of light of the rest to a view, along the motion, over its shift and its variance, by group from the second on.
-/// `make kernel-table` tells them from the table's own walks, where they go with shift times variance by correlations of 0.73, 0.85,
-/// 0.80 and 0.57; later groups have next to none [1].
+/// Third central moments of light of the rest to a view, along the motion, over its shift and its variance, by group
+/// from the second on. `make kernel-table` tells them from the table's own walks, where they go with shift times
+/// variance by correlations of 0.73, 0.85, 0.80 and 0.57; later groups have next to none [1].
 const SKEWNESS: [f32; 4] = [-0.84, -0.87, -0.6, -0.29];
 /// Half of the way between both halves of a skewed bin, over its shift [1].
 const HALVES_APART: f32 = 0.5;
@@ -56,7 +57,8 @@ pub(crate) const SKEWED_BINS: usize = 2 * SKEWNESS.len();
 /// A skewed bin as two Gaussians of half its light each.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct SkewedBin {
-    /// Where the half lies that is nearer to the lens, beside the middle of both; the other one lies as far on the other side.
+    /// Where the half lies that is nearer to the lens, beside the middle of both; the other one lies as far on the
+    /// other side.
     pub nearer: f32,
     /// Variances of the nearer half and of the other one.
     pub variances: [f32; 2],
@@ -145,8 +147,8 @@ impl View {
         weighed(coefficients, self.rest_terms()).max(0.0)
     }
 
-    /// What goes to this view by a table's coefficients; the track makes an angle of cosine `cos_azimuth` with the motion, along which
-    /// the view has the part `motion`.
+    /// What goes to this view by a table's coefficients; the track makes an angle of cosine `cos_azimuth` with the
+    /// motion, along which the view has the part `motion`.
     #[inline(always)]
     pub(crate) fn towards(self, terms: &[[f32; VIEW_LANES]; VIEW_TERMS], cos_azimuth: f32, motion: f32) -> Towards {
         let (cone, rest) = (self.cone_terms(), self.rest_terms());

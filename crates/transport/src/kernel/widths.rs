@@ -7,8 +7,8 @@
 //! 7 to 11 within 0.7 %. Gaussians wider than the last one count as it does, with the height that they have at their
 //! centre: what they send beyond is outside of every window.
 //!
-//! Packs have widths of their own ([`PACK_SPREAD_MM`]), up to 5 mm: light fills a pocket, and the line of the film and that on foil 3 mm
-//! below stand 30 rows apart in it.
+//! Packs have widths of their own ([`PACK_SPREAD_MM`]), up to 5 mm: light fills a pocket, and the line of the film and
+//! that on foil 3 mm below stand 30 rows apart in it.
 
 /// Number of fixed widths.
 pub const BASIS: usize = 8;

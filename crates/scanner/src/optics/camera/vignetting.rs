@@ -1,10 +1,11 @@
-//! Vignetting, band-pass filter and ambient radiance: what mounts and filter take of the light, by its angle to the axis.
+//! Vignetting, band-pass filter and ambient radiance: what mounts and filter take of the light, by its angle to the
+//! axis.
 //!
-//! **Vignetting** by the mounts of the lens, beyond the cosines of geometry: 1 - V (tan / tan_edge)^2, the first term of
-//! what any round mounts take.
+//! **Vignetting** by the mounts of the lens, beyond the cosines of geometry: 1 - V (tan / tan_edge)^2, the first term
+//! of what any round mounts take.
 //!
-//! **Band-pass filter** before the lens: interference layers of effective index n pass, at an angle, what they would pass
-//! straight at a longer wavelength (Macleod 2010, small angles),
+//! **Band-pass filter** before the lens: interference layers of effective index n pass, at an angle, what they would
+//! pass straight at a longer wavelength (Macleod 2010, small angles),
 //!
 //! ```text
 //! lambda' = lambda / sqrt(1 - sin^2 / n^2)
@@ -12,15 +13,15 @@
 //! ```
 //!
 //! with edges smoothed by a normal law, which folds the laser's Gaussian line in exactly. **Ambient light** of the same
-//! radiance from all sides meets every surface with E, whatever its slope, and a pixel collects of a Lambertian surface of
-//! reflectance rho, by the constancy of radiance, in focus or not,
+//! radiance from all sides meets every surface with E, whatever its slope, and a pixel collects of a Lambertian surface
+//! of reflectance rho, by the constancy of radiance, in focus or not,
 //!
 //! ```text
 //! rho E band / pi * A_pixel * pi D^2 / 4 * cos^4 cos(beta) v0 / v^3 * transmission
 //! ```
 //!
-//! Neglected: the shift of the band for ambient light, light beyond the band (blocking 1e-4), shadows and colours of the
-//! object other than the laser's.
+//! Neglected: the shift of the band for ambient light, light beyond the band (blocking 1e-4), shadows and colours of
+//! the object other than the laser's.
 
 use bench::settings::{Filter, Optics};
 
@@ -49,7 +50,8 @@ pub(crate) struct Vignetting {
 }
 
 impl Vignetting {
-    /// The field of a bench whose sensor ends at the tangents `edge` (half its width) and `corner` (its farthest corner).
+    /// The field of a bench whose sensor ends at the tangents `edge` (half its width) and `corner` (its farthest
+    /// corner).
     pub fn new(bench: &Bench, edge: f64, corner: f64) -> Self {
         let loss = (bench.camera.vignetting / (edge * edge)) as f32;
         let scale = FILTER_TABLE_STEPS as f64 / (1.1 * corner * corner);

@@ -2,8 +2,8 @@
 //! of the line carries q / h.
 //!
 //! ```text
-//! powell        q = 1 / (2 T) within |t| < T, ends ramp down over T (1 +- soft)         even on a plane
-//! cylindrical   q ~ exp(-2 t^2 / T^2) / (1 + t^2)                                       hot spot, p(theta) Gaussian in t
+//! powell        q = 1 / (2 T) within |t| < T, ends ramp down over T (1 +- soft) even on a plane
+//! cylindrical   q ~ exp(-2 t^2 / T^2) / (1 + t^2)                               hot spot, p(theta) Gaussian in t
 //! texture       q ~ sum of the image's column
 //! ```
 //!

@@ -5,7 +5,7 @@
 //!
 //! ```text
 //! lobes     pairs i at +-i d w, shares falling as 1 / i^2, as wide as the line itself
-//! skirt     0.5 / a (1 + (y / a)^2)^-1.5, a Moffat halo (beta 2) seen across a line, full width at half maximum 1.533 a
+//! skirt     0.5 / a (1 + (y / a)^2)^-1.5, a Moffat halo (beta 2) across a line, full width at half maximum 1.533 a
 //! slit      even within +-1/2: a row of boxes, each replaced by a Gaussian of its variance
 //! texture   the rows of a picture in groups, each replaced by a Gaussian of the mean and variance of its light
 //! ```

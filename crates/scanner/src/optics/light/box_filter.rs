@@ -23,8 +23,8 @@ pub(crate) fn blur_varying(line: &mut [f32], variance: f32, own: &[f32], sides: 
 }
 
 /// Blurs a line by a kernel of the given variance [px^2]: two boxes with fractional ends (extended box filter, Gwosdek
-/// et al. 2011). What crosses the first or the last end is folded back times its number of `sides`: 1 keeps all light, less loses some
-/// of it there, negative values lose what stands near it too.
+/// et al. 2011). What crosses the first or the last end is folded back times its number of `sides`: 1 keeps all light,
+/// less loses some of it there, negative values lose what stands near it too.
 pub fn blur(line: &mut [f32], variance: f32, sides: [f32; 2], buffer: &mut Vec<f32>) {
     let n = line.len();
     let v = 0.5 * f64::from(variance);

@@ -1,7 +1,7 @@
 //! Light: the data that the phases hand on, which knows none of them.
 //!
-//! [`ScanLine`] is the light of one position of the scan, with [`SecondaryLight`] where there is film. Beside them stand
-//! what both sides must agree on: the classes of the fixed widths, tiles and windows, and a blur.
+//! [`ScanLine`] is the light of one position of the scan, with [`SecondaryLight`] where there is film. Beside them
+//! stand what both sides must agree on: the classes of the fixed widths, tiles and windows, and a blur.
 
 mod box_filter;
 mod mixed_column;

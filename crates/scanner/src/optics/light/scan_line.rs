@@ -29,7 +29,8 @@ pub struct ScanLine {
     pub centre: Vec<f32>,
     /// Rows per mm along the motion [px/mm].
     pub rows_per_mm: Vec<f32>,
-    /// Rows per mm along the way that light spreads on: of a film, which keeps light to itself, along its slope [px/mm].
+    /// Rows per mm along the way that light spreads on: of a film, which keeps light to itself, along its slope
+    /// [px/mm].
     pub spread_rows_per_mm: Vec<f32>,
     /// Variance of laser, lens and pixel [px^2].
     pub variance: Vec<f32>,
@@ -41,8 +42,8 @@ pub struct ScanLine {
     pub profile_unit: Vec<f32>,
     /// Position along the line profile's nodes; empty for a Gaussian line [1].
     pub profile_node: Vec<f32>,
-    /// Radius along the rows of the circle of confusion, whose variance `variance` holds; empty where nothing can be out
-    /// of focus [px].
+    /// Radius along the rows of the circle of confusion, whose variance `variance` holds; empty where nothing can be
+    /// out of focus [px].
     pub defocus_radius: Vec<f32>,
     /// Light thrown back by the surface itself [e-].
     pub surface_light: Vec<f32>,
@@ -54,12 +55,13 @@ pub struct ScanLine {
     pub shift: [Vec<f32>; BASIS],
     /// Factor by which each width leaves here towards the lens, `[BASIS][columns]` [sqrt(1)].
     pub exit: [Vec<f32>; BASIS],
-    /// The same for light of lines behind this one, which leaves through a front face where this line is bare: of the tiles in
-    /// which that makes a difference.
+    /// The same for light of lines behind this one, which leaves through a front face where this line is bare: of the
+    /// tiles in which that makes a difference.
     pub front: Vec<FrontTile>,
     /// Greatest exits in each tile of columns, but for the front faces [sqrt(1)].
     pub greatest_exits: Vec<[f32; BASIS]>,
-    /// Contrasts of speckle in light from below beside the line, of that of the patterns, for every [`CONTRAST_COLUMNS`] columns [1].
+    /// Contrasts of speckle in light from below beside the line, of that of the patterns, for every
+    /// [`CONTRAST_COLUMNS`] columns [1].
     pub(crate) contrasts: Vec<RowContrasts>,
     /// Ambient light in a pixel that looks here; empty where there is none [e-].
     pub ambient: Vec<f32>,

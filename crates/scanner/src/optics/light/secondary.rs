@@ -16,8 +16,8 @@ pub(crate) fn middle_of(column: usize, columns: usize) -> usize {
     (column + STRIDE / 2).min(columns - 1)
 }
 
-/// Square of the distance under which patches are no points to each other: light spreads about as far in films before it leaves, and
-/// samples lie about as far apart [mm^2].
+/// Square of the distance under which patches are no points to each other: light spreads about as far in films before
+/// it leaves, and samples lie about as far apart [mm^2].
 pub(crate) const NEAR_MM2: f32 = 0.06;
 
 /// Patches of a line that send light to each other, structure of arrays padded to whole tiles.
@@ -29,16 +29,21 @@ pub struct Patches {
     pub(crate) z: Vec<f32>,
     pub(crate) slope_x: Vec<f32>,
     pub(crate) slope_y: Vec<f32>,
-    /// Flux of the line that the patch sends out, by length of the normal (-slope_x, -slope_y, 1); as light that a white Lambertian surface shows the lens [e-].
+    /// Flux of the line that the patch sends out, by length of the normal (-slope_x, -slope_y, 1); as light that a
+    /// white Lambertian surface shows the lens [e-].
     pub(crate) sends: Vec<f32>,
-    /// The same of light that has spread far in the film, which leaves about the line with a standard deviation of `glow_mm` along the motion.
+    /// The same of light that has spread far in the film, which leaves about the line with a standard deviation of
+    /// `glow_mm` along the motion.
     pub(crate) glows: Vec<f32>,
     pub(crate) glow_mm: Vec<f32>,
-    /// What of a flux by area of the level plane the patch sends on, by length of the line along the motion and of the normal [mm].
+    /// What of a flux by area of the level plane the patch sends on, by length of the line along the motion and of the
+    /// normal [mm].
     pub(crate) returns: Vec<f32>,
-    /// What of a flux by area of the level plane a column shows to the lens, by length of the line along the motion, over pi; 0 where the lens does not see it [mm].
+    /// What of a flux by area of the level plane a column shows to the lens, by length of the line along the motion,
+    /// over pi; 0 where the lens does not see it [mm].
     pub(crate) shows: Vec<f32>,
-    /// What it shows to the lens of light by its own area, as Lambertian surfaces show all of it towards their normal [1].
+    /// What it shows to the lens of light by its own area, as Lambertian surfaces show all of it towards their normal
+    /// [1].
     pub(crate) facing: Vec<f32>,
     /// Whether any patch of a tile faces others.
     pub(crate) uneven: Vec<bool>,
@@ -103,13 +108,15 @@ pub struct TransmittedLine {
     pub variance: Vec<f32>,
     /// Light towards the lens, by width, spread along the line, `[BASIS][columns]` [sqrt(1) e-].
     pub source: [Vec<f32>; BASIS],
-    /// Where the light that a pocket's tablet or foil shows here has come from: a place along the line, and how far along the motion from here [mm].
+    /// Where the light that a pocket's tablet or foil shows here has come from: a place along the line, and how far
+    /// along the motion from here [mm].
     pub(crate) lands: [Vec<f32>; 2],
     /// What of that light by area is seen; 0 where there is no pocket [1].
     pub(crate) shows: Vec<f32>,
     /// Light of the line that film has thrown down before and that the near widths hold [e-].
     pub(crate) near: [Vec<f32>; NEAR_WIDTHS],
-    /// Factor by which each width leaves here through the film, `[BASIS][columns]`; narrow ones have left already [sqrt(1)].
+    /// Factor by which each width leaves here through the film, `[BASIS][columns]`; narrow ones have left already
+    /// [sqrt(1)].
     pub exit: [Vec<f32>; BASIS],
     /// Whether metal throws it back.
     pub metal: Vec<bool>,
@@ -118,7 +125,8 @@ pub struct TransmittedLine {
 }
 
 impl TransmittedLine {
-    /// Factors by which width `j` of another line's line leaves here in the tile that begins at column `start` [sqrt(1)].
+    /// Factors by which width `j` of another line's line leaves here in the tile that begins at column `start`
+    /// [sqrt(1)].
     #[inline(always)]
     pub(crate) fn leaves(&self, j: usize, start: usize) -> &[f32; TILE] {
         if j < NARROW_WIDTHS { &UNIT_EXIT } else { load(&self.exit[j], start) }

@@ -1,7 +1,7 @@
 //! Tiles and windows: columns are worked on in tiles, sensor rows in windows around the line.
 //!
-//! A tile is [`TILE`] neighbouring columns; a window is [`ROWS`] sensor rows of each, and starts where that column's line
-//! is, so windows follow the line.
+//! A tile is [`TILE`] neighbouring columns; a window is [`ROWS`] sensor rows of each, and starts where that column's
+//! line is, so windows follow the line.
 
 use crate::optics::speckle::TILE;
 

@@ -1,9 +1,9 @@
 //! Blooming: charge above the full well flows to the neighbours along the column.
 //!
-//! Of what is above the full well a share flows on, half of it up and half down, and fills the room of the pixels that it
-//! meets until it is used up; the rest goes down the drain. Phenomenology of an anti-blooming drain that is too weak
-//! (Janesick 2001); a pixel that overflows still reads full. Charge that flows on makes photon noise where it arrives. What
-//! leaves the window of the line is lost.
+//! Of what is above the full well a share flows on, half of it up and half down, and fills the room of the pixels that
+//! it meets until it is used up; the rest goes down the drain. Phenomenology of an anti-blooming drain that is too weak
+//! (Janesick 2001); a pixel that overflows still reads full. Charge that flows on makes photon noise where it arrives.
+//! What leaves the window of the line is lost.
 
 use crate::optics::light::ROWS;
 use crate::optics::speckle::TILE;
@@ -37,8 +37,8 @@ impl WindowSignal {
 mod tests {
     use super::*;
 
-    /// What pixels gain is the share of what lies above the full well, as long as it stays in the window, and it fills the
-    /// nearest room on both sides alike.
+    /// What pixels gain is the share of what lies above the full well, as long as it stays in the window, and it fills
+    /// the nearest room on both sides alike.
     #[test]
     fn overflowing_charge_is_kept_and_fills_the_neighbours() {
         let full = 240.0f32;

@@ -1,8 +1,9 @@
-//! Digitising: from the electrons of a window to digital numbers, by speckle, the pixels' own response, slopes, blooming
-//! and noise.
+//! Digitising: from the electrons of a window to digital numbers, by speckle, the pixels' own response, slopes,
+//! blooming and noise.
 //!
-//! The pattern of speckle lies on the object and moves with it ([`crate::optics::speckle`]); noise has a counter and a key for each
-//! pixel ([`numerics::lanes::normals`]). A second window has a key of its own, so what it holds changes nothing in the first.
+//! The pattern of speckle lies on the object and moves with it ([`crate::optics::speckle`]); noise has a counter and a
+//! key for each pixel ([`numerics::lanes::normals`]). A second window has a key of its own, so what it holds changes
+//! nothing in the first.
 
 use std::ops::Range;
 
@@ -22,7 +23,8 @@ const MAX_COLUMNS: u32 = 1 << 14;
 /// Names of the noise of the first and of the second window.
 const NOISE_STREAMS: [&str; 2] = ["pixels", "pixels_beside"];
 
-/// By how much a bound on a digital number is raised for what rounding of floats may take from it, of the greatest number [1].
+/// By how much a bound on a digital number is raised for what rounding of floats may take from it, of the greatest
+/// number [1].
 const ROUNDING: f32 = 4e-5;
 /// The same for hashes that make rare normals, as a factor [1].
 const ROUNDING_OF_RARE: f32 = 1.001;
@@ -143,11 +145,12 @@ impl Digitiser<'_> {
         }
     }
 
-    /// Whether a pixel of the first window's rows that are not drawn can come to the digital number `level` of its column, where no more
-    /// than `light` falls on it [e-]: by the noise, the row and the pixel that it has.
+    /// Whether a pixel of the first window's rows that are not drawn can come to the digital number `level` of its
+    /// column, where no more than `light` falls on it [e-]: by the noise, the row and the pixel that it has.
     ///
-    /// Of two uniform numbers that make two pixels' normals (Box and Muller), the first says how far off they can be. It is drawn for all
-    /// of these pixels, and the few pairs of rows where one may be far enough are looked at pixel by pixel.
+    /// Of two uniform numbers that make two pixels' normals (Box and Muller), the first says how far off they can be.
+    /// It is drawn for all of these pixels, and the few pairs of rows where one may be far enough are looked at pixel
+    /// by pixel.
     pub(crate) fn reaches_beyond(
         &self,
         exposure: &TileExposure<'_>,
@@ -268,7 +271,8 @@ struct PairNoise {
     keys: [u32; 2],
 }
 
-/// The rows of a window with their light, patterns and offsets. They are read in pairs, whose pixels share their noise's numbers.
+/// The rows of a window with their light, patterns and offsets. They are read in pairs, whose pixels share their
+/// noise's numbers.
 struct WindowRows<'a> {
     window: &'a Window,
     /// Whether the window begins in one sensor row in all columns.
@@ -440,8 +444,9 @@ mod tests {
     use super::*;
     use crate::optics::speckle::{PatternCache, SpeckleConditions};
 
-    /// Of rows that are not drawn it is told, without their numbers, whether one of these comes to the level: as often as when they are drawn in even
-    /// light, sensors and levels from among the noise to far above drawn at random; a column is asked for at a time.
+    /// Of rows that are not drawn it is told, without their numbers, whether one of these comes to the level: as often
+    /// as when they are drawn in even light, sensors and levels from among the noise to far above drawn at random; a
+    /// column is asked for at a time.
     #[test]
     fn noise_is_told_without_its_numbers() {
         let mut rng = Stream::root(77).rng();
@@ -514,7 +519,8 @@ mod tests {
         );
         assert!(missed == 0 && reached > asked.iter().sum::<usize>() / 10, "{missed} of {reached} are missed");
         assert!(kneed > 20, "{kneed} exposures are behind the knee");
-        // Levels that the greatest offsets alone could reach are said to be, and a little more for what rounding may take.
+        // Levels that the greatest offsets alone could reach are said to be, and a little more for what rounding may
+        // take.
         assert!(20 * wrong < asked[1], "{wrong} of {} are said to reach it and do not", asked[1]);
     }
 }

@@ -2,10 +2,10 @@
 //!
 //! EMVA 1288 (release 4.0): PRNU and DSNU are standard deviations over the pixels of a sensor, here normal and without
 //! correlation but for the columns. Drawn by sample and pixel `[row, column]` of its camera, so every profile sees the
-//! same, wherever the line lies; a row of a tile is drawn when it is first looked at. Each pixel is two bytes, in steps of
-//! 1/20 of a standard deviation, which adds 2e-4 to a variance and leaves out what lies beyond 6.3 of them. Of the defects
-//! one half is dead (no response), the other always full. Neglected: slow shading over the sensor (it is in the lens),
-//! clusters, dark current of single pixels.
+//! same, wherever the line lies; a row of a tile is drawn when it is first looked at. Each pixel is two bytes, in steps
+//! of 1/20 of a standard deviation, which adds 2e-4 to a variance and leaves out what lies beyond 6.3 of them. Of the
+//! defects one half is dead (no response), the other always full. Neglected: slow shading over the sensor (it is in the
+//! lens), clusters, dark current of single pixels.
 
 use std::sync::OnceLock;
 

@@ -1,8 +1,8 @@
 //! Readout: from electrons to digital numbers.
 //!
-//! Takes the electrons of windows ([`crate::optics::window::Window`]); gives frames. [`Digitiser`] goes through speckle, the
-//! pixels' own response, slopes, blooming and noise by a [`SignalChain`]; [`ThesisScripts`] stand in its place where a recipe
-//! asks for them.
+//! Takes the electrons of windows ([`crate::optics::window::Window`]); gives frames. [`Digitiser`] goes through
+//! speckle, the pixels' own response, slopes, blooming and noise by a [`SignalChain`]; [`ThesisScripts`] stand in its
+//! place where a recipe asks for them.
 
 mod blooming;
 mod digitise;

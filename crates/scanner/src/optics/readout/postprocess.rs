@@ -1,8 +1,8 @@
 //! Postprocessing of the thesis: frames of light without speckle, noise or lens blur, then its scripts one after the
 //! other.
 //!
-//! Kihl and Källberg 2021, sections 3.2.1, 3.2.2 and 3.3. The light of a whole frame is what [`crate::optics::Sensor::light`] gives,
-//! in DN over dark; each script works on the whole frame:
+//! Kihl and Källberg 2021, sections 3.2.1, 3.2.2 and 3.3. The light of a whole frame is what
+//! [`crate::optics::Sensor::light`] gives, in DN over dark; each script works on the whole frame:
 //!
 //! ```text
 //! blur      I <- I * Gaussian of standard deviation `blur_radius_px` in rows and columns

@@ -7,13 +7,13 @@
 //! ```
 //!
 //! `most` is 255, 1023 or 4095; recipes count DN on the scale of 8 bits, so that one recipe is one sensor whatever the
-//! converter: everything in DN is multiplied by most / 255 here, only rounding stays 1/12 of a step squared. Shot noise is
-//! Poisson; it is drawn as a normal of the same variance together with the read noise, which at the 100 electrons of
-//! read noise differs from the exact sum by less than 0.01 in any quantile's standard score. A pixel that holds more than
-//! its full well reads the greatest number whatever the noise, as if the converter ended just below.
+//! converter: everything in DN is multiplied by most / 255 here, only rounding stays 1/12 of a step squared. Shot noise
+//! is Poisson; it is drawn as a normal of the same variance together with the read noise, which at the 100 electrons of
+//! read noise differs from the exact sum by less than 0.01 in any quantile's standard score. A pixel that holds more
+//! than its full well reads the greatest number whatever the noise, as if the converter ended just below.
 //!
-//! Two slopes (multiple slope integration with one knee; Ranger3 manual, "HDR"): at the time t1 = (1 - r) T a pixel above
-//! the barrier B is set back to B and goes on. With phi the charge without the barrier
+//! Two slopes (multiple slope integration with one knee; Ranger3 manual, "HDR"): at the time t1 = (1 - r) T a pixel
+//! above the barrier B is set back to B and goes on. With phi the charge without the barrier
 //!
 //! ```text
 //! e = phi,            phi <= B / (1 - r)
@@ -21,9 +21,9 @@
 //! ```
 //!
 //! With B half of the full well and r = 1 / (2 g) the range grows by g = 2, 6, 15. Above the knee only photons of the
-//! second slope make noise, variance r phi: what came before was cut off. Neglected: noise of setting back, pixels near the
-//! knee that are set back by chance, spread of the barrier, pixels' own dark current, light that leaks into the stored
-//! charge.
+//! second slope make noise, variance r phi: what came before was cut off. Neglected: noise of setting back, pixels near
+//! the knee that are set back by chance, spread of the barrier, pixels' own dark current, light that leaks into the
+//! stored charge.
 
 use procedural::{Stream, normal};
 
@@ -129,8 +129,8 @@ impl SignalChain {
         self.pixels.is_none() && self.blooming == 0.0 && self.slopes.knee == f32::INFINITY
     }
 
-    /// Greatest level over dark, and greatest standard deviation of what noise adds to it, of pixels without defect on which no more
-    /// than `light` falls [e-] [DN].
+    /// Greatest level over dark, and greatest standard deviation of what noise adds to it, of pixels without defect on
+    /// which no more than `light` falls [e-] [DN].
     #[inline(always)]
     pub fn greatest_level(&self, light: f32) -> (f32, f32) {
         let most = self.pixels.as_ref().map_or(1.0, FixedPattern::greatest_response);
@@ -141,7 +141,8 @@ impl SignalChain {
         (level, (self.read_variance + self.shot * noisy).sqrt())
     }
 
-    /// Whether charge stays where light falls and no pixel is defective, so that a row of pixels tells nothing of others.
+    /// Whether charge stays where light falls and no pixel is defective, so that a row of pixels tells nothing of
+    /// others.
     pub fn rows_are_alone(&self) -> bool {
         self.blooming == 0.0 && self.pixels.as_ref().is_none_or(|pixels| !pixels.has_defects())
     }
@@ -167,8 +168,8 @@ impl SignalChain {
         [key as u32, (key >> 32) as u32]
     }
 
-    /// One digital number: `level` [DN over dark], the part of it that makes photon noise [DN], a standard normal and the
-    /// pixel's offset [DN].
+    /// One digital number: `level` [DN over dark], the part of it that makes photon noise [DN], a standard normal and
+    /// the pixel's offset [DN].
     #[inline(always)]
     pub(crate) fn digitise(&self, level: f32, noisy: f32, normal: f32, offset: f32) -> u16 {
         let noise = (self.read_variance + self.shot * noisy).sqrt() * normal;
@@ -185,8 +186,8 @@ impl SignalChain {
 mod tests {
     use super::*;
 
-    /// The knee does not jump, the first slope is 1, and a pixel is full at 2, 6 and 15 times the light of one slope; of
-    /// that only the second slope's share makes noise.
+    /// The knee does not jump, the first slope is 1, and a pixel is full at 2, 6 and 15 times the light of one slope;
+    /// of that only the second slope's share makes noise.
     #[test]
     fn slopes_meet_and_stretch_the_range() {
         let full = 243.4;

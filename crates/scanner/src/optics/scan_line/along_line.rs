@@ -1,8 +1,8 @@
 //! Spread of light along the laser line: of each fixed width a blur over the columns, span by span ([`super::spans`]).
 //!
-//! Light does not leave a body by its sides as by its face: [`WALL_RETURN`] for upright walls of wood, [`FILM_END_RETURN`] for a film's end.
-//! Film that rises along the line keeps light to itself, which spreads along its slope. Light that fills a pocket stays there, but for
-//! what its walls let out, as their film does.
+//! Light does not leave a body by its sides as by its face: [`WALL_RETURN`] for upright walls of wood,
+//! [`FILM_END_RETURN`] for a film's end. Film that rises along the line keeps light to itself, which spreads along its
+//! slope. Light that fills a pocket stays there, but for what its walls let out, as their film does.
 
 use std::ops::Range;
 
@@ -12,8 +12,8 @@ use crate::optics::light::blur_varying;
 use crate::specimen::Hit;
 use transport::kernel::SPREAD_ACROSS_OVER_ALONG;
 
-/// Share that comes back of light that would cross an upright wall, which lets it out: negative, since the wall takes of
-/// the light near it too; from Monte Carlo scatter beside a crack and at the side of a board [1].
+/// Share that comes back of light that would cross an upright wall, which lets it out: negative, since the wall takes
+/// of the light near it too; from Monte Carlo scatter beside a crack and at the side of a board [1].
 const WALL_RETURN: f32 = -0.5;
 /// The same of the end of a film: what its inner side throws back of light from all sides, index 1.54 [1].
 const FILM_END_RETURN: f32 = 0.6;

@@ -1,12 +1,12 @@
 //! Bent film: how light passes a film that is curved, as pockets are, without being turned by its pigment.
 //!
-//! Snell's law at both sides. The lower side lies a thickness below the upper one; where the film is bent, light that crosses it
-//! aslant meets a lower side of another tilt, and where it gets thinner both sides differ anyway: the film is a prism there. On a
-//! shoulder of 1 mm it turns light by some 10 degrees, which is half a millimetre on foil 3 mm below. An even film only shifts
-//! light, as a slab does. Slopes, bends and thicknesses come from surface grids.
+//! Snell's law at both sides. The lower side lies a thickness below the upper one; where the film is bent, light that
+//! crosses it aslant meets a lower side of another tilt, and where it gets thinner both sides differ anyway: the film
+//! is a prism there. On a shoulder of 1 mm it turns light by some 10 degrees, which is half a millimetre on foil 3 mm
+//! below. An even film only shifts light, as a slab does. Slopes, bends and thicknesses come from surface grids.
 //!
-//! Valid for films that are thin against their radius of curvature. Neglected: light that the film's sides throw to and fro on
-//! its way, roughness.
+//! Valid for films that are thin against their radius of curvature. Neglected: light that the film's sides throw to and
+//! fro on its way, roughness.
 
 use glam::{Mat2, Vec2, Vec3};
 
@@ -98,14 +98,15 @@ pub(crate) struct SeenThrough {
 }
 
 impl<F: Fn(Vec2) -> Option<FilmPlace>> FilmSheet<F> {
-    /// Light that meets the film at `x`, `y` of a `place`, on its way through; `None` where the lower side throws all of it back,
-    /// or it grazes the film.
+    /// Light that meets the film at `x`, `y` of a `place`, on its way through; `None` where the lower side throws all
+    /// of it back, or it grazes the film.
     fn pass(&self, x: f32, y: f32, way: Vec3, place: &FilmPlace) -> Option<Passed> {
         let FilmPlace { z, slope, bend, thickness_mm, wedge } = *place;
         let normal = upright(slope);
         let inside = refract(way, normal, 1.0 / self.n).filter(|_| -way.dot(normal) > LEAST_FILM_COSINE)?;
         let run = inside * (thickness_mm / -inside.dot(normal));
-        // Of the upper side, the point over the one of the lower side that is met: along the normal there, to t / R to that power.
+        // Of the upper side, the point over the one of the lower side that is met: along the normal there, to t / R to
+        // that power.
         let mut there = slope;
         for _ in 0..OVER_STEPS {
             let over = run + upright(there) * thickness_mm;
@@ -146,7 +147,8 @@ impl<F: Fn(Vec2) -> Option<FilmPlace>> FilmSheet<F> {
                 let (point, way) = (at.extend(place.z), -passed.direction);
                 return Some(SeenThrough { point, way, up, thickness_mm: place.thickness_mm });
             }
-            // How much of the last step was the right one (Barzilai and Borwein 1988): film that spreads light needs less.
+            // How much of the last step was the right one (Barzilai and Borwein 1988): film that spreads light needs
+            // less.
             let off = off.truncate();
             if let Some((moved, before)) = last {
                 let change: Vec2 = off - before;
@@ -175,8 +177,8 @@ pub(crate) fn upright(slope: Vec2) -> Vec3 {
     Vec3::new(-slope.x, -slope.y, 1.0).normalize()
 }
 
-/// A direction downwards behind a surface with the upward `normal`, with this ratio of indices, before over behind; `None` where all of
-/// it is thrown back.
+/// A direction downwards behind a surface with the upward `normal`, with this ratio of indices, before over behind;
+/// `None` where all of it is thrown back.
 fn refract(way: Vec3, normal: Vec3, ratio: f32) -> Option<Vec3> {
     let cosine = -way.dot(normal);
     let beyond2 = 1.0 - ratio * ratio * (1.0 - cosine * cosine);
@@ -236,9 +238,9 @@ mod tests {
         FilmPlace { bend, ..even(z, -place / z) }
     }
 
-    /// A shell of two concentric spheres is a weak lens of 1 / f = (n - 1) (1 / R1 - 1 / R2 + (n - 1) t / (n R1 R2)) (Hecht, Optics,
-    /// 6.1) near its axis, and turns rays far from it by Snell's law at both spheres.
-    /// Slopes are followed to first order over the thickness, of which there is a sixth of the radius here.
+    /// A shell of two concentric spheres is a weak lens of 1 / f = (n - 1) (1 / R1 - 1 / R2 + (n - 1) t / (n R1 R2))
+    /// (Hecht, Optics, 6.1) near its axis, and turns rays far from it by Snell's law at both spheres. Slopes are
+    /// followed to first order over the thickness, of which there is a sixth of the radius here.
     #[test]
     fn shells_are_lenses() {
         let (outer, n) = (1.5f32, 1.54f32);

@@ -1,8 +1,8 @@
 //! Search of edges: the columns of a line that see past an edge of the surface.
 //!
-//! Between two neighbours of which one looks past an edge that the other does not (a jump of height, the end of the body, the
-//! border of a shadow) the edge is found to a sixteenth of a column. Neglected: texture of matter finer than a column;
-//! self-shadows of bodies that cannot occlude themselves.
+//! Between two neighbours of which one looks past an edge that the other does not (a jump of height, the end of the
+//! body, the border of a shadow) the edge is found to a sixteenth of a column. Neglected: texture of matter finer than
+//! a column; self-shadows of bodies that cannot occlude themselves.
 
 use procedural::Medium;
 

@@ -1,16 +1,16 @@
 //! Film over another surface: the light that leaves the film itself, and the transmitted line, which is light of the
 //! surface below seen through the film.
 //!
-//! Light enters the film by Fresnel's law (Born and Wolf), spreads as [`FilmStackKernel`] says, and is seen at the film.
-//! Light that is seen through the film lies where the laser meets the surface below: lower, so in other rows, and by the
-//! camera's slant in other columns. There the line is drawn anew, linear between the points that neighbouring columns
-//! meet; where the surface below jumps (the edge of a tablet) the line is broken, and what tablets hide from the lens is
-//! dark.
-//! Both ways through the film are followed (`bent_film`): level film shows what lies below nearer to the lens, by up to half of
-//! its thickness for views up to 45 degrees; bent film turns light, which meets what lies below elsewhere, spread over more or less of it.
-//! Light that keeps its direction leaves through the film over where it landed, light that has spread by that over where it has come to. What has crossed
-//! a pocket and spread far is told by the pocket itself (`pocket_light`).
-//! Neglected: what the film above hides of what lies below; a second image of the same light, where bent film folds the line over itself.
+//! Light enters the film by Fresnel's law (Born and Wolf), spreads as [`FilmStackKernel`] says, and is seen at the
+//! film. Light that is seen through the film lies where the laser meets the surface below: lower, so in other rows, and
+//! by the camera's slant in other columns. There the line is drawn anew, linear between the points that neighbouring
+//! columns meet; where the surface below jumps (the edge of a tablet) the line is broken, and what tablets hide from
+//! the lens is dark. Both ways through the film are followed (`bent_film`): level film shows what lies below nearer to
+//! the lens, by up to half of its thickness for views up to 45 degrees; bent film turns light, which meets what lies
+//! below elsewhere, spread over more or less of it. Light that keeps its direction leaves through the film over where
+//! it landed, light that has spread by that over where it has come to. What has crossed a pocket and spread far is told
+//! by the pocket itself (`pocket_light`). Neglected: what the film above hides of what lies below; a second image of
+//! the same light, where bent film folds the line over itself.
 
 use std::ops::Range;
 
@@ -53,7 +53,8 @@ struct TransmittedPoint {
     light: [f32; BASIS],
     /// Factor by which each width leaves here; 0 where something hides this point from the lens [1].
     exit: [f32; BASIS],
-    /// Where light that a pocket's tablet or foil shows here has come from: a place along the line, and how far along the motion from here [mm].
+    /// Where light that a pocket's tablet or foil shows here has come from: a place along the line, and how far along
+    /// the motion from here [mm].
     comes_from: [f32; 2],
     /// What of that light by area is seen [1].
     shows: f32,
@@ -76,7 +77,8 @@ struct Meeting {
     widening: f32,
     /// What foil throws to the lens, over what it would if the film turned nothing [1].
     glint: f32,
-    /// Share of light that passes the film towards the lens where that looks through it; 0 where what lies there is hidden [1].
+    /// Share of light that passes the film towards the lens where that looks through it; 0 where what lies there is
+    /// hidden [1].
     passes: f32,
 }
 
@@ -125,15 +127,16 @@ pub fn spread(
     films: &mut FilmStackKernel,
 ) -> FilmStackSpread {
     let mut spread = films.spread(&stack(matter, film, normal, sight));
-    // A width that holds next to nothing says nothing of how its light leaves; another place's light must not leave by it.
+    // A width that holds next to nothing says nothing of how its light leaves; another place's light must not leave by
+    // it.
     for (exit, enter) in spread.exit.iter_mut().zip(spread.enter) {
         *exit = exit.clamp(0.0, MAX_RADIANCE_FACTOR * enter);
     }
     spread
 }
 
-/// Share of light from `target` below the film of `hit` that passes it unturned to a lens along `to_lens`, wherever the lens looks through the
-/// film; `None` where it does not see the point [1].
+/// Share of light from `target` below the film of `hit` that passes it unturned to a lens along `to_lens`, wherever the
+/// lens looks through the film; `None` where it does not see the point [1].
 pub(crate) fn passes_from(target: Vec3, hit: &Hit, film: &Film, to_lens: Vec3, view: &LineView<'_>) -> Option<f32> {
     if !view.specimen.sees_below(target, view.y) {
         return None;
@@ -146,8 +149,8 @@ pub(crate) fn passes_from(target: Vec3, hit: &Hit, film: &Film, to_lens: Vec3, v
     Some(passed_unturned(&hit.matter.medium, &looked_through, seen.up))
 }
 
-/// Where light that `hit` lets through its film meets what lies below at height `z`, and how the lens sees that: through the film as it
-/// is `bent`, or as if it were even.
+/// Where light that `hit` lets through its film meets what lies below at height `z`, and how the lens sees that:
+/// through the film as it is `bent`, or as if it were even.
 fn meeting(hit: &Hit, above: &Sight, film: &Film, z: f32, view: &LineView<'_>, bent: bool) -> Option<Meeting> {
     let own = Vec2::new(hit.surface.slope_x, hit.surface.slope_y);
     let at = Vec3::new(hit.x, view.y, hit.surface.z);
@@ -192,7 +195,8 @@ impl TransmissionScratch {
         self.below.resize(columns, None);
     }
 
-    /// Notes what lies below the film of `hit`, which `column` looks at as `above` says and which spreads light like `spread`.
+    /// Notes what lies below the film of `hit`, which `column` looks at as `above` says and which spreads light like
+    /// `spread`.
     pub(crate) fn note(
         &mut self,
         column: usize,
@@ -249,7 +253,8 @@ impl TransmissionScratch {
                 let j = NEAR.start + k;
                 if of_pocket { passes * white * spread.below[j] * (1.0 - spread.below_first[j]) } else { 0.0 }
             }),
-            // Foil throws flat light elsewhere than to the lens: what a wall has sent back must be turned down once more.
+            // Foil throws flat light elsewhere than to the lens: what a wall has sent back must be turned down once
+            // more.
             holds: if metal { spread.holds * spread.holds } else { spread.holds },
             metal,
             sealed,
@@ -261,7 +266,8 @@ impl TransmissionScratch {
         let columns = self.below.len();
         let padded = columns.next_multiple_of(TILE);
         let old = line.columns.clone();
-        // Columns without a line are alike whatever was there before: their numbers too decide how far a tile's are drawn.
+        // Columns without a line are alike whatever was there before: their numbers too decide how far a tile's are
+        // drawn.
         for field in [&mut line.centre, &mut line.rows_per_mm, &mut line.variance] {
             field.resize(padded, 1.0);
             field[old.clone()].fill(1.0);
@@ -322,8 +328,8 @@ impl TransmissionScratch {
         self.blur(camera, line);
     }
 
-    /// Spreads the second line along itself, piece by piece. What has spread far leaves by the film over where it arrives; what has kept
-    /// its direction, by that over where it landed.
+    /// Spreads the second line along itself, piece by piece. What has spread far leaves by the film over where it
+    /// arrives; what has kept its direction, by that over where it landed.
     fn blur(&mut self, camera: &Camera, line: &mut TransmittedLine) {
         for (widths, over_hidden) in [(0..NARROW_WIDTHS, false), (NARROW_WIDTHS..BASIS, true)] {
             self.find_pieces(line, over_hidden);
@@ -357,7 +363,8 @@ impl TransmissionScratch {
         }
     }
 
-    /// Finds the pieces along which the second line's light spreads: one surface below, `over_hidden` columns too that show nothing of it.
+    /// Finds the pieces along which the second line's light spreads: one surface below, `over_hidden` columns too that
+    /// show nothing of it.
     fn find_pieces(&mut self, line: &TransmittedLine, over_hidden: bool) {
         self.pieces.clear();
         let mut last: Option<usize> = None;

@@ -1,5 +1,5 @@
-//! Front face of a body, as the bare line before it shows it: where its edge is, and how deep on it the lens looks there.
-//! What light leaves there is worked out where windows are drawn ([`crate::optics::window`]).
+//! Front face of a body, as the bare line before it shows it: where its edge is, and how deep on it the lens looks
+//! there. What light leaves there is worked out where windows are drawn ([`crate::optics::window`]).
 
 use crate::optics::light::{FrontTile, ScanLine, load};
 use crate::optics::speckle::TILE;
@@ -17,9 +17,9 @@ impl FrontTile {
 }
 
 impl ScanLine {
-    /// Lets light out where this line is bare and the `next` one is not: a body's front face looks at the lens, which sees a depth of
-    /// `depth_per_mm` a mm before the edge. It is kept apart from what leaves here otherwise: a hole lets out what comes from behind it,
-    /// and nothing of what comes from before it.
+    /// Lets light out where this line is bare and the `next` one is not: a body's front face looks at the lens, which
+    /// sees a depth of `depth_per_mm` a mm before the edge. It is kept apart from what leaves here otherwise: a hole
+    /// lets out what comes from behind it, and nothing of what comes from before it.
     pub(crate) fn open_front(&mut self, next: &Self, depth_per_mm: f32) {
         self.front.clear();
         for (tile, bare) in self.bare.chunks(TILE).enumerate() {

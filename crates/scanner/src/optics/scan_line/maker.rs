@@ -1,12 +1,12 @@
-//! Making of scan lines: what each column of a line sends to the lens when the laser stands on it, and what it lets out of its
-//! neighbours' light.
+//! Making of scan lines: what each column of a line sends to the lens when the laser stands on it, and what it lets out
+//! of its neighbours' light.
 //!
-//! In steps: what each column sees ([`crate::specimen`]); the sight of it, with laser and lens; how much light its matter
-//! throws back and takes in; how light that entered spreads, by the kernel along the motion and by a blur along the line;
-//! and the extras: highlights, blur out of focus, ambient light, secondary light.
+//! In steps: what each column sees ([`crate::specimen`]); the sight of it, with laser and lens; how much light its
+//! matter throws back and takes in; how light that entered spreads, by the kernel along the motion and by a blur along
+//! the line; and the extras: highlights, blur out of focus, ambient light, secondary light.
 //!
-//! A body that reaches beyond the sensor's columns is lit there too: it is taken to go on as in a mirror at the first or last
-//! column, so that as much light comes in as leaves.
+//! A body that reaches beyond the sensor's columns is lit there too: it is taken to go on as in a mirror at the first
+//! or last column, so that as much light comes in as leaves.
 
 use std::ops::Range;
 
@@ -71,7 +71,8 @@ pub(crate) struct LineScratch {
     filling: Vec<f32>,
     /// 1 in the body's columns that the lens sees, 0 in others.
     seen: Vec<f32>,
-    /// Light of the body's columns that enters by the first width, by other near ones, and by those that fill pockets [e-].
+    /// Light of the body's columns that enters by the first width, by other near ones, and by those that fill pockets
+    /// [e-].
     light: [Vec<f32>; 3],
     /// Buffer for blurring along the line.
     buffer: Vec<f32>,
@@ -123,7 +124,8 @@ impl LineScratch {
         std::mem::swap(&mut self.response, &mut self.keys[free.unwrap_or(0)]);
     }
 
-    /// Takes over what is linear between key lines among the columns `own`, and finds those where it is not: all others without film.
+    /// Takes over what is linear between key lines among the columns `own`, and finds those where it is not: all others
+    /// without film.
     fn interpolate(&mut self, own: Range<usize>, hits: &[Hit]) {
         let Self { response, keys, exact, .. } = self;
         match keys_about(keys, response.profile) {
@@ -361,7 +363,8 @@ impl LineMaker {
         near.extend(white.iter().zip(&*seen).map(|(white, seen)| white * seen));
         for (light, far) in [(&mut *creeps, false), (fills, true)] {
             light.clone_from(near);
-            // Light that fills a pocket comes in by walls that look away, too, and what creeps through film may come into sight.
+            // Light that fills a pocket comes in by walls that look away, too, and what creeps through film may come
+            // into sight.
             let hidden = line.hidden.get(own.clone()).unwrap_or_default();
             for (column, hidden) in hidden.iter().enumerate() {
                 if *hidden || (far && !line.bare[own.start + column]) {

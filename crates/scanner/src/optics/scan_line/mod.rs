@@ -1,8 +1,8 @@
 //! Scan line: the light of one position of the scan.
 //!
-//! Takes a specimen under camera and laser at one position ([`LineView`]); gives what each column sends to the lens and what
-//! it lets out of its neighbours' light ([`crate::optics::light::ScanLine`]). [`LineMaker`] goes through the steps; of sensor rows, of other
-//! lines and of numbers nothing is known here.
+//! Takes a specimen under camera and laser at one position ([`LineView`]); gives what each column sends to the lens and
+//! what it lets out of its neighbours' light ([`crate::optics::light::ScanLine`]). [`LineMaker`] goes through the
+//! steps; of sensor rows, of other lines and of numbers nothing is known here.
 
 mod along_line;
 mod bent_film;

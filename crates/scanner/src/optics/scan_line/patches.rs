@@ -1,10 +1,11 @@
-//! Patches of a line that send light to each other: what each sends out, what it glows with, what it shows of light that it
-//! receives. Who receives how much is worked out where windows are drawn ([`crate::optics::window`]).
+//! Patches of a line that send light to each other: what each sends out, what it glows with, what it shows of light
+//! that it receives. Who receives how much is worked out where windows are drawn ([`crate::optics::window`]).
 //!
-//! A patch is [`STRIDE`] columns wide and sends out its flux times albedo by Lambert's law. What of light from all sides it
-//! sends to the lens is, by reciprocity, the share of light from there that its film turns, and what a tablet below it throws
-//! back. Light that has spread far in film glows about the line; so does what patches of the line have sent each other, a
-//! second exchange that is worked out across the motion alone. What fills a pocket is not counted here: it leaves elsewhere.
+//! A patch is [`STRIDE`] columns wide and sends out its flux times albedo by Lambert's law. What of light from all
+//! sides it sends to the lens is, by reciprocity, the share of light from there that its film turns, and what a tablet
+//! below it throws back. Light that has spread far in film glows about the line; so does what patches of the line have
+//! sent each other, a second exchange that is worked out across the motion alone. What fills a pocket is not counted
+//! here: it leaves elsewhere.
 
 use glam::Vec3;
 use multiversion::multiversion;
@@ -51,8 +52,8 @@ impl Patches {
         }
     }
 
-    /// Takes the patch of the columns from `column` on, of which the middle one sees this film. Its place and slope are the means of
-    /// its columns: sampled, walls a few patches wide would flicker from profile to profile.
+    /// Takes the patch of the columns from `column` on, of which the middle one sees this film. Its place and slope are
+    /// the means of its columns: sampled, walls a few patches wide would flicker from profile to profile.
     fn take(&mut self, column: usize, lit: &LitLine<'_>, line: &ScanLine, film: &Film, films: &mut FilmStackKernel) {
         let hits = &lit.hits[column..(column + STRIDE).min(lit.hits.len())];
         let mean = |value: &dyn Fn(&Hit) -> f32| hits.iter().map(value).sum::<f32>() / hits.len() as f32;
@@ -103,8 +104,9 @@ impl Patches {
     }
 }
 
-/// Adds to what glows the light that the line's patches send each other: what they send on is the second exchange. Of a patch that
-/// is even along the motion, at a distance r across it, the integral of 1 / d^4 along the motion is pi / (2 r^3), and that of y^2 / d^4 is r^2 times that.
+/// Adds to what glows the light that the line's patches send each other: what they send on is the second exchange. Of a
+/// patch that is even along the motion, at a distance r across it, the integral of 1 / d^4 along the motion is pi / (2
+/// r^3), and that of y^2 / d^4 is r^2 times that.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn light_once_more(patches: &mut Patches) {
     let places = patches.x.len();

@@ -1,9 +1,9 @@
-//! What film over pockets lets in of a line's light and shows of what is in them, column by column and by patches; the light
-//! that enters spreads in the cavity ([`crate::specimen::cavity`]).
+//! What film over pockets lets in of a line's light and shows of what is in them, column by column and by patches; the
+//! light that enters spreads in the cavity ([`crate::specimen::cavity`]).
 //!
-//! Near the line the planar model of film and what lies below stands ([`super::film`]): its widths up to half a millimetre.
-//! Wider ones know no walls and are left out in pockets. Where pockets let their light out again is worked out where windows
-//! are drawn ([`crate::optics::window`]).
+//! Near the line the planar model of film and what lies below stands ([`super::film`]): its widths up to half a
+//! millimetre. Wider ones know no walls and are left out in pockets. Where pockets let their light out again is worked
+//! out where windows are drawn ([`crate::optics::window`]).
 
 use std::sync::Arc;
 
@@ -29,7 +29,8 @@ pub(crate) struct PocketColumn {
 }
 
 impl PocketColumn {
-    /// Of film with this `normal` under `hit`, which spreads light like `spread`; `arrives` of the laser's light, of which `enters` goes in.
+    /// Of film with this `normal` under `hit`, which spreads light like `spread`; `arrives` of the laser's light, of
+    /// which `enters` goes in.
     pub fn of(hit: &Hit, normal: Vec3, sight: &Sight, spread: &FilmStackSpread, [arrives, enters]: [f32; 2]) -> Self {
         let facing = if hit.seen { normal.dot(sight.view).max(0.0) } else { 0.0 };
         let passed = |j: usize| spread.enter[j] * spread.exit[j] * (1.0 - spread.alone[j]);

@@ -1,20 +1,21 @@
-//! Reflections, mirror images of the line: laser light that a film's first surface throws back, and that falls on the film elsewhere; and
-//! what foil shows of the film's lower side.
+//! Reflections, mirror images of the line: laser light that a film's first surface throws back, and that falls on the
+//! film elsewhere; and what foil shows of the film's lower side.
 //!
-//! Foil far below weak film mirrors to the lens what pigment has turned on its way down. That stands where the film's line would as far
-//! below foil as it is above: a faint line of its own, in other rows than the film's and than the foil's (`FilmStackSpread::mirrored`). Film that
-//! leans sends more or less there, by its angle to the lens' mirror image, walls that the lens does not see too; the part that would meet foil
-//! beyond the pocket's end is cut off, and what is left passes the film wherever the lens looks through it. Neglected: that a low wall
-//! lights foil far before it, which rough foil shows.
+//! Foil far below weak film mirrors to the lens what pigment has turned on its way down. That stands where the film's
+//! line would as far below foil as it is above: a faint line of its own, in other rows than the film's and than the
+//! foil's (`FilmStackSpread::mirrored`). Film that leans sends more or less there, by its angle to the lens' mirror
+//! image, walls that the lens does not see too; the part that would meet foil beyond the pocket's end is cut off, and
+//! what is left passes the film wherever the lens looks through it. Neglected: that a low wall lights foil far before
+//! it, which rough foil shows.
 //!
-//! Walls: geometrical optics with one bounce: each column's light leaves in the mirror direction with Fresnel's share (a quarter
-//! on a wall of 75 degrees), is followed to the next film, and lights it there as the laser lights the line; the lens sees
-//! it where that place stands, off the laser plane. The light of neighbouring columns is spread evenly between the places
-//! that they hit, so light is kept and caustics come out by themselves. Roughness alpha turns facets by a slope of
-//! standard deviation alpha / sqrt(2) (Walter et al. 2007: the GGX law's core) and light by twice that, which widens the
-//! image by sqrt(2) alpha times the way. Neglected: the tails of the GGX law, narrower spread across the plane of incidence
-//! at a slant, mirror images of tablets and foil and of second bounces; what is lit answers with the light that comes
-//! out within 0.32 mm, as the film of the line's own line in that column does.
+//! Walls: geometrical optics with one bounce: each column's light leaves in the mirror direction with Fresnel's share
+//! (a quarter on a wall of 75 degrees), is followed to the next film, and lights it there as the laser lights the line;
+//! the lens sees it where that place stands, off the laser plane. The light of neighbouring columns is spread evenly
+//! between the places that they hit, so light is kept and caustics come out by themselves. Roughness alpha turns facets
+//! by a slope of standard deviation alpha / sqrt(2) (Walter et al. 2007: the GGX law's core) and light by twice that,
+//! which widens the image by sqrt(2) alpha times the way. Neglected: the tails of the GGX law, narrower spread across
+//! the plane of incidence at a slant, mirror images of tablets and foil and of second bounces; what is lit answers with
+//! the light that comes out within 0.32 mm, as the film of the line's own line in that column does.
 
 use glam::Vec3;
 use procedural::{Film, Surface};
@@ -73,7 +74,8 @@ impl ReflectionScratch {
         self.in_foil.resize(columns, None);
     }
 
-    /// Notes what foil shows of the film of `hit`, which `column` looks at, which has this `normal` and sends light to the `lens` like `spread`.
+    /// Notes what foil shows of the film of `hit`, which `column` looks at, which has this `normal` and sends light to
+    /// the `lens` like `spread`.
     pub fn note_in_foil(
         &mut self,
         column: usize,
@@ -164,8 +166,8 @@ fn add(slots: &mut [ImageSums; MAX_IMAGES], electrons: f32, row: f32, variance: 
     }
 }
 
-/// What foil shows of the film of `hit`, which sends light to the `lens` like `spread`: of the light that is mirrored about its image, what foil
-/// in the same pocket mirrors.
+/// What foil shows of the film of `hit`, which sends light to the `lens` like `spread`: of the light that is mirrored
+/// about its image, what foil in the same pocket mirrors.
 fn in_foil(
     hit: &Hit,
     film: &Film,
@@ -205,7 +207,8 @@ fn in_foil(
     Some(Landing { electrons: passes * landing.electrons, ..landing }).filter(|landing| landing.peak() > view.faint)
 }
 
-/// Of the normal law the share between two deviations, and the mean and the variance of what lies there; by Polya's share (1945), within 0.01.
+/// Of the normal law the share between two deviations, and the mean and the variance of what lies there; by Polya's
+/// share (1945), within 0.01.
 fn normal_between(ends: [f32; 2]) -> [f32; 3] {
     let ends = ends.map(|end| end.clamp(-FAR_OFF, FAR_OFF));
     let below = ends.map(|end| {

@@ -1,9 +1,10 @@
 //! What the matter of a line does to light, whatever light falls on it, and its interpolation between lines.
 //!
-//! Wood changes little over some tenths of a millimetre along its fibres: every [`KEY_STEP`]th line is a key line, whose light is worked
-//! out in every column. A column of a line between two key lines takes what is linear between them where its own matter, slope and view are
-//! nearly linear between theirs ([`OFF`]) and theirs nearly alike ([`APART`]); knots, cracks, edges and grain that runs across the scan are not, and are
-//! worked out there. Which lines are key lines depends on their number in the scan alone, so no value depends on bands or threads.
+//! Wood changes little over some tenths of a millimetre along its fibres: every [`KEY_STEP`]th line is a key line,
+//! whose light is worked out in every column. A column of a line between two key lines takes what is linear between
+//! them where its own matter, slope and view are nearly linear between theirs ([`OFF`]) and theirs nearly alike
+//! ([`APART`]); knots, cracks, edges and grain that runs across the scan are not, and are worked out there. Which lines
+//! are key lines depends on their number in the scan alone, so no value depends on bands or threads.
 
 use std::ops::Range;
 
@@ -56,7 +57,8 @@ impl Response {
         if way.abs() > 1e-6 { ((self.y_mm - before.y_mm) / way).clamp(0.0, 1.0) } else { 0.0 }
     }
 
-    /// Takes over what is linear between two key lines in the columns `own`; `exact` is filled with the columns where it is not.
+    /// Takes over what is linear between two key lines in the columns `own`; `exact` is filled with the columns where
+    /// it is not.
     pub fn interpolate(&mut self, keys: [&Self; 2], own: Range<usize>, exact: &mut Vec<u32>) {
         let share = self.share(keys);
         exact.clear();
@@ -80,7 +82,8 @@ impl Response {
         }
     }
 
-    /// Contrasts of speckle about `column`, which stand for it and its neighbours, where it is not among the columns `exact`.
+    /// Contrasts of speckle about `column`, which stand for it and its neighbours, where it is not among the columns
+    /// `exact`.
     pub fn contrasts_between(&self, keys: [&Self; 2], column: usize, exact: &[u32]) -> Option<RowContrasts> {
         if exact.binary_search(&(column as u32)).is_ok() {
             return None;
@@ -100,8 +103,8 @@ fn lerp(values: &mut [f32], before: &[f32], after: &[f32], share: f32) {
 /// Numbers of a surface point.
 const NUMBERS: usize = SurfacePoint::NUMBERS;
 
-/// Most that the key lines' numbers may differ by, in the order of [`SurfacePoint::numbers`]; for those with a part in [`RELATIVE`] in parts of
-/// the number itself.
+/// Most that the key lines' numbers may differ by, in the order of [`SurfacePoint::numbers`]; for those with a part in
+/// [`RELATIVE`] in parts of the number itself.
 const APART: [f32; NUMBERS] = [0.25, 0.25, 0.25, 0.01, 0.5, 0.05, 0.02, 0.04, 0.03, 0.1, 0.03, 0.1];
 /// Most that a number may be off the line between them.
 const OFF: [f32; NUMBERS] = [0.015, 0.015, 0.015, 0.0005, 0.05, 0.005, 0.002, 0.004, 0.001, 0.004, 0.0015, 0.004];

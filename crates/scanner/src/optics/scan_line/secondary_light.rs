@@ -1,9 +1,9 @@
 //! Secondary light: what the camera sees of a line besides the line itself, and where windows of rows lie for that.
 //!
 //! A column has its line on the upper surface, another one seen through a film ([`super::film`]), and mirror images
-//! ([`super::reflections`]). The first window of [`ROWS`] rows lies about the brighter of the two lines, which the camera
-//! will take for the peak; a second one, which never overlaps the first, about the brightest of what the first does not
-//! hold. Neglected: light outside of both.
+//! ([`super::reflections`]). The first window of [`ROWS`] rows lies about the brighter of the two lines, which the
+//! camera will take for the peak; a second one, which never overlaps the first, about the brightest of what the first
+//! does not hold. Neglected: light outside of both.
 
 use super::film;
 use super::pockets::PocketColumn;

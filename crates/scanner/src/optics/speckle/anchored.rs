@@ -1,11 +1,12 @@
 //! Anchoring of speckle to the object: which row of which pattern a pixel sees.
 //!
 //! A point of the object at the scan position y shows the pattern's row y * rows per mm, so the pattern moves with the
-//! object's image, 0.673 rows a profile on the default bench. Each tile of columns reads the pattern at another offset, along
-//! the motion and along the line, and at a new one each time the pattern repeats: at one offset along the line all tiles
-//! would share the spectrum of one pattern, a comb at multiples of 1 / [`TILE`]. The height of a point gives its coordinate in the stack of patterns
-//! when it passes the line; in window row k it has moved on by (k - centre) rows, which [`Boiling`] turns into
-//! diameters of the pupil. Between two patterns of the stack the points change over one after the other, evenly.
+//! object's image, 0.673 rows a profile on the default bench. Each tile of columns reads the pattern at another offset,
+//! along the motion and along the line, and at a new one each time the pattern repeats: at one offset along the line
+//! all tiles would share the spectrum of one pattern, a comb at multiples of 1 / [`TILE`]. The height of a point gives
+//! its coordinate in the stack of patterns when it passes the line; in window row k it has moved on by (k - centre)
+//! rows, which [`Boiling`] turns into diameters of the pupil. Between two patterns of the stack the points change over
+//! one after the other, evenly.
 
 use std::sync::Arc;
 
@@ -97,8 +98,8 @@ impl AnchoredSpeckle {
         self.scale
     }
 
-    /// Factor on light from the surface and from below that speckle is taken to exceed once in 10^12, where that from below keeps `most` times the
-    /// contrast of the patterns [1].
+    /// Factor on light from the surface and from below that speckle is taken to exceed once in 10^12, where that from
+    /// below keeps `most` times the contrast of the patterns [1].
     pub fn brightest(&self, most: f32) -> [f32; 2] {
         let [surface, volume] = [0, 1].map(|i| self.scale[i] * self.rare[i]);
         [1.0 + surface, 1.0 + most * volume]
@@ -130,10 +131,10 @@ impl AnchoredSpeckle {
 
 /// What speckle of this contrast exceeds with a chance of exp(-`exponent`) at most, over its mean of 1 [1].
 ///
-/// The mean of an intensity over pixels and looks is nearly a gamma variate of shape k = 1 / C^2 (Goodman 2007, 4.4), which exceeds x with a
-/// chance of no more than exp(-k (x - 1 - ln x)) (Chernoff). Its tail falls like that of its brightest mode, which is brighter than the
-/// modes of a gamma variate: k is taken to be less by [`UNEQUAL_MODES`], an assumption that is tested to chances of 10^-4, and by the greatest
-/// of 30 million pixels.
+/// The mean of an intensity over pixels and looks is nearly a gamma variate of shape k = 1 / C^2 (Goodman 2007, 4.4),
+/// which exceeds x with a chance of no more than exp(-k (x - 1 - ln x)) (Chernoff). Its tail falls like that of its
+/// brightest mode, which is brighter than the modes of a gamma variate: k is taken to be less by [`UNEQUAL_MODES`], an
+/// assumption that is tested to chances of 10^-4, and by the greatest of 30 million pixels.
 fn rare_excess(contrast: f64, exponent: f64) -> f64 {
     let exponent = exponent * UNEQUAL_MODES * contrast * contrast;
     // Newton's steps from above: the function is convex.

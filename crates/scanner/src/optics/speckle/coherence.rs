@@ -1,10 +1,10 @@
 //! Coherence: how much the spread of path lengths in matter reduces speckle contrast.
 //!
-//! Goodman's rule for partial coherence: C^2 = sum over pairs of path lengths of w w' exp(-D^2 / (2 ln 2)), with D = pi (dlambda /
-//! lambda^2) n (tau - tau') and dlambda the full width at half maximum of a Gaussian spectrum. The paths are those of the light that is seen in
-//! a row ([`transport::kernel::path_laws`]): light far from the line has taken longer and more different ones, so Scatter's rows have
-//! less contrast than the line's own; those of packs, through the air and tablets below the film too
-//! ([`transport::kernel::film_stack::paths`]).
+//! Goodman's rule for partial coherence: C^2 = sum over pairs of path lengths of w w' exp(-D^2 / (2 ln 2)), with D = pi
+//! (dlambda / lambda^2) n (tau - tau') and dlambda the full width at half maximum of a Gaussian spectrum. The paths are
+//! those of the light that is seen in a row ([`transport::kernel::path_laws`]): light far from the line has taken
+//! longer and more different ones, so Scatter's rows have less contrast than the line's own; those of packs, through
+//! the air and tablets below the film too ([`transport::kernel::film_stack::paths`]).
 
 use numerics::lanes::{exp, ln};
 use transport::kernel::PathLaw;
@@ -41,9 +41,10 @@ pub fn coherence_per_mm(wavelength_nm: f64, linewidth_nm: f64) -> f64 {
 
 /// Contrast of speckle in light whose paths follow `law`, D growing by `per_mm` with their difference [1].
 ///
-/// Where the paths differ much, C^2 is sqrt(2 pi ln 2) times the integral of the square of D's density; where they differ little, 1. In
-/// between (1 + (1 / C^2)^q)^(-1/q) with q = 2 / (1 + 0.55 s^1.63) is within 2 % of the double sum for paths whose logarithm is normal with
-/// a deviation s from 0.2 to 1.8. Of light whose paths are of one length C^2 is never less than the square of its share.
+/// Where the paths differ much, C^2 is sqrt(2 pi ln 2) times the integral of the square of D's density; where they
+/// differ little, 1. In between (1 + (1 / C^2)^q)^(-1/q) with q = 2 / (1 + 0.55 s^1.63) is within 2 % of the double sum
+/// for paths whose logarithm is normal with a deviation s from 0.2 to 1.8. Of light whose paths are of one length C^2
+/// is never less than the square of its share.
 pub fn path_contrast(per_mm: f32, law: &PathLaw) -> f32 {
     // sqrt(2 pi ln 2).
     let rest = (1.0 - law.equal).max(1e-6);
@@ -62,8 +63,8 @@ mod tests {
     use rand::RngExt;
     use transport::kernel::path_laws;
 
-    /// Paths whose logarithm is normal: the closed form against the double sum over dense quantiles, over all that paths and lasers
-    /// may be.
+    /// Paths whose logarithm is normal: the closed form against the double sum over dense quantiles, over all that
+    /// paths and lasers may be.
     #[test]
     fn closed_form_is_the_double_sum() {
         let mut rng = procedural::Stream::root(6).child("paths").rng();
@@ -97,8 +98,8 @@ mod tests {
         }
     }
 
-    /// Light of which a part has paths of one length: the closed form against the double sum, where the rest's lie far from these and several coherence
-    /// lengths from each other.
+    /// Light of which a part has paths of one length: the closed form against the double sum, where the rest's lie far
+    /// from these and several coherence lengths from each other.
     #[test]
     fn equal_paths_keep_their_contrast() {
         let mut rng = procedural::Stream::root(7).child("equal").rng();
@@ -131,7 +132,8 @@ mod tests {
         }
     }
 
-    /// Whatever matter a recipe may have, the contrast is a number above 0 and at most 1, also where no light comes back.
+    /// Whatever matter a recipe may have, the contrast is a number above 0 and at most 1, also where no light comes
+    /// back.
     #[test]
     fn all_matter_has_a_contrast() {
         let mut rng = procedural::Stream::root(5).child("matter").rng();

@@ -1,7 +1,7 @@
 //! Speckle, anchored to the object: the pattern moves with the object's image, and boils while it does.
 //!
-//! - [`pupil`]: fully developed speckle behind a pupil of random phases, as square pixels gather it (Duncan and Kirkpatrick
-//!   2008; Bergmann et al. 2016)
+//! - [`pupil`]: fully developed speckle behind a pupil of random phases, as square pixels gather it (Duncan and
+//!   Kirkpatrick 2008; Bergmann et al. 2016)
 //! - [`contrast`]: what pixels and movement leave of its contrast (Goodman 2007)
 //! - [`stack`]: patterns whose pupils overlap, so that one boils into the next, and the cache that shares them
 //! - `boiling`: how far a movement of the object takes the speckle across the pupil (Yamaguchi 1981)

@@ -24,8 +24,8 @@ const GRAIN_STEP: f64 = 1.03;
 const MIN_FINE_ROWS: usize = 6;
 /// Most fine rows per pixel, which bound the memory of a pattern.
 const MAX_FINE_ROWS: usize = 24;
-/// Rows after which a pattern repeats, at another place of it: more than a window has, for a transform that is a small scan's largest
-/// cost [px].
+/// Rows after which a pattern repeats, at another place of it: more than a window has, for a transform that is a small
+/// scan's largest cost [px].
 const PATTERN_ROWS: usize = TILE / 2;
 /// Most that the stacks in a cache take, the latest used first; the latest alone may take more [bytes].
 pub const MAX_CACHED_BYTES: usize = 100 << 20;
@@ -65,8 +65,9 @@ impl PatternCache {
         Self::of_pairs(seed, STACK_PATTERNS / 2, MAX_CACHED_BYTES)
     }
 
-    /// An empty cache whose stacks repeat one pair of patterns: each is the speckle that it is in [`Self::new`], but changes
-    /// with the height only between two patterns. For a look at few profiles, at one transform in place of sixteen.
+    /// An empty cache whose stacks repeat one pair of patterns: each is the speckle that it is in [`Self::new`], but
+    /// changes with the height only between two patterns. For a look at few profiles, at one transform in place of
+    /// sixteen.
     pub fn repeating(seed: u64) -> Self {
         Self::of_pairs(seed, 1, MAX_CACHED_BYTES)
     }
@@ -112,8 +113,8 @@ impl PatternCache {
     }
 }
 
-/// What a stack takes when all of its patterns are made, for speckle of `grain` pixels and so many independent patterns in light
-/// from the surface and from below [bytes].
+/// What a stack takes when all of its patterns are made, for speckle of `grain` pixels and so many independent patterns
+/// in light from the surface and from below [bytes].
 pub fn bytes_of_stack(grain: f64, patterns: [f64; 2]) -> usize {
     stack_bytes(fine_rows(GRAIN_STEP.powi(grain_step(grain))), patterns.map(looks_in))
 }
@@ -145,8 +146,8 @@ pub struct PatternStack {
     pairs: [OnceLock<[IntensityPattern; 2]>; STACK_PATTERNS / 2],
 }
 
-/// One pattern less its mean of 1, `[fine rows + 1, TILE]`, its first row again behind its last, for light from the surface and
-/// from below.
+/// One pattern less its mean of 1, `[fine rows + 1, TILE]`, its first row again behind its last, for light from the
+/// surface and from below.
 #[derive(Debug)]
 struct IntensityPattern {
     surface: Arc<[f32]>,
@@ -231,8 +232,8 @@ impl PatternStack {
         self.at(pattern.rem_euclid(STACK_PATTERNS as i64) as usize, row.rem_euclid(self.rows() as i64) as usize, 0)
     }
 
-    /// [`Self::row`] for numbers within the stack, from column `column` on. Columns behind the last are the first ones of the next
-    /// fine row: the pattern repeats along the line, and a fine row is half a grain at most.
+    /// [`Self::row`] for numbers within the stack, from column `column` on. Columns behind the last are the first ones
+    /// of the next fine row: the pattern repeats along the line, and a fine row is half a grain at most.
     #[inline(always)]
     pub(super) fn at(&self, pattern: usize, row: usize, column: usize) -> [&[f32; TILE]; 2] {
         let pair = (pattern / 2) % self.single.unlike_pairs;

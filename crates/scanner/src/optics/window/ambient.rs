@@ -1,10 +1,10 @@
 //! Ambient light: light of lamps and windows that passes the filter, uniform on everything that a pixel looks at.
 //!
-//! [`crate::optics::camera`] has the equation (vignetting.rs). A point returns the albedo that it has for uniform light from above: the sum of
-//! all widths of its spread, plus what its surface throws back. The pixel of a sensor row sees the point that the row looks
-//! at, as for light from below the surface. Ambient light has photon noise and, since its band is broad, no speckle.
-//! Neglected: shadows of the object on itself and on the conveyor; a hidden point shows its own brightness and not that of
-//! what hides it; points beyond the lines that a band holds show the last one's.
+//! [`crate::optics::camera`] has the equation (vignetting.rs). A point returns the albedo that it has for uniform light
+//! from above: the sum of all widths of its spread, plus what its surface throws back. The pixel of a sensor row sees
+//! the point that the row looks at, as for light from below the surface. Ambient light has photon noise and, since its
+//! band is broad, no speckle. Neglected: shadows of the object on itself and on the conveyor; a hidden point shows its
+//! own brightness and not that of what hides it; points beyond the lines that a band holds show the last one's.
 
 use super::electrons::{Scratch, Window};
 use super::lit_profile::LitProfile;

@@ -21,10 +21,11 @@ pub struct Band {
     pub(crate) lines: Vec<ScanLine>,
     /// Whether some lines are copies of others, so that no other band may keep them.
     pub(crate) is_sparse: bool,
-    /// Electrons from below by a model that knows one line at a time, `[ROWS][columns]` for both windows of each profile, columns padded to
-    /// whole tiles; empty where the kernel answers.
+    /// Electrons from below by a model that knows one line at a time, `[ROWS][columns]` for both windows of each
+    /// profile, columns padded to whole tiles; empty where the kernel answers.
     pub(crate) volumes: Vec<[Vec<f32>; 2]>,
-    /// Offsets of the lines that let light out, a profile, for each row of the window [profiles]; empty where steps are even.
+    /// Offsets of the lines that let light out, a profile, for each row of the window [profiles]; empty where steps are
+    /// even.
     pub(crate) offsets: Vec<[isize; ROWS]>,
 }
 
@@ -34,8 +35,8 @@ impl Band {
         self.neighbour(profile, 0)
     }
 
-    /// Makes a band of `profiles`, with `before` lines before the first and `behind` behind the last, under a number of its
-    /// own. Lines that it holds already move to its beginning: their number; the others keep their memory alone.
+    /// Makes a band of `profiles`, with `before` lines before the first and `behind` behind the last, under a number of
+    /// its own. Lines that it holds already move to its beginning: their number; the others keep their memory alone.
     pub(crate) fn restart(&mut self, profiles: std::ops::Range<usize>, [before, behind]: [usize; 2]) -> usize {
         self.number = NUMBERS_GIVEN.fetch_add(1, Ordering::Relaxed);
         let forward =

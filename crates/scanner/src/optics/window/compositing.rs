@@ -1,7 +1,7 @@
 //! Compositing: light of several lines added up in the windows of a tile.
 //!
-//! Lines are drawn in windows of their own, where a Gaussian is stepped from its middle, and moved by whole rows to where
-//! the tile's windows lie ([`SecondaryLight::windows`]). What falls outside of both is lost.
+//! Lines are drawn in windows of their own, where a Gaussian is stepped from its middle, and moved by whole rows to
+//! where the tile's windows lie ([`SecondaryLight::windows`]). What falls outside of both is lost.
 
 use multiversion::multiversion;
 
@@ -36,8 +36,8 @@ pub fn stand(secondary: &SecondaryLight, tile: usize, scratch: &mut Scratch) {
     }
 }
 
-/// Adds what lies beside the line to `scratch`, whose first window holds the line of `own` alone; `neighbours` are what a row of a
-/// window each looks at.
+/// Adds what lies beside the line to `scratch`, whose first window holds the line of `own` alone; `neighbours` are what
+/// a row of a window each looks at.
 pub fn composite(
     own: &ScanLine,
     neighbours: &[&ScanLine; ROWS],
@@ -71,8 +71,8 @@ pub fn composite(
     }
 }
 
-/// Adds mirror images in the film's own surface, which per-line models leave to the surface as they do the line's own glare; what foil
-/// shows is theirs.
+/// Adds mirror images in the film's own surface, which per-line models leave to the surface as they do the line's own
+/// glare; what foil shows is theirs.
 pub(crate) fn add_surface_reflections(secondary: &SecondaryLight, tile: usize, windows: &mut [Window]) {
     for reflection in secondary.tile(tile).iter().filter(|reflection| !reflection.in_foil) {
         add_reflection(reflection, tile * TILE, windows);
@@ -83,8 +83,8 @@ fn load_rows(rows: &[i32], start: usize) -> [i32; TILE] {
     std::array::from_fn(|c| rows[start + c])
 }
 
-/// Adds `share` of the light of one window to others, row by row of the sensor; what comes from below counts as light from
-/// the surface in columns of `metal`.
+/// Adds `share` of the light of one window to others, row by row of the sensor; what comes from below counts as light
+/// from the surface in columns of `metal`.
 pub(crate) fn add_shifted(from: &Window, to: &mut [Window], metal: &[bool], share: f32) {
     for window in to.iter_mut() {
         let off = |c: usize| from.first_row[c] - window.first_row[c];
@@ -150,7 +150,8 @@ fn image_rows(reflection: &Reflection, middle: f32) -> [f32; ROWS] {
 mod tests {
     use super::*;
 
-    /// Of two images, one of them in foil, models that follow light through packs get the one in the film's surface alone, and the kernel both.
+    /// Of two images, one of them in foil, models that follow light through packs get the one in the film's surface
+    /// alone, and the kernel both.
     #[test]
     fn what_foil_shows_is_drawn_once() {
         let image = |in_foil: bool| Reflection { column: 3, row: 22.0, variance: 4.0, electrons: 1000.0, in_foil };

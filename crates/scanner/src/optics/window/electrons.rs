@@ -1,5 +1,5 @@
-//! Electrons of a tile's windows: the arrays that every step of an exposure works on. Steps draw light into a window [e-];
-//! digitising turns it into numbers.
+//! Electrons of a tile's windows: the arrays that every step of an exposure works on. Steps draw light into a window
+//! [e-]; digitising turns it into numbers.
 
 use std::ops::Range;
 

@@ -1,13 +1,14 @@
-//! Interreflections: laser light that one part of a body scatters to all sides, and that another part scatters to the lens.
+//! Interreflections: laser light that one part of a body scatters to all sides, and that another part scatters to the
+//! lens.
 //!
 //! Radiosity (Goral et al. 1984). A patch of the line sends out light by Lambert's law; of that the area dA receives
-//! cos(theta) cos(theta') dA / (pi d^2). Received light is worked out in every [`NODE_ROWS`]th row of a window; what is seen
-//! between is linear. The card lights a pocket's walls that way, and walls the card about them: light that comes from far and
-//! falls wide, which no width of the film's own spread holds. What has crossed a pocket is told by the pocket
-//! ([`super::pocket_light`]).
-//! Neglected: what stands between two patches that face each other, exchanges after the second, light from beyond the
-//! tiles next to a tile's own or beyond the line's own window, how far light spreads in films before it leaves, which way they
-//! prefer to scatter, what lies open in holes, bodies of wood, and the conveyor.
+//! cos(theta) cos(theta') dA / (pi d^2). Received light is worked out in every [`NODE_ROWS`]th row of a window; what is
+//! seen between is linear. The card lights a pocket's walls that way, and walls the card about them: light that comes
+//! from far and falls wide, which no width of the film's own spread holds. What has crossed a pocket is told by the
+//! pocket ([`super::pocket_light`]). Neglected: what stands between two patches that face each other, exchanges after
+//! the second, light from beyond the tiles next to a tile's own or beyond the line's own window, how far light spreads
+//! in films before it leaves, which way they prefer to scatter, what lies open in holes, bodies of wood, and the
+//! conveyor.
 
 use std::ops::Range;
 
@@ -132,7 +133,8 @@ impl LitProfile<'_> {
 }
 
 impl Window {
-    /// Adds light of patches: of the tile's own and one more on either side, `[patch][row]`, linear from the middle of one to that of the next.
+    /// Adds light of patches: of the tile's own and one more on either side, `[patch][row]`, linear from the middle of
+    /// one to that of the next.
     pub(crate) fn add_patches(&mut self, shown: &[[f32; ROWS]; PER_TILE + 2]) {
         add_linear(shown, self.drawn.clone(), &mut self.volume);
     }
@@ -140,7 +142,8 @@ impl Window {
 
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn add_linear(shown: &[[f32; ROWS]; PER_TILE + 2], rows: Range<usize>, volume: &mut [[f32; TILE]; ROWS]) {
-    // Which two patches each column of a patch lies between, of three beside each other, and how far it is from the first to the second.
+    // Which two patches each column of a patch lies between, of three beside each other, and how far it is from the
+    // first to the second.
     let between: [(usize, f32); STRIDE] = std::array::from_fn(|c| {
         let along = c as f32 / STRIDE as f32 + 1.0 - 0.5 * (STRIDE - 1) as f32 / STRIDE as f32;
         (along as usize, along.fract())
@@ -205,8 +208,9 @@ mod tests {
 
     use super::*;
 
-    /// Card and wall of a pocket with a line across both: rays by Lambert's law from the card, followed to the wall, land as often in each
-    /// strip along the motion and each part of the height as patches say, within 4 %, and 15 % at the wall's foot.
+    /// Card and wall of a pocket with a line across both: rays by Lambert's law from the card, followed to the wall,
+    /// land as often in each strip along the motion and each part of the height as patches say, within 4 %, and 15 % at
+    /// the wall's foot.
     #[test]
     fn walls_receive_what_rays_from_the_card_bring() {
         let mut rng = procedural::Stream::root(41).rng();

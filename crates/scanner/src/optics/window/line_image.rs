@@ -130,8 +130,8 @@ pub fn draw(own: &ScanLine, neighbours: &[&ScanLine; ROWS], start: usize, line: 
     }
 }
 
-/// Whether what a window's rows see and the line are both over pockets, or neither, `[ROWS][TILE]`: light goes far in the air of one pocket, or in film that is
-/// sealed, and not from one to the other.
+/// Whether what a window's rows see and the line are both over pockets, or neither, `[ROWS][TILE]`: light goes far in
+/// the air of one pocket, or in film that is sealed, and not from one to the other.
 #[inline(always)]
 fn same_side(
     own: &ScanLine,
@@ -157,8 +157,8 @@ fn apart(source: &[f32; TILE], hidden: &[bool; TILE]) -> [[f32; TILE]; 2] {
     [false, true].map(|of| std::array::from_fn(|c| if hidden[c] == of { source[c] } else { 0.0 }))
 }
 
-/// Adds light of a width that has spread over a surface that rises and falls, by its shift, variance and source, to rows that show what is
-/// this far away.
+/// Adds light of a width that has spread over a surface that rises and falls, by its shift, variance and source, to
+/// rows that show what is this far away.
 #[inline(always)]
 fn add_over_relief(
     away_mm: &[[f32; TILE]; ROWS],
@@ -182,7 +182,8 @@ fn add_over_relief(
     }
 }
 
-/// Draws the line of `own` that is seen through a film in a window of its own, and what `neighbours` let out of its light.
+/// Draws the line of `own` that is seen through a film in a window of its own, and what `neighbours` let out of its
+/// light.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 pub(crate) fn draw_transmitted(
     own: &TransmittedLine,
@@ -211,8 +212,9 @@ pub(crate) fn draw_transmitted(
     }
 }
 
-/// Adds the light of `own` that falls into a window beyond the one that its line was drawn in, which begins at `drawn`: what spreads far
-/// over a pocket shows about the other line too. The surface goes on level from the last scan line on either side that the line's window looks at.
+/// Adds the light of `own` that falls into a window beyond the one that its line was drawn in, which begins at `drawn`:
+/// what spreads far over a pocket shows about the other line too. The surface goes on level from the last scan line on
+/// either side that the line's window looks at.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 pub(crate) fn add_beyond(
     own: &ScanLine,
@@ -248,8 +250,9 @@ pub(crate) fn add_transmitted_beyond(
     beyond([load(&own.centre, start); 2], lines, |j| load(&own.source[j], start), shift, exits, drawn, window);
 }
 
-/// Adds the far widths of lines, by where they are seen from before their windows and from behind, and their variances and rows per mm, to the
-/// rows of a window that lie outside of the windows that begin at `drawn`. Each leaves by the last row on its side that those look at.
+/// Adds the far widths of lines, by where they are seen from before their windows and from behind, and their variances
+/// and rows per mm, to the rows of a window that lie outside of the windows that begin at `drawn`. Each leaves by the
+/// last row on its side that those look at.
 #[inline(always)]
 fn beyond<'a>(
     centres: [&[f32; TILE]; 2],

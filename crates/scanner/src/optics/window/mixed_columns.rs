@@ -1,9 +1,9 @@
 //! Mixed pixels: a column is as wide as its pixels, and where the surface jumps within that width it sees both sides.
 //!
-//! What a column shows follows from the point in its middle. The column that an edge cuts ([`MixedColumn`]) sees its own side
-//! with the rest of its width, and the other side, with the light of its neighbour there, with what the edge cuts off. Where
-//! both lines lie within a window they merge, as far as they are apart; beyond, the cut column's line loses the light that is
-//! not its own, and the other line, fainter than half, is not drawn.
+//! What a column shows follows from the point in its middle. The column that an edge cuts ([`MixedColumn`]) sees its
+//! own side with the rest of its width, and the other side, with the light of its neighbour there, with what the edge
+//! cuts off. Where both lines lie within a window they merge, as far as they are apart; beyond, the cut column's line
+//! loses the light that is not its own, and the other line, fainter than half, is not drawn.
 //!
 //! Heights, classes and truth of a column stay those of its middle. Neglected: edges exactly between two tiles.
 
@@ -11,8 +11,9 @@ use super::electrons::Window;
 use crate::optics::light::{MixedColumn, ROWS, window_start};
 use crate::optics::speckle::TILE;
 
-/// Whether the windows about lines at `centre` are such that each mixed column of the tile takes light of its neighbour row by row, or
-/// none of it, and is cut once: no row then needs one that stands elsewhere in a window, and none is brighter than the brighter of both columns.
+/// Whether the windows about lines at `centre` are such that each mixed column of the tile takes light of its neighbour
+/// row by row, or none of it, and is cut once: no row then needs one that stands elsewhere in a window, and none is
+/// brighter than the brighter of both columns.
 pub(crate) fn share_rows_or_none(mixed: &[MixedColumn], tile: usize, centre: &[f32; TILE]) -> bool {
     let first = tile * TILE;
     let mixed = MixedColumn::of_tile(mixed, tile);

@@ -1,8 +1,8 @@
 //! Windows: the light of lines gathers in windows of sensor rows.
 //!
-//! Takes the lines that a profile looks at ([`Band`]); gives electrons in one or two windows of [`ROWS`] rows about the line, a
-//! tile of columns at a time ([`Scratch`]). What each column of a line sends and lets out is known by then; here it is laid
-//! on the rows where the lens sees it.
+//! Takes the lines that a profile looks at ([`Band`]); gives electrons in one or two windows of [`ROWS`] rows about the
+//! line, a tile of columns at a time ([`Scratch`]). What each column of a line sends and lets out is known by then;
+//! here it is laid on the rows where the lens sees it.
 
 mod ambient;
 mod band;
@@ -113,8 +113,8 @@ impl Drawing<'_> {
         mixed_columns::mix(&own.mixed, tile, &mut scratch.windows[0]);
     }
 
-    /// Whether a tile shows nothing but a line that is one Gaussian and what spreads from it over a level surface, but for edges
-    /// whose sides do not mix rows.
+    /// Whether a tile shows nothing but a line that is one Gaussian and what spreads from it over a level surface, but
+    /// for edges whose sides do not mix rows.
     pub fn is_line_alone(&self, tile: usize) -> bool {
         let LitProfile { camera, geometry, band, profile } = self.lit;
         let own = self.lit.line();
@@ -132,8 +132,8 @@ impl Drawing<'_> {
             && !SeenRows::are_uneven(own, &self.lit.neighbours(), tile * TILE)
     }
 
-    /// A bound on the light of the line in the rows of a tile's window that are not among `rows`, a column [e-]; `None` where
-    /// front faces let some of it out.
+    /// A bound on the light of the line in the rows of a tile's window that are not among `rows`, a column [e-]; `None`
+    /// where front faces let some of it out.
     pub fn light_beyond(&self, tile: usize, rows: &Range<usize>, speckle: &AnchoredSpeckle) -> Option<[f32; TILE]> {
         let (start, own) = (tile * TILE, self.lit.line());
         let neighbours = self.lit.neighbours();
@@ -145,7 +145,8 @@ impl Drawing<'_> {
             let greatest = neighbours[k].greatest_exits[tile];
             exits.iter_mut().zip(greatest).for_each(|(most, exit)| *most = greater(*most, exit));
         }
-        // Light of short paths, as from knots, keeps more contrast than that of the wood that the patterns are made for.
+        // Light of short paths, as from knots, keeps more contrast than that of the wood that the patterns are made
+        // for.
         let contrasts = own.contrasts_of(tile).as_flattened();
         let brightest = speckle.brightest(contrasts.iter().fold(1.0, |most: f32, contrast| most.max(*contrast)));
         let mut light = light_beyond(own, start, rows, &exits, brightest);

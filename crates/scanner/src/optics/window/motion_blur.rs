@@ -1,17 +1,17 @@
 //! Motion blur: a global shutter stays open while the object moves on.
 //!
 //! An exposure begins where its profile stands and lasts the share phi = rate x time of the way to the next one, so its
-//! light is the mean over that way. Between two profiles the light is taken as linear in the way, as a line of the object
-//! between two sampled lines is:
+//! light is the mean over that way. Between two profiles the light is taken as linear in the way, as a line of the
+//! object between two sampled lines is:
 //!
 //! ```text
 //! mean over 0 <= u <= phi of ((1 - u) E_n + u E_{n+1}) = (1 - phi / 2) E_n + (phi / 2) E_{n+1}
 //! ```
 //!
 //! Exact for what is linear between profiles, and on average over where between two profiles an edge lies; no light is
-//! lost or made along the scan. Where the next line stands apart, over an upright edge, it has a window of its own, and the
-//! sensor sees both lines. The next profile's light is kept, so that an exposure costs a blend and no second drawing.
-//! Neglected: texture finer than a step, which is not sampled either; a rolling shutter.
+//! lost or made along the scan. Where the next line stands apart, over an upright edge, it has a window of its own, and
+//! the sensor sees both lines. The next profile's light is kept, so that an exposure costs a blend and no second
+//! drawing. Neglected: texture finer than a step, which is not sampled either; a rolling shutter.
 
 use multiversion::multiversion;
 
@@ -28,8 +28,8 @@ pub(crate) struct MotionBlur {
     pub faint: f32,
 }
 
-/// Fills `scratch` with the mean light of one tile over the way that the object moves while it is exposed; `draw` fills a
-/// scratch with the light of the tile in a profile, as if the object stood still.
+/// Fills `scratch` with the mean light of one tile over the way that the object moves while it is exposed; `draw` fills
+/// a scratch with the light of the tile in a profile, as if the object stood still.
 pub fn window(blur: MotionBlur, key: ExposureKey, scratch: &mut Scratch, draw: impl Fn(usize, &mut Scratch)) {
     let mut next = scratch.next.take().unwrap_or_default();
     if next.key == Some(key) {

@@ -1,9 +1,9 @@
 //! Per-line models: light from below by a model that answers one line at a time, laid on the sensor.
 //!
-//! The pipeline hands the model in as a [`LineSolver`]. It answers on cells of the body around the line, columns of the sensor times rows along the scan ([`LineResponse`]).
-//! Each cell is laid on the sensor's rows where the body's surface there is seen, with the blur of lens and pixel; the
-//! laser's width is in the answer already. The lens blurs along the line too. Neglected: light stays in its column, and
-//! one direction of view serves the whole line, that of its middle.
+//! The pipeline hands the model in as a [`LineSolver`]. It answers on cells of the body around the line, columns of the
+//! sensor times rows along the scan ([`LineResponse`]). Each cell is laid on the sensor's rows where the body's surface
+//! there is seen, with the blur of lens and pixel; the laser's width is in the answer already. The lens blurs along the
+//! line too. Neglected: light stays in its column, and one direction of view serves the whole line, that of its middle.
 
 use std::fmt;
 
@@ -22,7 +22,8 @@ const REACH_SIGMAS: f32 = 5.0;
 /// Light around a line source, by the number of its profile.
 type SolveLine = dyn Fn(&LineSource<'_>, u64) -> LineResponse + Send + Sync;
 
-/// A model of light in matter that answers one line at a time: what comes out around the line of a profile, by its number.
+/// A model of light in matter that answers one line at a time: what comes out around the line of a profile, by its
+/// number.
 pub struct LineSolver(Box<SolveLine>);
 
 impl LineSolver {
@@ -50,8 +51,9 @@ pub(crate) struct PerLine<'a> {
 }
 
 impl PerLine<'_> {
-    /// Electrons from below in both windows of every column of `profile`, `[ROWS][columns]` each, columns padded to whole tiles, the
-    /// second empty where one is enough; the profile stands at scan position `y` [mm], on the scan line `line`.
+    /// Electrons from below in both windows of every column of `profile`, `[ROWS][columns]` each, columns padded to
+    /// whole tiles, the second empty where one is enough; the profile stands at scan position `y` [mm], on the scan
+    /// line `line`.
     pub fn volume(&self, line: &ScanLine, profile: u64, y: f64) -> [Vec<f32>; 2] {
         let columns = line.hits.len();
         let height = line.hits.iter().map(|hit| hit.surface.z).fold(0.0, f32::max);

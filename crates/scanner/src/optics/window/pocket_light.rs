@@ -1,11 +1,14 @@
-//! Pocket light: what pockets let out of the light that enters through their film, wherever that has gone in them ([`crate::specimen::cavity`]).
+//! Pocket light: what pockets let out of the light that enters through their film, wherever that has gone in them
+//! ([`crate::specimen::cavity`]).
 //!
-//! Near the line the planar model of film and what lies below stands (`film` of [`crate::optics::scan_line`]): its widths up to half a millimetre. Wider ones know no
-//! walls and are left out in pockets; the cavity tells what leaves at each place, of which the near widths' part is taken off. So is light that
-//! the film throws down again and that tablets or foil then show through it. Both are worked out in patches of [`STRIDE`] columns and every
-//! [`NODE_ROWS`]th row of a window, at the place that the row looks at, and are linear between; beyond the rows that a window looks at the surface
-//! goes on level, and light by its place. The card around a pocket shows what it receives of the walls' light.
-//! Neglected: what leaves film beyond the window's rows where that is not level, what one pocket sends into another.
+//! Near the line the planar model of film and what lies below stands (`film` of [`crate::optics::scan_line`]): its
+//! widths up to half a millimetre. Wider ones know no walls and are left out in pockets; the cavity tells what leaves
+//! at each place, of which the near widths' part is taken off. So is light that the film throws down again and that
+//! tablets or foil then show through it. Both are worked out in patches of [`STRIDE`] columns and every [`NODE_ROWS`]th
+//! row of a window, at the place that the row looks at, and are linear between; beyond the rows that a window looks at
+//! the surface goes on level, and light by its place. The card around a pocket shows what it receives of the walls'
+//! light. Neglected: what leaves film beyond the window's rows where that is not level, what one pocket sends into
+//! another.
 
 use glam::Vec2;
 
@@ -127,7 +130,8 @@ impl PatchLight<'_> {
         self.lit.iter().map_while(|light| *light)
     }
 
-    /// Light that film over a pocket, or the card beside it, shows in the patch of `line`, or as far beyond it, where near widths are so high [e-/mm].
+    /// Light that film over a pocket, or the card beside it, shows in the patch of `line`, or as far beyond it, where
+    /// near widths are so high [e-/mm].
     fn film_shows(&self, line: &ScanLine, beyond: f32, heights: &[f32; NEAR_WIDTHS]) -> f32 {
         let (Some(secondary), patch) = (&line.secondary, self.patch) else { return 0.0 };
         let at = Vec2::new(secondary.patches.x[patch], line.y_mm + beyond);
@@ -140,7 +144,8 @@ impl PatchLight<'_> {
         }
     }
 
-    /// Where the line below the film of `line` is seen, and what lies there shows of the light of `own`'s line [px, e-/mm].
+    /// Where the line below the film of `line` is seen, and what lies there shows of the light of `own`'s line [px,
+    /// e-/mm].
     fn below_shows(
         &self,
         own: &ScanLine,

@@ -1,9 +1,10 @@
 //! Rows of a window that are left out: how much light can fall on them.
 //!
-//! Where a tile shows nothing but a line, the rows about it are drawn alone. Light of width j in a pixel d rows from the line's middle is
-//! source_j(column) G_j(d) exit_j(column, row); of the rows left out, d is no less than that of the nearest, and the exit no more than
-//! the greatest of the tile there. Speckle multiplies it by a number that is hardly ever exceeded ([`AnchoredSpeckle::brightest`](crate::optics::speckle::AnchoredSpeckle::brightest)). Whether a pixel with that much light
-//! could be read as a peak is for the digitiser to say, which knows the noise.
+//! Where a tile shows nothing but a line, the rows about it are drawn alone. Light of width j in a pixel d rows from
+//! the line's middle is source_j(column) G_j(d) exit_j(column, row); of the rows left out, d is no less than that of
+//! the nearest, and the exit no more than the greatest of the tile there. Speckle multiplies it by a number that is
+//! hardly ever exceeded ([`AnchoredSpeckle::brightest`](crate::optics::speckle::AnchoredSpeckle::brightest)). Whether a
+//! pixel with that much light could be read as a peak is for the digitiser to say, which knows the noise.
 
 use std::ops::Range;
 
@@ -18,9 +19,9 @@ use transport::kernel::BASIS;
 /// What Gaussians that are stepped from row to row have at most of what they should [1].
 const STEPPED: f32 = 1.000_2;
 
-/// A bound on the light in a column's pixels that lie outside the rows `drawn`, of a line that is one Gaussian across and what spreads from it
-/// [e-]: light of each width leaves there by `exits` at most, and speckle makes it no brighter than `brightest`, from the surface and from
-/// below.
+/// A bound on the light in a column's pixels that lie outside the rows `drawn`, of a line that is one Gaussian across
+/// and what spreads from it [e-]: light of each width leaves there by `exits` at most, and speckle makes it no
+/// brighter than `brightest`, from the surface and from below.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 pub(crate) fn light_beyond(
     own: &ScanLine,
@@ -52,14 +53,16 @@ pub(crate) fn light_beyond(
     light.map(|light| light * STEPPED)
 }
 
-/// Height of a Gaussian of `variance`, `away` or further from its middle [1/px]; of a narrow one, which whole rows may miss, at least as much.
+/// Height of a Gaussian of `variance`, `away` or further from its middle [1/px]; of a narrow one, which whole rows may
+/// miss, at least as much.
 #[inline(always)]
 fn height(away: f32, variance: f32) -> f32 {
     let (away, v) = (away.max(0.0), variance.max(NARROW_VARIANCE));
     0.398_942_3 / v.sqrt() * exp(-0.5 * away * away / v)
 }
 
-/// Raises bounds of mixed columns, at `centre` in their tile, to those of the neighbours whose light they take row by row.
+/// Raises bounds of mixed columns, at `centre` in their tile, to those of the neighbours whose light they take row by
+/// row.
 pub(crate) fn mix_bounds(mixed: &[MixedColumn], first: usize, centre: &[f32; TILE], light: &mut [f32; TILE]) {
     let own = *light;
     for m in mixed {
@@ -79,8 +82,9 @@ mod tests {
     use super::*;
     use crate::optics::light::{MIN_VARIANCE, ROWS, UNIT_EXIT};
 
-    /// The bound of each column holds over its Gaussians as they are drawn in all rows left out, wherever the line lies in its row, and is met where all exits
-    /// are the greatest; a mixed column has that of the brighter of both where it takes the other's light.
+    /// The bound of each column holds over its Gaussians as they are drawn in all rows left out, wherever the line lies
+    /// in its row, and is met where all exits are the greatest; a mixed column has that of the brighter of both where
+    /// it takes the other's light.
     #[test]
     fn lines_are_below_the_bound() {
         let mut rng = procedural::Stream::root(3).rng();

@@ -7,8 +7,8 @@
 use crate::optics::encoder::Encoder;
 use crate::optics::light::{CENTRE, ROWS};
 
-/// Greatest distance of a scan line that lets light out from the profile's own [profiles]; for steps under 0.035 mm the light
-/// that leaves further away is let out by the last of them.
+/// Greatest distance of a scan line that lets light out from the profile's own [profiles]; for steps under 0.035 mm the
+/// light that leaves further away is let out by the last of them.
 const MAX_NEIGHBOURS: usize = 64;
 
 /// Geometry of one scan: positions of the profiles, and the scan lines that each of them looks at.
@@ -27,8 +27,8 @@ pub(crate) struct ScanGeometry {
 }
 
 impl ScanGeometry {
-    /// The geometry of a scan in steps of `step` [mm] whose image has `rows_per_mm` rows along the motion on a flat surface
-    /// as high as the object; a specimen that turns lets light out by the matter of its own line alone.
+    /// The geometry of a scan in steps of `step` [mm] whose image has `rows_per_mm` rows along the motion on a flat
+    /// surface as high as the object; a specimen that turns lets light out by the matter of its own line alone.
     pub fn new(encoder: Encoder, step: f64, rows_per_mm: f64, exposed_share: f64, turns: bool) -> Self {
         let away: [f64; ROWS] = std::array::from_fn(|k| (CENTRE as f64 - k as f64) / rows_per_mm);
         let (distances, neighbours) =
@@ -52,8 +52,8 @@ impl ScanGeometry {
         self.encoder.within(self.distances[0].max(-self.distances[ROWS - 1])).min(MAX_NEIGHBOURS) as isize
     }
 
-    /// Offsets of the lines that let light out, for each row of the window, in each of `profiles` [profiles]; empty where
-    /// steps are even, since [`Self::neighbours`] holds for all of them.
+    /// Offsets of the lines that let light out, for each row of the window, in each of `profiles` [profiles]; empty
+    /// where steps are even, since [`Self::neighbours`] holds for all of them.
     pub(crate) fn uneven_neighbours(&self, profiles: std::ops::Range<usize>) -> Vec<[isize; ROWS]> {
         let nearest = |profile: usize| {
             self.distances.map(|away| self.encoder.nearest(profile as isize, away, self.max_neighbour()))

@@ -1,12 +1,13 @@
 //! A second line, parallel to the first: the same sheet of light again, moved along the motion.
 //!
-//! It lights the scan line that stands below it, whose light is worked out already for another position of the
-//! scan, and is seen off the first one's plane: where the camera's exact projection puts it. Columns look at other places
-//! there, by 0.5 % of x at 5 mm; a tile takes the columns that come nearest, within a column, and heights to first order of
-//! what is left. A thin lens that has the first one in focus has not the second, and blurs it along the rows. It stands in
-//! the second window of rows where the first does not hold it. Neglected: that the second line meets what it lights from,
-//! and the lens sees it at, an angle that differs by offset over distance; its blur along the line, streaks, mirror images, interreflections
-//! and lines through films, what pockets let out of its light; what falls outside of both windows.
+//! It lights the scan line that stands below it, whose light is worked out already for another position of the scan,
+//! and is seen off the first one's plane: where the camera's exact projection puts it. Columns look at other places
+//! there, by 0.5 % of x at 5 mm; a tile takes the columns that come nearest, within a column, and heights to first
+//! order of what is left. A thin lens that has the first one in focus has not the second, and blurs it along the rows.
+//! It stands in the second window of rows where the first does not hold it. Neglected: that the second line meets what
+//! it lights from, and the lens sees it at, an angle that differs by offset over distance; its blur along the line,
+//! streaks, mirror images, interreflections and lines through films, what pockets let out of its light; what falls
+//! outside of both windows.
 
 use std::ops::RangeInclusive;
 
@@ -94,8 +95,8 @@ impl SecondLine {
         (from.max(0.0) as usize).min(line.centre.len() - TILE)
     }
 
-    /// Sensor row of the line in column `column`, which takes the light of column `own` of the lit row; `rest` is how far
-    /// beyond that line the line stands [mm].
+    /// Sensor row of the line in column `column`, which takes the light of column `own` of the lit row; `rest` is how
+    /// far beyond that line the line stands [mm].
     fn centre(&self, camera: &Camera, line: &ScanLine, own: usize, column: usize, rest: f32) -> f32 {
         let hit = &line.hits[own];
         let surface = &hit.surface;

@@ -1,12 +1,13 @@
 //! Seen rows: where along the motion each sensor row of a window looks, on a surface that rises and falls.
 //!
-//! On a level surface sensor rows look at the specimen in even steps ([`super::scan_geometry`]). A wall that faces the lens takes more of
-//! them, one that looks away none: the lens looks aslant from the front, so each row shows the first place from there that falls on it.
-//! Light that has spread far leaves by the film at that place, and is as bright there as the way along the motion says. Surfaces are known
-//! in the scan lines that a window looks at, and straight between them.
+//! On a level surface sensor rows look at the specimen in even steps ([`super::scan_geometry`]). A wall that faces the
+//! lens takes more of them, one that looks away none: the lens looks aslant from the front, so each row shows the first
+//! place from there that falls on it. Light that has spread far leaves by the film at that place, and is as bright
+//! there as the way along the motion says. Surfaces are known in the scan lines that a window looks at, and straight
+//! between them.
 //!
-//! Of a line that itself is hidden the lens sees what has crept through the film to where it looks: along the film, which is longer than
-//! along the motion. What the air carries there is told elsewhere ([`super::interreflections`]).
+//! Of a line that itself is hidden the lens sees what has crept through the film to where it looks: along the film,
+//! which is longer than along the motion. What the air carries there is told elsewhere ([`super::interreflections`]).
 
 use crate::optics::light::{CENTRE, ROWS, ScanLine, load, window_start};
 use crate::optics::speckle::TILE;
@@ -38,7 +39,8 @@ impl SeenRows {
             })
     }
 
-    /// Where the window of the line of `own` looks, if its rows do not see a level surface; `neighbours` are the lines that a row of a window each would see of one.
+    /// Where the window of the line of `own` looks, if its rows do not see a level surface; `neighbours` are the lines
+    /// that a row of a window each would see of one.
     #[inline(always)]
     pub fn of(own: &ScanLine, neighbours: &[&ScanLine; ROWS], start: usize) -> Option<Box<Self>> {
         if !Self::are_uneven(own, neighbours, start) {
@@ -119,7 +121,8 @@ mod tests {
 
     use super::*;
 
-    /// On random walks of heights: each row shows the first place from the front that falls on it, and what lies behind is hidden.
+    /// On random walks of heights: each row shows the first place from the front that falls on it, and what lies behind
+    /// is hidden.
     #[test]
     fn rows_show_what_stands_first() {
         let mut rng = procedural::Stream::root(43).rng();
@@ -156,7 +159,8 @@ mod tests {
         assert!(hidden > 50, "{hidden} places are hidden");
     }
 
-    /// On walls of random slopes the way is as long as the wall is; over the edge between a wall and a card it is that of both.
+    /// On walls of random slopes the way is as long as the wall is; over the edge between a wall and a card it is that
+    /// of both.
     #[test]
     fn ways_follow_the_surface() {
         use crate::specimen::Hit;

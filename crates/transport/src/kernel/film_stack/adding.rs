@@ -1,8 +1,8 @@
 //! Adding method, step by step: where a line's light goes in a film over air and tablet or foil.
 //!
-//! The equations are those of [`super`], one step each: straight light, the film's own transfer, the gap, what lies below, light that
-//! pigment turns once, and the bounces between film and what lies below. Film sealed to foil has no room below it: its table answers
-//! for both ([`super::sealed`]).
+//! The equations are those of [`super`], one step each: straight light, the film's own transfer, the gap, what lies
+//! below, light that pigment turns once, and the bounces between film and what lies below. Film sealed to foil has no
+//! room below it: its table answers for both ([`super::sealed`]).
 
 use std::sync::Arc;
 
@@ -20,13 +20,15 @@ use super::underlayer::Underlayer;
 use crate::fresnel::{fresnel_dielectric, gloss, normal_reflectance};
 use numerics::lanes::exp;
 
-/// Gap above foil under which light that film and foil throw to each other again meets it from all sides rather than from above; of 0.25,
-/// 0.35 and 0.5 the one that suited the first sixty packs of tests/reference/drawn_packs.rs best [mm].
+/// Gap above foil under which light that film and foil throw to each other again meets it from all sides rather than
+/// from above; of 0.25, 0.35 and 0.5 the one that suited the first sixty packs of tests/reference/drawn_packs.rs best
+/// [mm].
 const NEAR_GAP_MM: f32 = 0.25;
-/// Sideways way of Lambert light in a film over that in air of the film's thickness: tan(inside) / tan(outside) near 60 degrees, where light comes from
-/// that lands beside the line [1].
+/// Sideways way of Lambert light in a film over that in air of the film's thickness: tan(inside) / tan(outside) near 60
+/// degrees, where light comes from that lands beside the line [1].
 const IN_FILM: f32 = 0.41;
-/// Height in air over which Lambert light spreads as light that pigment turned once does from its depth, over the film's thickness [1].
+/// Height in air over which Lambert light spreads as light that pigment turned once does from its depth, over the
+/// film's thickness [1].
 const ONCE_AROUND: f32 = 0.15;
 /// Factor by which the law of exit of light that pigment turns more than once is at most unlike that of all light [1].
 const MOST_UNLIKE: f32 = 2.0;
@@ -36,7 +38,8 @@ const LAMBERT_WAY: f32 = 1.1;
 const LEAST_VIEW_UP: f32 = 0.2;
 /// Largest gain of light between film and what lies below that is believed [1].
 const MAX_LOOP_GAIN: f32 = 0.98;
-/// Variance, about each of two axes, of the directions into which pigment turns light ahead once: 1 - g, as for small angles [rad^2].
+/// Variance, about each of two axes, of the directions into which pigment turns light ahead once: 1 - g, as for small
+/// angles [rad^2].
 const TURNED_SPREAD: f32 = 1.0 - PIGMENT_G;
 
 /// What the steps read: films, what lies below, and Lambert's law.
@@ -317,8 +320,8 @@ impl GapTransfer {
             true => tables.lambert.over(2.0 * height * gloss.roughness[1]),
             false => [1.0; FREQUENCY_COUNT],
         };
-        // Light that passes the film unturned leaves it further away than it met it: steep light by its refracted slope, Lambert
-        // light by about half of what air of the film's thickness would add.
+        // Light that passes the film unturned leaves it further away than it met it: steep light by its refracted
+        // slope, Lambert light by about half of what air of the film's thickness would add.
         Self {
             air,
             air_up,
@@ -369,16 +372,17 @@ impl<'a> UnderReflection<'a> {
         let gap = stack.film.gap_mm.unwrap_or(0.0);
         let near = NEAR_GAP_MM * NEAR_GAP_MM / (NEAR_GAP_MM * NEAR_GAP_MM + gap * gap);
         let glow = if foil { near * mirrors + (1.0 - near) * glint.min(mirrors) } else { 0.0 };
-        // Light that pigment has turned ahead once has two ways to the lens: it was turned towards the lens' mirror image, and
-        // foil shows it beside where it was turned; or the lobe of rough foil turns it there, from where it met the foil.
+        // Light that pigment has turned ahead once has two ways to the lens: it was turned towards the lens' mirror
+        // image, and foil shows it beside where it was turned; or the lobe of rough foil turns it there, from where it
+        // met the foil.
         let lobe2 = (FACET_TURN * under.gloss.roughness[1]).powi(2);
         let shown = TURNED_SPREAD / (TURNED_SPREAD + lobe2);
         let (body, seen_body) = (tables.under.body(), tables.under.seen());
         Self { foil, body, seen_body, mirrors, mirrors_straight, glint, shine, glow, shown }
     }
 
-    /// Radiance factor, at frequency `i`, of light that what lies below sends to the lens: that the film has not thrown down again, and
-    /// the rest [1].
+    /// Radiance factor, at frequency `i`, of light that what lies below sends to the lens: that the film has not thrown
+    /// down again, and the rest [1].
     #[inline(always)]
     fn sent(
         &self,
@@ -408,8 +412,8 @@ impl<'a> UnderReflection<'a> {
     }
 }
 
-/// Light that pigment turns once, which leaves where it came in and by a law of its own; the rest leaves by what is left of that of
-/// all light.
+/// Light that pigment turns once, which leaves where it came in and by a law of its own; the rest leaves by what is
+/// left of that of all light.
 #[derive(Debug, Clone, Copy)]
 struct TurnedOnce {
     /// Radiance factor towards the lens, as it is and as it would be of level film [1].
@@ -444,7 +448,8 @@ impl TurnedOnce {
         }
     }
 
-    /// Light towards the lens that has never been below the film, at frequency `i`, of which `square` is the square [1].
+    /// Light towards the lens that has never been below the film, at frequency `i`, of which `square` is the square
+    /// [1].
     #[inline(always)]
     fn alone(&self, i: usize, enter: f32, film: &FilmTransfer, square: f32) -> f32 {
         let smeared = self.beside * (1.0 - exp(-0.5 * self.smear * square));
@@ -453,8 +458,8 @@ impl TurnedOnce {
     }
 }
 
-/// Radiance factors of what foil mirrors to the lens beside its glint: the film's lower side, lit by light that pigment has turned on its way
-/// down; and straight light that foil, film and foil have mirrored [1].
+/// Radiance factors of what foil mirrors to the lens beside its glint: the film's lower side, lit by light that pigment
+/// has turned on its way down; and straight light that foil, film and foil have mirrored [1].
 #[inline(always)]
 fn mirrored_by_foil(
     stack: &FilmStack,
@@ -467,7 +472,8 @@ fn mirrored_by_foil(
         return [0.0; 2];
     }
     let lower_side = stack.enter * under.mirrors * under.shown * turned_down(stack, film.on[0]);
-    // Straight light leaves by two lobes, which reach further: turned half of the way by each, it goes towards the lens between them.
+    // Straight light leaves by two lobes, which reach further: turned half of the way by each, it goes towards the lens
+    // between them.
     let gloss = stack.film.under.gloss;
     let wide = Gloss { roughness: gloss.roughness.map(|roughness| FACET_TURN * roughness), ..gloss };
     let back_down = straight.fresnel + (1.0 - straight.fresnel) * straight.mirrored;
@@ -524,8 +530,8 @@ impl Bounces {
     }
 }
 
-/// Radiance factor of rough metal [1]. Facets throw a part of the light, about a b / (1 + a b) for roughness a and b, at other facets, which throw it
-/// on: nothing of it is lost.
+/// Radiance factor of rough metal [1]. Facets throw a part of the light, about a b / (1 + a b) for roughness a and b,
+/// at other facets, which throw it on: nothing of it is lost.
 #[inline(always)]
 fn metal(of: &procedural::Gloss, normal: Vec3, light: Vec3, view: Vec3) -> f32 {
     let [along, across] = of.roughness;
@@ -536,8 +542,9 @@ fn metal(of: &procedural::Gloss, normal: Vec3, light: Vec3, view: Vec3) -> f32 {
 mod tests {
     use super::*;
 
-    /// White metal of any roughness throws back all light from above: up to the 3 degrees above the surface within which radiance is bounded, what
-    /// facets that lean less than half as far as that throw there, whose tangents t of GGX are as often below as t^2 / (a^2 + t^2).
+    /// White metal of any roughness throws back all light from above: up to the 3 degrees above the surface within
+    /// which radiance is bounded, what facets that lean less than half as far as that throw there, whose tangents t of
+    /// GGX are as often below as t^2 / (a^2 + t^2).
     #[test]
     fn rough_metal_loses_nothing() {
         let lowest = 0.05f32;

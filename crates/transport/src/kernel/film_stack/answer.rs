@@ -1,7 +1,7 @@
 //! Answers for whole stacks: film over air over a half space or foil, film sealed to foil.
 //!
-//! What leaves in each row towards all sides is in `line`; what the lens sees of it in `seen`, where light from below is
-//! moved to where it leaves the film. Spreads are those of the fixed widths, as production uses them.
+//! What leaves in each row towards all sides is in `line`; what the lens sees of it in `seen`, where light from below
+//! is moved to where it leaves the film. Spreads are those of the fixed widths, as production uses them.
 
 use glam::Vec3;
 use procedural::{Film, Gloss, KERNEL_INDICES, Medium};

@@ -28,14 +28,15 @@ pub struct FilmStack {
 }
 
 impl FilmStack {
-    /// How far along the motion light that pigment turns on its way down, and that foil below mirrors, leaves the film beside where it met
-    /// it: twice through the air below the film and, from half of its thickness on, as far through the film [mm].
+    /// How far along the motion light that pigment turns on its way down, and that foil below mirrors, leaves the film
+    /// beside where it met it: twice through the air below the film and, from half of its thickness on, as far through
+    /// the film [mm].
     pub fn mirrored_beside(&self) -> f32 {
         mirrored_depth_mm(&self.medium, &self.film, self.view) * self.view.y / self.view.z
     }
 
-    /// How far along the motion light from below that the film does not turn leaves it beside where it left what lies below: by the
-    /// slant of the view in the air, and by that which refraction leaves of it in the film [mm].
+    /// How far along the motion light from below that the film does not turn leaves it beside where it left what lies
+    /// below: by the slant of the view in the air, and by that which refraction leaves of it in the film [mm].
     pub fn seen_beside(&self) -> f32 {
         let Film { thickness_mm, gap_mm, .. } = self.film;
         gap_mm.unwrap_or(0.0) * self.view.y / self.view.z + thickness_mm * in_film(self.medium.n_eff, self.view)
@@ -74,7 +75,8 @@ pub fn under_normal(film: &Film) -> Vec3 {
     Vec3::new(-film.under_slope[0], -film.under_slope[1], 1.0).normalize()
 }
 
-/// Standard deviation of a lobe's slopes over the roughness of the facets: these lean by 1 / sqrt(2) of it, and turn light by twice that [1].
+/// Standard deviation of a lobe's slopes over the roughness of the facets: these lean by 1 / sqrt(2) of it, and turn
+/// light by twice that [1].
 pub const FACET_TURN: f32 = std::f32::consts::SQRT_2;
 
 /// Mean cosine of the pigment of films [1].

@@ -1,24 +1,24 @@
 //! Adding method for a film over air and tablet, or over foil, as production uses it.
 //!
 //! Each layer answers for itself ([`table`]: films, measured by Monte Carlo; the half space's own table: tablets), and
-//! light that passes from one to the next loses its direction: it leaves by Lambert's law. In the space of frequencies q
-//! along the motion (`spectrum`) spreads one after the other are products, and all bounces between film and what lies below
-//! are a geometric series (van de Hulst 1980). With T0 the straight light that a film lets through, R and T what it
-//! reflects and lets through turned (small letters: of Lambert light), h and g the spread of light from the film and of
-//! Lambert light over the gap, B what a tablet sends out again, m the share that a surface mirrors:
+//! light that passes from one to the next loses its direction: it leaves by Lambert's law. In the space of frequencies
+//! q along the motion (`spectrum`) spreads one after the other are products, and all bounces between film and what lies
+//! below are a geometric series (van de Hulst 1980). With T0 the straight light that a film lets through, R and T what
+//! it reflects and lets through turned (small letters: of Lambert light), h and g the spread of light from the film and
+//! of Lambert light over the gap, B what a tablet sends out again, m the share that a surface mirrors:
 //!
 //! ```text
 //! down   A = T0 / (1 - rho m0), rho what the film's two surfaces throw down again of straight light from below
 //! loop   L = (1 - m) B g^2 + m g(2 d)
 //! up     X = [(1 - m0) A B g + T ((1 - m) B h g + m h(2 d)) + (1 - F) R Y L] / (1 - r L)
-//! mirror Y = m0 A, spread by the roughness of foil: 2 d alpha for d in g, the same law (slopes of GGX, Walter et al. 2007)
+//! mirror Y = m0 A, spread by the roughness of foil: 2 d alpha for d in g, the same law (GGX, Walter et al. 2007)
 //! film   R + (1 - F) T Y + t X
 //! below  B [(1 - m0) A + (1 - m) (T h + ((1 - F) R Y + r X) g)], seen through the film
 //! ```
 //!
-//! Valid for plane parallel layers whose films are wide against gap and thickness, light from straight above; of light that meets a slope the
-//! straight part is what is left of its longer way. Neglected:
-//! walls of pockets, tilt of film against tablet, direction of light after its first bounce, the change of exit angles with distance.
+//! Valid for plane parallel layers whose films are wide against gap and thickness, light from straight above; of light
+//! that meets a slope the straight part is what is left of its longer way. Neglected: walls of pockets, tilt of film
+//! against tablet, direction of light after its first bounce, the change of exit angles with distance.
 
 mod adding;
 mod answer;
@@ -56,19 +56,20 @@ pub struct FilmStackSpread {
     pub alone: [f32; BASIS],
     /// Radiance factor, towards the lens, of light from all sides below that the film turns on its way out [1].
     pub through: f32,
-    /// Weight of each width times radiance factor, of light that what lies below sends towards the lens: it is seen where it left the
-    /// surface below [1].
+    /// Weight of each width times radiance factor, of light that what lies below sends towards the lens: it is seen
+    /// where it left the surface below [1].
     pub below: [f32; BASIS],
     /// Share of that which the film has not thrown down again, by width; 1 but over pockets [1].
     pub below_first: [f32; BASIS],
     /// Radiance factor of light from all sides that what lies below throws to the lens, over its reflectance [1].
     pub below_law: f32,
-    /// How far along the motion the lens sees light of each width leave the film beside where it leaves towards all sides [mm].
+    /// How far along the motion the lens sees light of each width leave the film beside where it leaves towards all
+    /// sides [mm].
     pub film_beside: [f32; BASIS],
     /// How far along the motion that light leaves the surface below beside light to all sides [mm].
     pub below_beside: f32,
-    /// Radiance factor, before it passes the film again, of light that pigment has turned on its way down and that foil mirrors to the lens: the
-    /// film's lower side, as foil shows it [1].
+    /// Radiance factor, before it passes the film again, of light that pigment has turned on its way down and that foil
+    /// mirrors to the lens: the film's lower side, as foil shows it [1].
     pub mirrored: f32,
     /// Its standard deviation along the motion, by the foil's roughness [mm].
     pub mirrored_mm: f32,
@@ -78,8 +79,8 @@ pub struct FilmStackSpread {
     pub holds: f32,
 }
 
-/// Answers for film stacks, one after the other. It remembers what the last ones were made of, which saves time and changes no
-/// bit of an answer.
+/// Answers for film stacks, one after the other. It remembers what the last ones were made of, which saves time and
+/// changes no bit of an answer.
 #[derive(Debug, Clone)]
 pub struct FilmStackKernel {
     tables: StackTables,
@@ -149,11 +150,13 @@ fn spread(kernel: &FilmStackKernel, stack: &FilmStack) -> FilmStackSpread {
     }
 }
 
-/// Mean depth at which light that leaves a film towards a lens was turned last, where the film is thick, in free paths 1 / (mu_a + sigma_i) [1].
+/// Mean depth at which light that leaves a film towards a lens was turned last, where the film is thick, in free paths
+/// 1 / (mu_a + sigma_i) [1].
 const ESCAPE_FREE_PATHS: f32 = 1.3;
 
-/// How far along the motion the lens sees light of each width leave the film beside where it leaves towards all sides: what was turned
-/// once comes from where the laser's light was turned, light of wider widths was turned last deeper [mm].
+/// How far along the motion the lens sees light of each width leave the film beside where it leaves towards all sides:
+/// what was turned once comes from where the laser's light was turned, light of wider widths was turned last deeper
+/// [mm].
 fn film_beside(stack: &FilmStack) -> [f32; BASIS] {
     let FilmStack { medium, film, view, .. } = stack;
     let late = (ESCAPE_FREE_PATHS / (medium.mu_a + medium.sigma_i)).min(0.5 * film.thickness_mm);
@@ -161,8 +164,8 @@ fn film_beside(stack: &FilmStack) -> [f32; BASIS] {
     PACK_SPREAD_MM.map(|width| slant * (once + (late - once) * width * width / (width * width + late * late)))
 }
 
-/// Standard deviation along the motion of light that foil shows of a film's lower side: from half of the film's thickness on, through the air; turned
-/// at one depth or another [mm].
+/// Standard deviation along the motion of light that foil shows of a film's lower side: from half of the film's
+/// thickness on, through the air; turned at one depth or another [mm].
 #[inline(always)]
 fn mirrored_mm(stack: &FilmStack, twice: f32) -> f32 {
     let (thickness, n) = (stack.film.thickness_mm, stack.medium.n_eff);

@@ -1,12 +1,15 @@
-//! Paths of light that films, and what lies below them, send to the lens: what the contrast of speckle in packs depends on.
+//! Paths of light that films, and what lies below them, send to the lens: what the contrast of speckle in packs depends
+//! on.
 //!
-//! Light that has gone a way s in matter is exp(-a s) of itself where the matter absorbs a more (Beer and Lambert), so the kernel's own answers for
-//! more absorption are the Laplace transform of the paths in each row. Two of them (`more_per_mm`) give the law whose logarithm is normal and
-//! that has this transform there. Light that the film alone has turned, light that has crossed the air below it and light that foil mirrors straight have
-//! laws of their own, which lie apart by twice the air. Paths are optical ones over the film's index: air counts by 1 / n, a tablet by its own index over
-//! the film's.
+//! Light that has gone a way s in matter is exp(-a s) of itself where the matter absorbs a more (Beer and Lambert), so
+//! the kernel's own answers for more absorption are the Laplace transform of the paths in each row. Two of them
+//! (`more_per_mm`) give the law whose logarithm is normal and that has this transform there. Light that the film alone
+//! has turned, light that has crossed the air below it and light that foil mirrors straight have laws of their own,
+//! which lie apart by twice the air. Paths are optical ones over the film's index: air counts by 1 / n, a tablet by its
+//! own index over the film's.
 //!
-//! Neglected: that light out of sealed film and what its foil mirrors are of two kinds, that light which has crossed the air once more is a third one.
+//! Neglected: that light out of sealed film and what its foil mirrors are of two kinds, that light which has crossed
+//! the air once more is a third one.
 
 use std::sync::LazyLock;
 
@@ -20,8 +23,9 @@ use crate::kernel::path_law::PathLaw;
 use crate::kernel::widths::{BASIS, PACK_SPREAD_MM};
 use numerics::lanes::{exp, ln};
 
-/// Absorption on top of the film's own at which the paths' transform is asked first, over foil and over a tablet, whose paths are longer: of pairs from
-/// 0.05 and 0.4 to 0.8 and 6.4 those whose laws are nearest to the contrasts that the Monte Carlo counts [mm^-1].
+/// Absorption on top of the film's own at which the paths' transform is asked first, over foil and over a tablet, whose
+/// paths are longer: of pairs from 0.05 and 0.4 to 0.8 and 6.4 those whose laws are nearest to the contrasts that the
+/// Monte Carlo counts [mm^-1].
 const MORE_PER_MM: [f32; 2] = [0.2, 0.15];
 /// The second absorption over the first [1].
 const MORE_AGAIN: f32 = 8.0;
@@ -44,8 +48,8 @@ impl Default for FilmPaths {
 }
 
 impl FilmPaths {
-    /// The paths of light of `stack` that is seen `away_mm` from the line on either side; line and lens blur it by `blur_mm2`. Where no light comes
-    /// so far they are those of the place before.
+    /// The paths of light of `stack` that is seen `away_mm` from the line on either side; line and lens blur it by
+    /// `blur_mm2`. Where no light comes so far they are those of the place before.
     pub fn laws<const N: usize>(&mut self, stack: &FilmStack, blur_mm2: f32, away_mm: [f32; N]) -> [PathLaw; N] {
         let more_per_mm = MORE_PER_MM[usize::from(!stack.film.under.gloss.is_metal())];
         let least = least_deviations(stack);
@@ -87,7 +91,8 @@ fn absorbing(stack: &FilmStack, more_per_mm: f32) -> FilmStack {
     FilmStack { medium: darker, film: Film { under, ..*film }, ..*stack }
 }
 
-/// Light of a film stack towards the lens by what it went through, as weights of the fixed widths times radiance factors [1].
+/// Light of a film stack towards the lens by what it went through, as weights of the fixed widths times radiance
+/// factors [1].
 #[derive(Debug, Clone, Copy)]
 struct FilmLight {
     /// Turned by the film, never below it.
@@ -119,14 +124,14 @@ fn light(kernel: &FilmStackKernel, stack: &FilmStack, air_per_mm: f32) -> FilmLi
     }
 }
 
-/// Kinds of light whose paths are laws of their own: turned by the film alone, below the film before it was turned last or seen, shown by foil of the
-/// film's lower side, and straight by way of foil.
+/// Kinds of light whose paths are laws of their own: turned by the film alone, below the film before it was turned last
+/// or seen, shown by foil of the film's lower side, and straight by way of foil.
 const KINDS: usize = 4;
 /// The last of them: all of its paths are equal.
 const STRAIGHT: usize = 3;
 
-/// Least deviations of the logarithm of the paths of each of them: where little light comes, its transforms tell of the fit of widths rather than of
-/// paths [1].
+/// Least deviations of the logarithm of the paths of each of them: where little light comes, its transforms tell of the
+/// fit of widths rather than of paths [1].
 fn least_deviations(stack: &FilmStack) -> [f32; KINDS] {
     let turns = stack.medium.sigma_i * stack.film.thickness_mm;
     [0.6 * turns / (1.0 + turns), 0.25, 0.1, 0.0]
@@ -174,8 +179,9 @@ struct LogNormal {
 
 /// The paths of light of some kinds, shares of it, together.
 ///
-/// Densities of two such laws, multiplied and added up over all paths, are in closed form: with the logarithms' means m and m' and variances v and v',
-/// exp(-(m - m')^2 / (2 (v + v'))) / sqrt(2 pi (v + v')) exp(-(m v' + m' v) / (v + v') + v v' / (2 (v + v'))).
+/// Densities of two such laws, multiplied and added up over all paths, are in closed form: with the logarithms' means m
+/// and m' and variances v and v', exp(-(m - m')^2 / (2 (v + v'))) / sqrt(2 pi (v + v')) exp(-(m v' + m' v) / (v + v') +
+/// v v' / (2 (v + v'))).
 fn mixture(parts: &[(f32, LogNormal); KINDS]) -> PathLaw {
     let (mut crowding, mut equal, mut mean, mut square) = (0.0, 0.0, 0.0, 0.0);
     for (share, a) in parts {
@@ -213,7 +219,8 @@ impl PathTable {
         &TABLE
     }
 
-    /// For each share lost, deviations are tried from the least on: the greater one is, the less does more absorption take.
+    /// For each share lost, deviations are tried from the least on: the greater one is, the less does more absorption
+    /// take.
     fn make() -> Self {
         let step = f64::from(MORE_AGAIN);
         let mut laws = Vec::with_capacity(NODES[0] * NODES[1]);
@@ -239,8 +246,8 @@ impl PathTable {
         Self(laws)
     }
 
-    /// The law of paths of which so much is `lost`, as a negative logarithm, by the first absorption and by the second; over 1 / the
-    /// first absorption.
+    /// The law of paths of which so much is `lost`, as a negative logarithm, by the first absorption and by the second;
+    /// over 1 / the first absorption.
     fn law(&self, lost: [f32; 2]) -> LogNormal {
         let [first, second] = lost.map(|lost| lost.max(1e-6));
         let place = |value: f32, [low, high]: [f32; 2], nodes: usize| {
@@ -259,8 +266,8 @@ impl PathTable {
     }
 }
 
-/// What more absorption takes less than it would of paths that are all as long, over what the first takes: about 28 of the paths' variance over
-/// their mean squared [1].
+/// What more absorption takes less than it would of paths that are all as long, over what the first takes: about 28 of
+/// the paths' variance over their mean squared [1].
 fn spread_of([first, second]: [f32; 2]) -> f32 {
     (MORE_AGAIN - second / first) / first
 }
@@ -270,8 +277,8 @@ fn node([low, high]: [f32; 2], i: usize, nodes: usize) -> f32 {
     low + (high - low) * i as f32 / (nodes - 1) as f32
 }
 
-/// Negative logarithm of what is left of paths whose logarithm is normal, after absorption by which a path of the logarithm `middle`, which is the
-/// mean, loses a factor of e.
+/// Negative logarithm of what is left of paths whose logarithm is normal, after absorption by which a path of the
+/// logarithm `middle`, which is the mean, loses a factor of e.
 fn lost_by(middle: f64, deviation: f64) -> f64 {
     let steps = 32;
     let (mut left, mut all) = (0.0, 0.0);
@@ -300,7 +307,8 @@ mod tests {
 
     use super::*;
 
-    /// Of kinds drawn at random, the closed form against the sum over paths in small steps; light of equal paths counts by itself.
+    /// Of kinds drawn at random, the closed form against the sum over paths in small steps; light of equal paths counts
+    /// by itself.
     #[test]
     fn mixtures_are_as_crowded_as_their_densities() {
         let mut rng = procedural::Stream::root(55).rng();

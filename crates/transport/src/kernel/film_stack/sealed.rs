@@ -14,8 +14,9 @@ pub(super) struct SealedGlint {
     pub again: f32,
 }
 
-/// Of the share `mirrored` that foil mirrors out of film sealed to it, which lets `left` through one way: facets up to the slope whose light still leaves,
-/// tan(c / 2) at the critical angle c, of GGX's law s^2 / (alpha^2 + s^2); with what these throw at each other.
+/// Of the share `mirrored` that foil mirrors out of film sealed to it, which lets `left` through one way: facets up to
+/// the slope whose light still leaves, tan(c / 2) at the critical angle c, of GGX's law s^2 / (alpha^2 + s^2); with
+/// what these throw at each other.
 #[inline(always)]
 pub(super) fn sealed_glint(stack: &FilmStack, left: f32, mirrored: f32) -> SealedGlint {
     let (gloss, n) = (&stack.film.under.gloss, stack.medium.n_eff);
@@ -33,8 +34,9 @@ pub(super) fn sealed_glint(stack: &FilmStack, left: f32, mirrored: f32) -> Seale
     }
 }
 
-/// How far light that is held between foil and the film's upper side comes along the film from foil to foil, as by Lambert's law from this height, and how
-/// long its way is, over the film's thickness [1]. Light beyond the critical angle goes 1.7 thicknesses and more.
+/// How far light that is held between foil and the film's upper side comes along the film from foil to foil, as by
+/// Lambert's law from this height, and how long its way is, over the film's thickness [1]. Light beyond the critical
+/// angle goes 1.7 thicknesses and more.
 pub(super) const HOP: f32 = 3.4;
 
 #[cfg(test)]
@@ -45,8 +47,8 @@ mod tests {
 
     use super::*;
 
-    /// Facets drawn by GGX's law under a film, lit straight from above: as many throw light out of the film as are told, and half of those lean by less
-    /// than the median.
+    /// Facets drawn by GGX's law under a film, lit straight from above: as many throw light out of the film as are
+    /// told, and half of those lean by less than the median.
     #[test]
     fn steep_facets_keep_light_in_the_film() {
         let mut rng = Stream::root(52).rng();

@@ -1,4 +1,5 @@
-//! What a place of film and what lies below it do to light, wherever that goes: shares of what arrives, for radiosity in pockets.
+//! What a place of film and what lies below it do to light, wherever that goes: shares of what arrives, for radiosity
+//! in pockets.
 
 use numerics::lanes::exp;
 use procedural::{Film, Medium};
@@ -63,7 +64,8 @@ mod tests {
 
     use super::*;
 
-    /// Nothing comes out of nothing: of what arrives at random films, no more leaves on both sides together, and all of it where nothing absorbs.
+    /// Nothing comes out of nothing: of what arrives at random films, no more leaves on both sides together, and all of
+    /// it where nothing absorbs.
     #[test]
     fn shares_add_up() {
         let mut rng = Stream::root(61).rng();

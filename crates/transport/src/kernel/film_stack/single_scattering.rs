@@ -1,7 +1,8 @@
-//! Light that pigment turns once: single scattering in a slab (Chandrasekhar 1960) between refracting sides, by Henyey and Greenstein's law.
+//! Light that pigment turns once: single scattering in a slab (Chandrasekhar 1960) between refracting sides, by Henyey
+//! and Greenstein's law.
 //!
-//! It keeps its angle to the lens however the film leans, and leaves from its own depth. What has been turned more often is the table's
-//! ([`super::table`]).
+//! It keeps its angle to the lens however the film leans, and leaves from its own depth. What has been turned more
+//! often is the table's ([`super::table`]).
 
 use super::film::{FilmStack, PIGMENT_G, mirrored_view, refracted};
 use crate::fresnel::{fresnel_dielectric, normal_reflectance};
@@ -9,8 +10,8 @@ use crate::fresnel::{fresnel_dielectric, normal_reflectance};
 /// Share of what pigment turns once that leaves the film's other side [1].
 const TURNED_AHEAD: f32 = 0.78;
 
-/// Radiance factor towards the lens of light that pigment turns once, over what it would be for light that meets the film straight and
-/// leaves it under the same angle, as the table has it [1].
+/// Radiance factor towards the lens of light that pigment turns once, over what it would be for light that meets the
+/// film straight and leaves it under the same angle, as the table has it [1].
 #[inline(always)]
 pub(super) fn turned_once_aslant(stack: &FilmStack) -> f32 {
     let FilmStack { light_up, view_up, .. } = *stack;
@@ -18,8 +19,9 @@ pub(super) fn turned_once_aslant(stack: &FilmStack) -> f32 {
     turned_once(stack, light_up, between) - turned_once(stack, 1.0, view_up)
 }
 
-/// Radiance factor of light that pigment turns once: light of a direction under cosine `light_up` against the film's normal, `between` that
-/// and the lens [1]. Single scattering in a slab (Chandrasekhar 1960) between refracting sides, by Henyey and Greenstein's law.
+/// Radiance factor of light that pigment turns once: light of a direction under cosine `light_up` against the film's
+/// normal, `between` that and the lens [1]. Single scattering in a slab (Chandrasekhar 1960) between refracting sides,
+/// by Henyey and Greenstein's law.
 #[inline(always)]
 pub(super) fn turned_once(stack: &FilmStack, light_up: f32, between: f32) -> f32 {
     let (medium, view_up, n) = (&stack.medium, stack.view_up, stack.medium.n_eff);
@@ -38,8 +40,8 @@ pub(super) fn turned_once(stack: &FilmStack, light_up: f32, between: f32) -> f32
     0.25 * scattering / extinction * phase * (1.0 - left) / (down + up) * out
 }
 
-/// Mean [mm] and variance [mm^2] of the depth at which pigment turns light that it turns once, back towards the lens: they fall off
-/// exponentially down to the film's end.
+/// Mean [mm] and variance [mm^2] of the depth at which pigment turns light that it turns once, back towards the lens:
+/// they fall off exponentially down to the film's end.
 #[inline(always)]
 pub(super) fn turned_depth(stack: &FilmStack) -> [f32; 2] {
     let (medium, n, thickness) = (&stack.medium, stack.medium.n_eff, stack.film.thickness_mm);
@@ -56,8 +58,8 @@ pub(super) fn turned_depth(stack: &FilmStack) -> [f32; 2] {
     [thickness * mean, thickness * thickness * variance]
 }
 
-/// Radiance factor towards the lens' mirror image below of light that pigment has turned on its way down, of which the share `all` is [1]:
-/// once by single scattering in a slab (Chandrasekhar 1960), more often by Lambert's law.
+/// Radiance factor towards the lens' mirror image below of light that pigment has turned on its way down, of which the
+/// share `all` is [1]: once by single scattering in a slab (Chandrasekhar 1960), more often by Lambert's law.
 #[inline(always)]
 pub(super) fn turned_down(stack: &FilmStack, all: f32) -> f32 {
     let (medium, n) = (&stack.medium, stack.medium.n_eff);
@@ -79,7 +81,8 @@ pub(super) fn turned_down(stack: &FilmStack, all: f32) -> f32 {
     once + (all - once_in_all).max(0.0)
 }
 
-/// Radiance factor under cosine `out_up` of light under cosine `light_up` that pigment turns ahead once, where both have the product `flat` along the film [1].
+/// Radiance factor under cosine `out_up` of light under cosine `light_up` that pigment turns ahead once, where both
+/// have the product `flat` along the film [1].
 #[inline(always)]
 fn turned_ahead(stack: &FilmStack, light_up: f32, out_up: f32, flat: f32) -> f32 {
     let (medium, n) = (&stack.medium, stack.medium.n_eff);
@@ -98,8 +101,8 @@ fn turned_ahead(stack: &FilmStack, light_up: f32, out_up: f32, flat: f32) -> f32
     0.25 * scattering / extinction * phase * left * out
 }
 
-/// Radiance factor under cosine `view_up`, of light from straight above, of what pigment turns once and leaves where it came in: turned back; or turned ahead, and
-/// mirrored by the film's other side before or after [1].
+/// Radiance factor under cosine `view_up`, of light from straight above, of what pigment turns once and leaves where it
+/// came in: turned back; or turned ahead, and mirrored by the film's other side before or after [1].
 #[inline(always)]
 pub(super) fn turned_once_level(stack: &FilmStack, view_up: f32) -> f32 {
     let stack = FilmStack { view_up, ..*stack };
@@ -133,8 +136,9 @@ mod tests {
 
     use super::*;
 
-    /// Light that thin film turns once leaves where it came in as often as photons do that are walked through it: straight down, turned once before or
-    /// after the lower side mirrors it by Fresnel's law, and out; over films that turn up to a third of the light.
+    /// Light that thin film turns once leaves where it came in as often as photons do that are walked through it:
+    /// straight down, turned once before or after the lower side mirrors it by Fresnel's law, and out; over films that
+    /// turn up to a third of the light.
     #[test]
     fn light_turned_once_leaves_as_often_as_photons_do() {
         let mut rng = Stream::root(54).rng();
@@ -177,7 +181,8 @@ mod tests {
         }
     }
 
-    /// Depths of single scattering against sums over thin sheets, films and directions drawn over all that recipes accept.
+    /// Depths of single scattering against sums over thin sheets, films and directions drawn over all that recipes
+    /// accept.
     #[test]
     fn depths_of_light_turned_once_are_those_of_thin_sheets() {
         let mut rng = Stream::root(51).rng();

@@ -1,14 +1,14 @@
 //! Fourier transforms of line spreads on fixed frequencies, and the fit of the fixed widths to them.
 //!
-//! A line spread f(y) is kept as F(q) = int f(y) cos(q y) dy at [`FREQUENCY_COUNT`] frequencies with a constant ratio: there
-//! spreads one after the other are products. A transform that is known for a unit length on the same ratios is shifted by
-//! ln(length) to be read, with the same four cubic weights for all frequencies.
+//! A line spread f(y) is kept as F(q) = int f(y) cos(q y) dy at [`FREQUENCY_COUNT`] frequencies with a constant ratio:
+//! there spreads one after the other are products. A transform that is known for a unit length on the same ratios is
+//! shifted by ln(length) to be read, with the same four cubic weights for all frequencies.
 //!
 //! Light that leaves a plane by Lambert's law from a point arrives at distance d as d^2 / (pi (d^2 + r^2)^2), whose
-//! transform is x K1(x), x = q d. That law is a mixture of Gaussians, 1 / variance being even in its own exponential law; so
-//! are spreads by diffusion. Weights of the fixed widths are therefore linear in F: the matrix that does best, in least
-//! squares with a penalty on large elements, for such spreads of 80 sizes up to 60 mm, each with the weights that
-//! give its rows 0 to 12, and some as far as 4 mm, as counted by their importance, best and are not negative.
+//! transform is x K1(x), x = q d. That law is a mixture of Gaussians, 1 / variance being even in its own exponential
+//! law; so are spreads by diffusion. Weights of the fixed widths are therefore linear in F: the matrix that does best,
+//! in least squares with a penalty on large elements, for such spreads of 80 sizes up to 60 mm, each with the weights
+//! that give its rows 0 to 12, and some as far as 4 mm, as counted by their importance, best and are not negative.
 //!
 //! Valid from 0.05 to 50 mm^-1, wider spreads count by their height at the centre. Neglected: shifts.
 
@@ -23,10 +23,11 @@ pub(crate) const RATIO_LN: f64 = 0.460_517_018_598_809_13;
 /// A transform on the fixed frequencies [1].
 pub(crate) type Spectrum = [f32; FREQUENCY_COUNT];
 
-/// How much the spreads count that the way back is made for: Gaussians; mixtures whose variance has an exponential law, as diffusion
-/// makes them; those where 1 / variance has, as Lambert's law does; and those of diffusion over a range of sizes, as films make them; for the narrow
-/// widths and for the wide ones [1]. Gaussians alone, of which none is one of the fixed widths, would all be fitted with too narrow a peak. Searched at
-/// random for the least error on such mixtures, Lambert's law over 0.2 to 10 mm and pigmented films.
+/// How much the spreads count that the way back is made for: Gaussians; mixtures whose variance has an exponential law,
+/// as diffusion makes them; those where 1 / variance has, as Lambert's law does; and those of diffusion over a range of
+/// sizes, as films make them; for the narrow widths and for the wide ones [1]. Gaussians alone, of which none is one of
+/// the fixed widths, would all be fitted with too narrow a peak. Searched at random for the least error on such
+/// mixtures, Lambert's law over 0.2 to 10 mm and pigmented films.
 const FIT_KINDS: [[f64; 4]; 2] = [[1.0, 0.2, 2.0, 2.0], [1.5, 0.25, 1.0, 0.1]];
 /// First of the wide widths.
 const FIT_WIDE: usize = 4;
@@ -288,8 +289,8 @@ mod tests {
         }
     }
 
-    /// Rows of a line of Lambert light, which are known in closed form, after the way to frequencies and back to widths:
-    /// rows 1 to 8 within 4 %, rows 7 to 11 within 7 %, for gaps from 0.2 to 10 mm.
+    /// Rows of a line of Lambert light, which are known in closed form, after the way to frequencies and back to
+    /// widths: rows 1 to 8 within 4 %, rows 7 to 11 within 7 %, for gaps from 0.2 to 10 mm.
     #[test]
     fn spreads_come_back_as_widths() {
         let (gap, back) = (LambertTransfer::new(), WidthFit::new());
@@ -311,8 +312,9 @@ mod tests {
         }
     }
 
-    /// Mixtures of two to four spreads by diffusion, by Lambert's law and as films make them, drawn at random, against their exact rows: centres and rows 1 to 8
-    /// within 4 % for 95 % of them, rows 7 to 11 within 5 % where they hold 1 % of the light, all within 1.5 % in the mean (seen: 2.2, 2.0 and 3.7 %; 0.8 % in the mean). Fitted to single
+    /// Mixtures of two to four spreads by diffusion, by Lambert's law and as films make them, drawn at random, against
+    /// their exact rows: centres and rows 1 to 8 within 4 % for 95 % of them, rows 7 to 11 within 5 % where they hold 1
+    /// % of the light, all within 1.5 % in the mean (seen: 2.2, 2.0 and 3.7 %; 0.8 % in the mean). Fitted to single
     /// Gaussians, centres were 3.4 % too bright in the mean.
     #[test]
     fn mixtures_come_back_as_widths() {

@@ -1,8 +1,8 @@
 //! Table of reflection and transmission of films, measured by Monte Carlo and kept beside this file as `film.bin`.
 //!
 //! Three axes: index, reduced scattering times thickness, absorption times thickness; of films sealed to foil also its
-//! reflectance and roughness. Lengths are in thicknesses, frequencies in 1 / thickness. Transmitted light is kept times 1 + 3/4 of the scattering, which leaves little to
-//! interpolate (the two-stream law). `make film-table` makes it anew.
+//! reflectance and roughness. Lengths are in thicknesses, frequencies in 1 / thickness. Transmitted light is kept times
+//! 1 + 3/4 of the scattering, which leaves little to interpolate (the two-stream law). `make film-table` makes it anew.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -19,8 +19,9 @@ pub const TURNS: [f64; 15] =
 pub const ABSORBED: [f64; 13] = [0.0, 0.02, 0.05, 0.1, 0.2, 0.4, 0.8, 1.2, 1.8, 2.7, 4.0, 6.0, 10.0];
 /// Absorption up to which what is left of light goes on as 1 - a, rather than by the logarithm of a [1].
 const LITTLE: f32 = 0.05;
-/// ln(1 + a / [`LITTLE`]) of [`ABSORBED`]: whatever the paths of light are, what absorption leaves of it is smooth in this. Between the nodes paths of a
-/// median of 0.1 to 3 thicknesses, spread 1.6 to 3.7-fold, leave what cubic polynomials say within 0.001, where an exponential of one path is off by up to 0.04.
+/// ln(1 + a / [`LITTLE`]) of [`ABSORBED`]: whatever the paths of light are, what absorption leaves of it is smooth in
+/// this. Between the nodes paths of a median of 0.1 to 3 thicknesses, spread 1.6 to 3.7-fold, leave what cubic
+/// polynomials say within 0.001, where an exponential of one path is off by up to 0.04.
 const ABSORBED_LN: [f32; ABSORBED.len()] = [
     0.0,
     0.336_472,
@@ -54,14 +55,15 @@ pub const FOIL_REFLECTANCES: [f64; 2] = [0.51, 0.95];
 pub const FOIL_ROUGHNESSES: [f64; 4] = [0.04, 0.15, 0.4, 1.0];
 /// Foils below a film.
 const FOILS: usize = FOIL_REFLECTANCES.len() * FOIL_ROUGHNESSES.len();
-/// Numbers kept of a film on one foil: the transform of turned light, its law of exit, and the share of straight light that leaves as
-/// the foil mirrored it.
+/// Numbers kept of a film on one foil: the transform of turned light, its law of exit, and the share of straight light
+/// that leaves as the foil mirrored it.
 pub const SEALED_NODE: usize = TABLE_FREQUENCIES + EXIT_BINS + 1;
 /// Numbers kept of a film in all: in air, then on each foil, `[FOIL_REFLECTANCES][FOIL_ROUGHNESSES][SEALED_NODE]`.
 pub const FILM_NUMBERS: usize = NODE + FOILS * SEALED_NODE;
-/// For interpolation over the reflectance m of foil, with which what leaves goes as m / (1 - s m): the share s of the light that foil sends
-/// into a film and that comes back to it. A clear film lets FILM_LETS_OUT of it out, pigment less, and absorption takes some on the way.
-/// Fitted between the table's two reflectances: R of films of 3 and 5 turns at 0.7 to 0.9, within 0.01 [1].
+/// For interpolation over the reflectance m of foil, with which what leaves goes as m / (1 - s m): the share s of the
+/// light that foil sends into a film and that comes back to it. A clear film lets FILM_LETS_OUT of it out, pigment
+/// less, and absorption takes some on the way. Fitted between the table's two reflectances: R of films of 3 and 5 turns
+/// at 0.7 to 0.9, within 0.01 [1].
 const FILM_LETS_OUT: f32 = 0.35;
 const PIGMENT_HOLDS: f32 = 0.38;
 const WAY_BACK: f32 = 3.0;
@@ -97,7 +99,8 @@ pub(crate) struct FilmTable {
 }
 
 impl FilmTable {
-    /// Films of index `n`, clamped to [1.4, 1.65] [1]; the last ones are kept for whoever asks next, as all threads do about a pack.
+    /// Films of index `n`, clamped to [1.4, 1.65] [1]; the last ones are kept for whoever asks next, as all threads do
+    /// about a pack.
     pub fn of(n: f32) -> Arc<Self> {
         static LAST: Mutex<Option<Arc<FilmTable>>> = Mutex::new(None);
         let mut last = LAST.lock().unwrap_or_else(PoisonError::into_inner);
@@ -182,7 +185,8 @@ fn near(turns: f32, absorbed: f32) -> [(usize, f32); 8] {
     })
 }
 
-/// The first of four films of the table whose absorption is about that of a step, and their weights: cubic in [`ABSORBED_LN`].
+/// The first of four films of the table whose absorption is about that of a step, and their weights: cubic in
+/// [`ABSORBED_LN`].
 fn columns(step: usize) -> (usize, [f32; 4]) {
     let place = ABSORBED_LN[ABSORBED.len() - 1] * step as f32 / (STEPS - 1) as f32;
     let first = ABSORBED_LN[2..ABSORBED.len() - 2].iter().filter(|&&value| place >= value).count();
@@ -191,8 +195,8 @@ fn columns(step: usize) -> (usize, [f32; 4]) {
     (first, std::array::from_fn(|i| others(i).map(|j| (place - at[j]) / (at[i] - at[j])).product()))
 }
 
-/// Places and weights of four films whose scattering is about `turns`: cubic in its logarithm, so that what is thrown back
-/// and what passes still add up; linear below the first film that scatters.
+/// Places and weights of four films whose scattering is about `turns`: cubic in its logarithm, so that what is thrown
+/// back and what passes still add up; linear below the first film that scatters.
 #[inline(always)]
 fn rows(turns: f32) -> ([usize; 4], [f32; 4]) {
     let first = TURNS[1] as f32;
@@ -309,8 +313,9 @@ mod tests {
 
     use super::*;
 
-    /// What absorption leaves of paths whose logarithm is normal, a median of 0.1 to 3 thicknesses spread 1.6 to 3.7-fold, by way of the table's nodes and
-    /// the steps between them: within 0.002 of all light, over all absorptions.
+    /// What absorption leaves of paths whose logarithm is normal, a median of 0.1 to 3 thicknesses spread 1.6 to
+    /// 3.7-fold, by way of the table's nodes and the steps between them: within 0.002 of all light, over all
+    /// absorptions.
     #[test]
     fn absorption_between_nodes_leaves_what_it_leaves() {
         let mut rng = procedural::Stream::root(56).rng();

@@ -1,13 +1,14 @@
 //! Reflection by what lies below a film: what of the light that arrives it sends out again, and how far from where it
 //! arrived.
 //!
-//! A tablet mirrors Fresnel's share at its surface. The rest enters, and its transform is that of the half space's table:
-//! sum of w exp(-q^2 v / 2) over the table's Gaussians with weight w and variance v. A coat takes its share twice. Foil
-//! mirrors all that it does not absorb, alike in all directions.
+//! A tablet mirrors Fresnel's share at its surface. The rest enters, and its transform is that of the half space's
+//! table: sum of w exp(-q^2 v / 2) over the table's Gaussians with weight w and variance v. A coat takes its share
+//! twice. Foil mirrors all that it does not absorb, alike in all directions.
 //!
-//! Light that enters by Lambert's law is taken to spread as light from straight above does. What goes to the lens of it is as narrow and
-//! leaves as far beside the rest as the table says of light that goes there, on average over its paths. Neglected beside that: the
-//! fibres of what lies below, roughness of a tablet, that light to the lens is skewed.
+//! Light that enters by Lambert's law is taken to spread as light from straight above does. What goes to the lens of it
+//! is as narrow and leaves as far beside the rest as the table says of light that goes there, on average over its
+//! paths. Neglected beside that: the fibres of what lies below, roughness of a tablet, that light to the lens is
+//! skewed.
 
 use procedural::Medium;
 

@@ -82,8 +82,8 @@ fn blur_keeps_light_and_has_its_variance() {
     assert!((edge.numbers[middle] - edge.numbers[middle + COLUMNS / 2]).abs() < 1e-3);
 }
 
-/// Speckle in an even field of 100 DN by order: its contrast where speckle comes last of the two, softened where blur comes
-/// after it, none without it; light is kept by all.
+/// Speckle in an even field of 100 DN by order: its contrast where speckle comes last of the two, softened where blur
+/// comes after it, none without it; light is kept by all.
 #[test]
 fn each_order_differs_as_it_must() {
     // The field is one whole pattern, of 200 pixels a side; further on it would come again and tell nothing new.
@@ -98,9 +98,9 @@ fn each_order_differs_as_it_must() {
     println!("blur speckle noise {last:?}, speckle blur noise {before:?}, blur noise {none:?}");
     // 36 000 pixels, of which neighbours are alike by 0.11: a spread is known to 0.4 %, four of which.
     assert!((last.1 / 19.1 - 1.0).abs() < 0.016, "{last:?}");
-    // A Gaussian of deviation s keeps sum(likeness(d) exp(-d^2 / 4 s^2)) / (4 pi s^2) of a variance: 0.108 with neighbours
-    // alike by 0.11 and corners by 0.01. It leaves a pixel of 4 pi s^2 / 2 on its own, and the spread known to 0.9 %; the
-    // likeness of neighbours to 0.02 is another 3 %.
+    // A Gaussian of deviation s keeps sum(likeness(d) exp(-d^2 / 4 s^2)) / (4 pi s^2) of a variance: 0.108 with
+    // neighbours alike by 0.11 and corners by 0.01. It leaves a pixel of 4 pi s^2 / 2 on its own, and the spread known
+    // to 0.9 %; the likeness of neighbours to 0.02 is another 3 %.
     assert!((before.1 / last.1 / 0.329 - 1.0).abs() < 0.05, "{before:?}");
     assert!(none.1 < 0.1, "{none:?}");
     // The mean of a whole pattern is 1. Ten rows of either side are missing here: of light they hold 10 %, known to
