@@ -111,15 +111,29 @@ def closing(code, start):
     return len(code)
 
 
+def item_end(code, start):
+    """Index after the item, field or argument that begins at `start`."""
+    depth = 0
+    for match in re.compile(r"[()\[\]{;,}]").finditer(code, start):
+        sign = match[0]
+        if sign == "{" and depth == 0:
+            return closing(code, match.start())
+        if sign in ";,}" and depth == 0:
+            return match.end() - (sign == "}")
+        depth += (sign in "([") - (sign in ")]")
+    return len(code)
+
+
 def without_tests(code):
     """Bare Rust with each item under `cfg(test)` blanked.
 
     >>> without_tests('fn a() {}\\n#[cfg(test)]\\nmod tests {\\n fn b() {}\\n}\\nfn c() {}').split()
     ['fn', 'a()', '{}', 'fn', 'c()', '{}']
+    >>> without_tests('A { b, #[cfg(test)] c: d(e, f), g }')
+    'A { b,  g }'
     """
     while match := re.search(r"#\[cfg\((?:test\b|all\([^\]]*\btest\b)[^\]]*\]", code):
-        first = re.compile(r"[{;]").search(code, match.end())
-        end = len(code) if not first else first.end() if first[0] == ";" else closing(code, first.start())
+        end = item_end(code, match.end())
         code = code[: match.start()] + re.sub(r"[^\n]", "", code[match.start() : end]) + code[end:]
     return code
 
