@@ -160,7 +160,7 @@ check-onnx: build venv ## the trained networks of tests/models on fresh data of 
 	$(GEN) check out/fresh/blister-small --model tests/models/blister_presence.onnx --split all --min-accuracy 0.98
 	$(GEN) check out/fresh/packs --model tests/models/blister_pockets.onnx --split all --min-accuracy 0.98
 
-baselines: check-onnx ## train all of docs/baselines.md anew, controls and ablation too, in out/baselines: an hour
+baselines: check-onnx ## train all of docs/theory/baselines.md anew, controls and ablation too, in out/baselines: an hour
 	mkdir -p out/baselines
 	$(GEN) --recipe recipes/wood-train.yaml --n 3000 --seed 1 --out out/train/wood
 	$(GEN) --recipe recipes/blister-train.yaml --n 900 --seed 1 --out out/train/packs
@@ -194,7 +194,7 @@ gap: build venv ## what networks lose from the kernel to the reference Monte Car
 closed-loop: build venv ## 20 fits to scans whose keys are known: how often 90 % intervals hold the truth (out/closed-loop, 20 minutes)
 	$(VENV)/bin/python python/closed_loop.py out/closed-loop --first 84 --loops 20
 
-gallery: build venv ## 40 boards, every defect and six kinds of wood, with their labels, as docs/gallery.md shows them: a minute
+gallery: build venv ## 40 boards, every defect and six kinds of wood, with their labels, as docs/theory/gallery.md shows them: a minute
 	$(GEN) --recipe recipes/wood-grading-train.yaml --n 51 --seed 4 --out out/gallery/grading
 	for wood in pine larch beech birch oak; do $(GEN) --recipe recipes/species/$$wood.yaml --n 2 --seed 4 --out out/gallery/$$wood || exit 1; done
 	$(VENV)/bin/python python/gallery.py out/gallery/grading --boards 15 --out docs/pictures/gallery-1.jpg

@@ -107,10 +107,14 @@ fn links_lead_somewhere() {
         ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "SECURITY.md", "recipes/README.md"]
             .map(PathBuf::from)
             .to_vec();
-    for entry in fs::read_dir(Path::new(ROOT).join("docs")).expect("docs/").flatten() {
-        let name = entry.file_name();
-        if name.to_string_lossy().ends_with(".md") {
-            pages.push(Path::new("docs").join(name));
+    let mut folders = vec![Path::new(ROOT).join("docs")];
+    while let Some(folder) = folders.pop() {
+        for path in fs::read_dir(folder).expect("a folder of pages").flatten().map(|entry| entry.path()) {
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|extension| extension == "md") {
+                pages.push(path);
+            }
         }
     }
     let mut links = 0;

@@ -13,7 +13,7 @@ fn changed(name: &str, changes: &[&str]) -> Recipe {
 
 #[test]
 fn each_mistake_of_the_table_is_named_with_what_was_meant() {
-    let page = include_str!("../../docs/faults.md");
+    let page = include_str!("../../docs/guide/faults.md");
     for mistake in MISTAKES {
         let [name, changes] = mistake.example;
         let told = mistakes(&changed(name, &changes.split(' ').collect::<Vec<_>>()), 0);
@@ -22,7 +22,7 @@ fn each_mistake_of_the_table_is_named_with_what_was_meant() {
         assert!(own.is_some_and(|own| own.remedy.starts_with("did you mean ")), "{changes}: {told:?}");
         assert!(
             page.contains(&format!("| `{}` | {} |", mistake.key, mistake.looks_like)),
-            "docs/faults.md: {mistake:?}"
+            "docs/guide/faults.md: {mistake:?}"
         );
     }
     for (name, change, meant) in [
