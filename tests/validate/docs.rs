@@ -1,10 +1,10 @@
-//! Purpose: docs/guide/validate.md lists every code of a fault with its meaning and its remedy, as the program has
+//! Purpose: docs/guide/faults.md lists every code of a fault with its meaning and its remedy, as the program has
 //! them.
 
 use dataset::shares::Shortfall;
 use dataset::validate::{Code, fault_table};
 
-const PAGE: &str = include_str!("../../docs/guide/validate.md");
+const PAGE: &str = include_str!("../../docs/guide/faults.md");
 
 #[test]
 fn every_code_has_its_row() {

@@ -6,7 +6,7 @@ use crate::Fault;
 use crate::shares::Shortfall;
 
 /// Declares the codes with their meaning: the words of the declaration are those of the table in
-/// `docs/guide/validate.md`.
+/// `docs/guide/faults.md`.
 macro_rules! codes {
     ($($(#[doc = $doc:literal])+ $name:ident,)+) => {
         /// A rule that a dataset can break.
