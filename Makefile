@@ -25,13 +25,14 @@ ALL = --release --locked --workspace
 WHEEL := .venv-wheel
 SCALE := .venv-scale
 MOTO := .venv-moto
+SITE := .venv-site
 # Tests that take seconds and need neither .venv nor Chromium; those of the reference models take a minute.
 QUICK = architecture dataset dictionary matter numerics recipe recipe_schema transport
 
 # What stands in square brackets in documentation and is no link: units, and letters of sources. Any other link that leads nowhere fails `check`.
 UNITS = 1|mm|um|px|DN|rad|deg|s|Hz|bytes|characters|i|[A-Z]
 
-.PHONY: help defect-maps build dist wheel test-wheel test-scale test-rust test-installed test quick prepare built check bench same-bytes wood wood-small blister blister-small sawtooth sawtooth-small mesh-small preview validate report bench-check check-onnx baselines gap closed-loop gallery schema kernel-table film-table bless judge fuzz doc clean venv
+.PHONY: help defect-maps build dist wheel test-wheel test-scale test-rust test-installed test quick prepare built check bench same-bytes wood wood-small blister blister-small sawtooth sawtooth-small mesh-small preview validate report bench-check check-onnx baselines gap closed-loop gallery schema kernel-table film-table bless judge fuzz doc site clean venv
 
 help: ## print this help
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1\t/' | expand -t 14
@@ -223,9 +224,18 @@ fuzz: ## feed the recipe loader random text (FUZZ_SECONDS=600); needs cargo-fuzz
 	mkdir -p fuzz/corpus/recipe
 	RUSTC_BOOTSTRAP=1 cargo fuzz run recipe fuzz/corpus/recipe fuzz/seeds/recipe -- -max_total_time=$(FUZZ_SECONDS) -dict=fuzz/recipe.dict
 
+$(SITE)/.ready: python/requirements-site.txt
+	python3 -m venv $(SITE)
+	$(SITE)/bin/python -m pip install --quiet --disable-pip-version-check --no-compile -r $<
+	touch $@
+
+site: $(SITE)/.ready ## the pages as a searchable site in out/site; fails where a link leads nowhere
+	python3 python/make_site.py
+	$(SITE)/bin/zensical build --clean --strict
+
 doc: ## Rust documentation in target/doc
 	cargo doc $(ALL) --no-deps
 
 clean: ## remove build products and out/
 	cargo clean
-	rm -rf out $(VENV) $(WHEEL) $(SCALE) $(MOTO)
+	rm -rf out .cache $(VENV) $(WHEEL) $(SCALE) $(MOTO) $(SITE)
