@@ -164,10 +164,9 @@ const SAMPLING: &str = "\
 | `low_discrepancy` | so that they cover the range of each key evenly: of the first n samples of a class, those below any place in the range of a key are their share within log2(n) + 1 samples |
 
 Low discrepancy is for few samples: independent draws miss a share by some sqrt(n) / 2 samples. Points of two keys fill
-their plane evenly too, with a tenth of the squared discrepancy of independent draws at n = 64 and 256. Distributions
-and correlations stay as declared, and any sample can be made alone. A split is even by no more than chance, and of keys
-that are correlated only the first by its path is as even as stated. The sequences are van der Corput's, scrambled and
-put in another order for each key (Owen 1995, Burley 2020).
+their plane evenly too. Distributions and correlations stay as declared, and any sample can be made alone. A split is
+even by no more than chance, and of keys that are correlated only the first by its path is as even as stated. The
+sequences are van der Corput's, scrambled and put in another order for each key (Owen 1995, Burley 2020).
 
 ";
 
@@ -176,42 +175,35 @@ const EDITING: &str = "\
 
 Each parameter of each sample has a random stream of its own, keyed by the seed, the family, the sample and the key
 path. Editing one key leaves every other draw as it was, but of keys that are correlated with it. With
-`sampling: low_discrepancy` the class and the rank in it take the place of the sample's number, so that editing classes
-moves more draws.
+`sampling: low_discrepancy` editing classes moves more draws, since the rank in the class counts.
 
-- **Other names draw other numbers**, so that no board of one recipe is a board of another: who trains on one and tests
-  on the other sees nothing twice.
+- **Other names draw other numbers**: who trains on one recipe and tests on another sees nothing twice.
 - **To compare two recipes sample by sample**, give both one `family`. Then choose another seed for the data that a
   network is tested on.
-- **Class and split** of a sample follow from the seed, the family, its number, the classes with their shares, and
-  `splits`.
 - **The identity** of a sample (a UUID) follows from the meaning of the whole recipe, the seed and its number. Comments,
-  the order of keys and the way a number is written do not matter; everything else does.
+  the order of keys and the way a number is written do not matter.
 
 ";
 
 const FITTING: &str = "\
 ## What must fit together
 
+These hold for every draw: a distribution is checked at its ends, and a recipe that breaks one is refused with a remedy.
+
 - `camera.focal_length_mm` stays below half of `camera.distance_mm`; laser and camera stand above the object.
 - `exposure.dark_noise_dn` covers its parts: row noise^2 + row pattern^2 + column pattern^2 + DSNU^2 + 1/12 (rounding)
   is at most its square.
-- DN in keys count on the scale of 8 bits (0 to 255) whatever `exposure.bits` is, so that a recipe is one sensor;
-  images, frames and Scatter hold the converter's own numbers.
-- Under an order of `postprocess` other than `physical` noise is `dark_level_dn` and `dark_noise_dn` alone: the other
-  sources of noise and of structure are 0 there, `exposure.hdr` is none and `speckle` has its law alone.
-- `scan.columns` times `scan.profiles` is at most 2^27; the bins divide them.
+- `scan.columns` times `scan.profiles` is at most 2^27; the bins divide them. `splits` sum to 1.
 - `extraction.scatter_offset_rows` + `scatter_width_rows` is at most 16, and at most 29 rows are summed, 16 of 12 bits.
-- A key of `extraction` stands only beside the `method` or the `range` that it has an effect on.
-- `splits` sum to 1; `rot.edge` is -1 or 1.
-- All pockets have room on the card, with their walls, at the distances asked for; `tablet.band_mm` is at most
-  `tablet.thickness_mm`.
-- `transport` is `kernel` or `path` for blister packs: the other models know no film over air. It is `kernel` for
-  meshes, which can overhang.
+- All pockets have room on the card, with their walls; `tablet.band_mm` is at most `tablet.thickness_mm`.
 - `material.gloss` times `reflectance` plus `matte` is at most 1: no surface throws back more light than it gets.
-- A key of `transport` stands only beside the model, and `iterations` beside a method, that it has an effect on.
+- `transport` is `kernel` or `path` for blister packs, and `kernel` for meshes, which can overhang.
+- A key of `extraction` or `transport` stands only beside the method, range or model that it has an effect on.
+- Under an order of `postprocess` other than `physical` noise is `dark_level_dn` and `dark_noise_dn` alone,
+  `exposure.hdr` is none and `speckle` has its law alone.
 
-These hold for every draw: a distribution is checked at its ends.
+DN in keys count on the scale of 8 bits (0 to 255) whatever `exposure.bits` is, so that a recipe is one sensor; images,
+frames and Scatter hold the converter's own numbers.
 ";
 
 /// A page of the reference.
