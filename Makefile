@@ -25,13 +25,14 @@ ALL = --release --locked --workspace
 WHEEL := .venv-wheel
 SCALE := .venv-scale
 MOTO := .venv-moto
+SITE := .venv-site
 # Tests that take seconds and need neither .venv nor Chromium; those of the reference models take a minute.
 QUICK = architecture dataset dictionary matter numerics recipe recipe_schema transport
 
 # What stands in square brackets in documentation and is no link: units, and letters of sources. Any other link that leads nowhere fails `check`.
 UNITS = 1|mm|um|px|DN|rad|deg|s|Hz|bytes|characters|i|[A-Z]
 
-.PHONY: help defect-maps build dist wheel test-wheel test-scale test-rust test-installed test quick prepare built check bench same-bytes wood wood-small blister blister-small sawtooth sawtooth-small mesh-small preview validate report bench-check check-onnx baselines gap closed-loop gallery schema kernel-table film-table bless judge fuzz doc clean venv
+.PHONY: help defect-maps build dist wheel test-wheel test-scale test-rust test-installed test quick prepare built check bench same-bytes wood wood-small blister blister-small sawtooth sawtooth-small mesh-small preview validate report bench-check check-onnx baselines gap closed-loop gallery schema kernel-table film-table bless judge fuzz doc site clean venv
 
 help: ## print this help
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1\t/' | expand -t 14
@@ -160,7 +161,7 @@ check-onnx: build venv ## the trained networks of tests/models on fresh data of 
 	$(GEN) check out/fresh/blister-small --model tests/models/blister_presence.onnx --split all --min-accuracy 0.98
 	$(GEN) check out/fresh/packs --model tests/models/blister_pockets.onnx --split all --min-accuracy 0.98
 
-baselines: check-onnx ## train all of docs/baselines.md anew, controls and ablation too, in out/baselines: an hour
+baselines: check-onnx ## train all of docs/theory/baselines.md anew, controls and ablation too, in out/baselines: an hour
 	mkdir -p out/baselines
 	$(GEN) --recipe recipes/wood-train.yaml --n 3000 --seed 1 --out out/train/wood
 	$(GEN) --recipe recipes/blister-train.yaml --n 900 --seed 1 --out out/train/packs
@@ -194,7 +195,7 @@ gap: build venv ## what networks lose from the kernel to the reference Monte Car
 closed-loop: build venv ## 20 fits to scans whose keys are known: how often 90 % intervals hold the truth (out/closed-loop, 20 minutes)
 	$(VENV)/bin/python python/closed_loop.py out/closed-loop --first 84 --loops 20
 
-gallery: build venv ## 40 boards, every defect and six kinds of wood, with their labels, as docs/gallery.md shows them: a minute
+gallery: build venv ## 40 boards, every defect and six kinds of wood, with their labels, as docs/theory/gallery.md shows them: a minute
 	$(GEN) --recipe recipes/wood-grading-train.yaml --n 51 --seed 4 --out out/gallery/grading
 	for wood in pine larch beech birch oak; do $(GEN) --recipe recipes/species/$$wood.yaml --n 2 --seed 4 --out out/gallery/$$wood || exit 1; done
 	$(VENV)/bin/python python/gallery.py out/gallery/grading --boards 15 --out docs/pictures/gallery-1.jpg
@@ -223,9 +224,18 @@ fuzz: ## feed the recipe loader random text (FUZZ_SECONDS=600); needs cargo-fuzz
 	mkdir -p fuzz/corpus/recipe
 	RUSTC_BOOTSTRAP=1 cargo fuzz run recipe fuzz/corpus/recipe fuzz/seeds/recipe -- -max_total_time=$(FUZZ_SECONDS) -dict=fuzz/recipe.dict
 
+$(SITE)/.ready: python/requirements-site.txt
+	python3 -m venv $(SITE)
+	$(SITE)/bin/python -m pip install --quiet --disable-pip-version-check --no-compile -r $<
+	touch $@
+
+site: $(SITE)/.ready ## the pages as a searchable site in out/site; fails where a link leads nowhere
+	python3 python/make_site.py
+	$(SITE)/bin/zensical build --clean --strict
+
 doc: ## Rust documentation in target/doc
 	cargo doc $(ALL) --no-deps
 
 clean: ## remove build products and out/
 	cargo clean
-	rm -rf out $(VENV) $(WHEEL) $(SCALE) $(MOTO)
+	rm -rf out .cache $(VENV) $(WHEEL) $(SCALE) $(MOTO) $(SITE)

@@ -1,5 +1,5 @@
 //! Profiles a second on the recipe of the full scan, 2560 columns, every effect on, one core: the light of the rows,
-//! exposure and extraction apart and together. `make bench` prints it; docs/performance.md reads it.
+//! exposure and extraction apart and together. `make bench` prints it; docs/theory/performance.md reads it.
 
 use bench::settings::{Extraction, PeakChoice, PeakMethod, RangeForm, SearchDirection};
 use divan::counter::ItemsCount;

@@ -1,4 +1,4 @@
-//! The production kernel beside the judge on films over something: the tables of docs/transport/layers.md.
+//! The production kernel beside the judge on films over something: the tables of docs/theory/transport/layers.md.
 //!
 //! `cargo run --release --example film_stacks -- PHOTONS`: one row a stack, then filled over empty pockets by pigment.
 

@@ -1,5 +1,5 @@
 """What each channel is worth: trains the network of train_baseline.py on every choice of channels and on shuffled labels,
-and lets `gen check` judge each on fresh data. Prints Markdown; docs/baselines.md has its tables.
+and lets `gen check` judge each on fresh data. Prints Markdown; docs/theory/baselines.md has its tables.
 
     python python/ablate_baselines.py --task wood --train out/train/wood --fresh out/fresh/wood
 

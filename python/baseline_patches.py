@@ -1,4 +1,4 @@
-"""Patches of a dataset that `gen` made, cut and shrunk exactly as `gen check` does (docs/check.md), for train_baseline.py."""
+"""Patches of a dataset that `gen` made, cut and shrunk exactly as `gen check` does (docs/guide/check.md), for train_baseline.py."""
 
 import io
 import sys

@@ -3,7 +3,7 @@ fresh ones twice, rendered by the kernel and by the reference Monte Carlo, which
 
     python python/gap.py --task wood --train out/gap/wood/train --kernel out/gap/wood/kernel --path out/gap/wood/path
 
-`make gap` renders the datasets and runs this; docs/baselines.md has the tables. Both fresh datasets come from one recipe, seed and
+`make gap` renders the datasets and runs this; docs/theory/baselines.md has the tables. Both fresh datasets come from one recipe, seed and
 `--samples-per-shard`, so that sample i is the same object under the same bench and noise, and every answer has a partner.
 
 Accuracy lost is the mean over trainings of the share of right answers by the kernel less that by the reference. Its interval has

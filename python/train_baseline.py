@@ -6,9 +6,9 @@
 
 Tasks: `wood` (clear, knot or rot at the middle of a window), `grading` (ten classes of a board's surface), `blister` (pocket with tablet, empty, with a broken tablet)
 and `presence` (pocket with a tablet or without). Windows are cut, shrunk and normalised exactly as `gen check` does
-(docs/check.md). The same seed and number of threads give the same bytes on one machine.
+(docs/guide/check.md). The same seed and number of threads give the same bytes on one machine.
 
-Needs numpy, pyarrow, pillow, torch and onnx: `make venv` installs them. docs/baselines.md has the figures.
+Needs numpy, pyarrow, pillow, torch and onnx: `make venv` installs them. docs/theory/baselines.md has the figures.
 """
 
 import argparse

@@ -104,13 +104,15 @@ fn the_readme_is_short() {
 #[test]
 fn links_lead_somewhere() {
     let mut pages: Vec<PathBuf> =
-        ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "SECURITY.md", "recipes/README.md"]
-            .map(PathBuf::from)
-            .to_vec();
-    for entry in fs::read_dir(Path::new(ROOT).join("docs")).expect("docs/").flatten() {
-        let name = entry.file_name();
-        if name.to_string_lossy().ends_with(".md") {
-            pages.push(Path::new("docs").join(name));
+        ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "SECURITY.md"].map(PathBuf::from).to_vec();
+    let mut folders = ["docs", "recipes"].map(|folder| Path::new(ROOT).join(folder)).to_vec();
+    while let Some(folder) = folders.pop() {
+        for path in fs::read_dir(folder).expect("a folder of pages").flatten().map(|entry| entry.path()) {
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|extension| extension == "md") {
+                pages.push(path);
+            }
         }
     }
     let mut links = 0;

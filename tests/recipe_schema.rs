@@ -6,7 +6,7 @@ use std::path::Path;
 
 use procedural::blister::{Blister, Defects};
 use procedural::wood::Wood;
-use recipe::{Plan, Recipe, Subject, reference_markdown, schema};
+use recipe::{Plan, Recipe, Subject, reference_markdown, reference_pages, schema};
 use serde_json::Value;
 
 fn recipes() -> Vec<(String, String)> {
@@ -295,7 +295,13 @@ fn units_are_those_of_datasets() {
 
 #[test]
 fn the_committed_reference_is_fresh() {
-    committed("recipes/README.md", &reference_markdown());
+    let pages = reference_pages();
+    let first = pages[0].text.split("## Fifteen keys that matter first").nth(1).expect("a section");
+    let keys = first.split("## ").next().unwrap_or_default().lines().filter(|line| line.starts_with("| `")).count();
+    assert_eq!(keys, 15, "the keys that matter first are keys: {first}");
+    for page in pages {
+        committed(&format!("recipes/{}", page.file), &page.text);
+    }
 }
 
 #[test]

@@ -426,6 +426,6 @@ pub const OBJECT: [Column; 17] = [
         unit: "",
         range: "face, edge or arris; then spike, pin, cluster where they hold",
         missing: "null where it is no knot",
-        doc: "What graders call a knot, with spaces between the names; thresholds in docs/wood.md. From 1.5 on.",
+        doc: "What graders call a knot, with spaces between the names; thresholds in docs/theory/wood.md. From 1.5 on.",
     },
 ];

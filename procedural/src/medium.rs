@@ -63,7 +63,7 @@ pub const KERNEL_INDICES: [f32; 2] = [1.0, 1.55];
 pub const KERNEL_LEAST_SHARE: f32 = 0.03;
 
 impl Medium {
-    /// Clear wood by the class table of docs/wood.md, earlywood with its fibres along the motion, without gloss.
+    /// Clear wood by the class table of docs/theory/wood.md, earlywood with its fibres along the motion, without gloss.
     pub const CLEAR_WOOD: Self = Self {
         mu_a: 0.08,
         sigma_i: 2.0,

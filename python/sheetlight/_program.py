@@ -93,7 +93,7 @@ def validate(
         save: keep the report in the dataset's folder
 
     Returns:
-        The report; `faults` is empty where nothing is wrong. docs/validate.md explains every fault.
+        The report; `faults` is empty where nothing is wrong. docs/guide/faults.md explains every fault.
 
     Raises:
         GenError: it could not be checked, or its report not be kept, in the program's words.

@@ -36,7 +36,7 @@ const EXIT_BELOW_ACCURACY: u8 = 3;
   gen check packs --model tablets.onnx --slice film.sigma_per_mm --slice physics.speckle_volume
   gen check planks --model knots.onnx --min-accuracy 0.95      exit status 3 where it is below
 
-The sidecar says what the model takes and answers; docs/check.md explains its keys:
+The sidecar says what the model takes and answers; docs/guide/check.md explains its keys:
   task: classify_pixels                 # classify_samples, classify_objects, classify_pixels, segment
   channels: [{name: scatter, mean: 900, sd: 400}]
   window_px: [32, 32]

@@ -32,7 +32,7 @@ const MAX_FILE_BYTES: u64 = 8 * (MAX_SIDE as u64).pow(2) + (16 << 20);
   gen fibres reflectance.png --pixel-mm 0.068,0.092 --encoding linear    a scan: rows are 0.068 mm, columns 0.092 mm
   gen fibres board.png --pixel-mm 0.1 --encoding srgb --json | jq .knots
 
-docs/pictures.md says how it works, how good it is, and when not to trust it.")]
+docs/theory/boards-from-pictures.md says how it works, how good it is, and when not to trust it.")]
 pub(super) struct FibresArgs {
     /// PNG with 8 or 16 bits, - for standard input; of a colour picture the red channel counts, which is nearest to the
     /// laser

@@ -22,7 +22,7 @@ const ROWS_AT_A_TIME: usize = 256;
   gen icon scans/00000003.xml --json | jq .missing_share
   gen export icon planks --index 3 --out scans     writes such files: scans/00000003.dat and .xml
 
-docs/files/icon.md describes the files, and the fields of the JSON.")]
+docs/guide/icon.md describes the files, and the fields of the JSON.")]
 pub(super) struct IconArgs {
     /// The .xml of a file to look at, with its .dat beside it
     path: PathBuf,

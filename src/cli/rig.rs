@@ -15,7 +15,7 @@ use study::rig::report;
   gen rig mine.yaml --strict                       for scripts: status 1 where it warns
 
 Numbers go to standard output, warnings to standard error; the document of --json holds both.
-Numbers that the recipe draws are those of one sample. docs/instrument.md explains the bench.")]
+Numbers that the recipe draws are those of one sample. docs/theory/instrument.md explains the bench.")]
 pub(super) struct RigArgs {
     #[command(flatten)]
     recipe: RecipeArgs,

@@ -34,7 +34,7 @@ as a whole always, 1 % of the rows of one sample with 1 % by one place and 10 % 
 Of n sensor frames that are kept, K see a single forged one with K / n; without --rows all are exposed, and see it surely.
 A sample that is rendered again (--rerender) is compared as a whole.
 
-docs/validate.md explains every check and fault.
+docs/guide/validate.md explains every check and fault.
 
 Exit status: 0 nothing is wrong, 1 there are faults (with --strict: or warnings), 2 unusable arguments.")]
 pub(super) struct ValidateArgs {

@@ -93,7 +93,8 @@ fn range_spreads_as_speckle_says() {
     let mirror = Medium::opaque(Gloss::wood(1.0));
     let record = render(&scene, plate(mirror, 20.0, 0.0, 0.0));
     let number = |name: &str| record.physics.iter().find(|(n, _)| *n == name).expect(name).1;
-    // Correlation length behind a pixel of 6 um, docs/instrument.md: Lc = 1.081 grain for a point, 0.68 um behind 6 um.
+    // Correlation length behind a pixel of 6 um, docs/theory/instrument.md: Lc = 1.081 grain for a point, 0.68 um
+    // behind 6 um.
     let sigma_um = 6.0 * number("line_sigma_px");
     let theory_px = (sigma_um * 0.68 / (4.0 * std::f64::consts::PI.sqrt())).sqrt() / 6.0;
     let (_, sd) = moments(errors(&record).into_iter());

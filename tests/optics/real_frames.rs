@@ -1,4 +1,4 @@
-//! A recipe fitted to public frames of a real camera stays inside what was measured on them (docs/compare.md).
+//! A recipe fitted to public frames of a real camera stays inside what was measured on them (docs/theory/comparing.md).
 
 use recipe::Recipe;
 use scanner::optics::speckle::PatternCache;

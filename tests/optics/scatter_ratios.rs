@@ -1,5 +1,5 @@
 //! What a Scatter image must show on rendered boards: knots, dead knots and rot darker than clear wood by the published
-//! ratios (docs/physics.md), at nominal coefficients.
+//! ratios (docs/theory/physics.md), at nominal coefficients.
 
 use dataset::record::{Below, Record, TruthMaps};
 use procedural::Class;

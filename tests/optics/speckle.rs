@@ -54,9 +54,9 @@ fn spread(scene: &Scene) -> f64 {
     moments(errors.iter().copied()).1
 }
 
-/// Lines of 3, 6 and 12 um on the sensor, pixels of 6 um, polarised and not, against a simulation that lets the line fall on
-/// the speckle before pixels gather both (docs/instrument/speckle.md), within 10 %. Dorsch, Häusler and Herrmann for a
-/// line, C sqrt(sigma L_c / (4 sqrt(pi))), is 0.089, 0.126 and 0.179: below a row pixels add to it.
+/// Lines of 3, 6 and 12 um on the sensor, pixels of 6 um, polarised and not, against a simulation that lets the line
+/// fall on the speckle before pixels gather both (docs/theory/instrument/speckle.md), within 10 %. Dorsch, Häusler and
+/// Herrmann for a line, C sqrt(sigma L_c / (4 sqrt(pi))), is 0.089, 0.126 and 0.179: below a row pixels add to it.
 #[test]
 fn centres_spread_as_theory_has_it() {
     let known = [(0.5, 0.0953, 0.0686), (1.0, 0.1275, 0.0905), (2.0, 0.1780, 0.1260)];

@@ -222,9 +222,9 @@ fn manual_pages_are_those_of_all_commands() {
     let page = fs::read_to_string(place.path("man1/gen-export-coco.1")).expect("a page");
     assert_eq!(page, place.done("man export coco").out);
     place.run("man --all none").refused(&["none", "cannot write", "folder"]);
-    let guide = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/install.md")).expect("the guide");
+    let guide = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/guide/install.md")).expect("the guide");
     for words in ["gen man --all ", "rustup", "glibc 2."] {
-        assert!(guide.contains(words), "docs/install.md lacks `{words}`");
+        assert!(guide.contains(words), "docs/guide/install.md lacks `{words}`");
     }
 }
 

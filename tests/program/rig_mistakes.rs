@@ -12,18 +12,13 @@ fn changed(name: &str, changes: &[&str]) -> Recipe {
 }
 
 #[test]
-fn each_mistake_of_the_table_is_named_with_what_was_meant() {
-    let page = include_str!("../../docs/faults.md");
+fn each_mistake_is_named_with_what_was_meant() {
     for mistake in MISTAKES {
         let [name, changes] = mistake.example;
         let told = mistakes(&changed(name, &changes.split(' ').collect::<Vec<_>>()), 0);
         let words = format!("which looks like {}", mistake.looks_like);
         let own = told.iter().find(|told| told.what.starts_with(mistake.key) && told.what.ends_with(&words));
         assert!(own.is_some_and(|own| own.remedy.starts_with("did you mean ")), "{changes}: {told:?}");
-        assert!(
-            page.contains(&format!("| `{}` | {} |", mistake.key, mistake.looks_like)),
-            "docs/faults.md: {mistake:?}"
-        );
     }
     for (name, change, meant) in [
         ("wood-small", "board.length_mm=4.2", "4200"),

@@ -26,7 +26,7 @@ fn ellipses_lie_along_the_fibre() {
             println!("{} {azimuth}: {:?} {:?}", model.name(), far.aspect, far.misalignment);
             assert!(far.misalignment.value.abs() < 1.6, "{} at {azimuth}: {:?}", model.name(), far.misalignment);
             assert!(far.misalignment.error < 0.5, "{} at {azimuth}: {:?}", model.name(), far.misalignment);
-            // The Monte Carlo of docs/physics.md found 2.17, the closed form 2.13.
+            // The Monte Carlo of docs/theory/physics.md found 2.17, the closed form 2.13.
             assert!((far.aspect.value / 2.17 - 1.0).abs() < 0.08, "{} at {azimuth}: {:?}", model.name(), far.aspect);
         }
     }
@@ -152,7 +152,7 @@ fn triangulation_is_as_theory_has_it() {
     assert_eq!(off("triangulation", 6, &[]), [""; 0]);
 }
 
-/// At d = 820 mm the line is so narrow that rows sample it unevenly; docs/instrument.md.
+/// At d = 820 mm the line is so narrow that rows sample it unevenly; docs/theory/instrument.md.
 #[test]
 fn the_laser_is_as_theory_has_it() {
     assert_eq!(off("laser", 6, &["d = 820 mm"]), [""; 0]);

@@ -109,7 +109,7 @@ fn bytes_follow_from_medium_and_effort() {
     assert!(left.is_empty(), "{left:?}");
 }
 
-/// The kernel answers clear wood as the table of docs/physics.md says, without errors, and refuses layers.
+/// The kernel answers clear wood as the table of docs/theory/physics.md says, without errors, and refuses layers.
 #[test]
 fn the_kernel_answers_what_it_knows() {
     let place = place();

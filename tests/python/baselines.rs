@@ -1,5 +1,6 @@
 //! The trained networks in tests/models on data that they have never seen, their control that was taught nothing, and the
-//! program that trains them. tests/models/README.md says how they were made, docs/baselines.md what they are worth.
+//! program that trains them. tests/models/README.md says how they were made, docs/theory/baselines.md what they are
+//! worth.
 
 use std::path::Path;
 use std::process::Output;
@@ -34,8 +35,8 @@ fn accuracy(report: &Value, key: &str) -> f64 {
     report["accuracy"][key].as_f64().expect("a number")
 }
 
-/// Standard deviation of the mean recall between trainings on shuffled labels: docs/baselines.md has the figures. A network
-/// that learned nothing still answers by something, and alike to all pixels of a kind.
+/// Standard deviation of the mean recall between trainings on shuffled labels: docs/theory/baselines.md has the
+/// figures. A network that learned nothing still answers by something, and alike to all pixels of a kind.
 const SPREAD_OF_WOOD: f64 = 0.041;
 const SPREAD_OF_PRESENCE: f64 = 0.080;
 

@@ -30,7 +30,7 @@ fn the_hub_reads_the_card() {
 }
 
 /// Every line of Python in the card runs as it stands, and gives the samples and the maps of one of them; images under torch
-/// are what docs/loading.md says.
+/// are what docs/guide/loading.md says.
 #[test]
 fn the_snippets_of_a_card_run() {
     let look = r#"

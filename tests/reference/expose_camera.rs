@@ -78,7 +78,7 @@ fn a_bent_lens() {
 }
 
 /// Diffraction with all of Airy's rings, where production has a normal law for the core: light and line stay, and bright
-/// pixels are brighter by no more than docs/instrument/judge.md says.
+/// pixels are brighter by no more than docs/theory/instrument/judge.md says.
 #[test]
 fn diffraction() {
     let mut scene = scene(256);

@@ -43,9 +43,10 @@ fn table() -> [Case; 15] {
     })
 }
 
-/// Rows of the tables of docs/physics.md whose heads begin so, cell by cell.
+/// Rows of the tables of docs/theory/physics.md whose heads begin so, cell by cell.
 fn documented(head: &str) -> Vec<Vec<String>> {
-    let page = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/physics.md")).expect("the page");
+    let page =
+        std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/theory/physics.md")).expect("the page");
     let (_, section) = page.split_once("\n## Fifteen media\n").expect("the section");
     let (_, table) = section.split_once(head).expect(head);
     let rows = table.lines().skip(2).take_while(|line| line.starts_with('|'));

@@ -154,7 +154,7 @@ def test_what_cannot_be_made_is_told(cluster, tmp_path, monkeypatch):
 
 @pytest.mark.skipif(not FULL, reason="SCALE_FULL=1 runs Ray Data")
 def test_ray_data_streams_samples_that_nobody_writes(cluster):
-    """As docs/scale.md shows it: the arrays are those of the recipe."""
+    """As docs/guide/scale.md shows it: the arrays are those of the recipe."""
     import ray
 
     class Render:

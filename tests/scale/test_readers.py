@@ -1,4 +1,4 @@
-"""What reads a dataset in a bucket without copying it first, as docs/scale.md shows it, compared with the files on disk."""
+"""What reads a dataset in a bucket without copying it first, as docs/guide/scale.md shows it, compared with the files on disk."""
 
 import io
 

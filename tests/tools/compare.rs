@@ -346,7 +346,7 @@ fn faults_name_the_remedy() {
     for (arguments, words) in [
         ("compare nowhere planks", "it is not there; name a dataset"),
         ("compare planks empty", "no scan (.exr, .xml with .dat, .json, .png, .tif, .tiff, .csv, .ply)"),
-        ("compare planks no.json", "docs/compare.md"),
+        ("compare planks no.json", "docs/guide/compare.md"),
         ("compare planks no.exr", "copy it again"),
         ("compare planks planks --out nowhere/page.png", "there is no folder nowhere"),
         ("compare planks planks --scans 0", "0 is not in"),

@@ -266,7 +266,8 @@ fn slopes_cost_no_staircase() {
     }
 }
 
-/// Purpose: fibres that dive, and surfaces that slope, shift the glow by persistence less drift, as docs/physics.md says.
+/// Purpose: fibres that dive, and surfaces that slope, shift the glow by persistence less drift, as
+/// docs/theory/physics.md says.
 #[test]
 fn diving_fibres_shift_the_glow() {
     let x: Vec<f32> = (0..10).map(|i| i as f32 * 0.1 - 0.45).collect();

@@ -1,9 +1,10 @@
-//! Purpose: docs/validate.md lists every code of a fault with its meaning and its remedy, as the program has them.
+//! Purpose: docs/guide/faults.md lists every code of a fault with its meaning and its remedy, as the program has
+//! them.
 
 use dataset::shares::Shortfall;
 use dataset::validate::{Code, fault_table};
 
-const PAGE: &str = include_str!("../../docs/validate.md");
+const PAGE: &str = include_str!("../../docs/guide/faults.md");
 
 #[test]
 fn every_code_has_its_row() {

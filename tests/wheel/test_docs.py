@@ -1,4 +1,4 @@
-"""What documentation says runs: docstrings, docs/python.md, the notebook."""
+"""What documentation says runs: docstrings, docs/guide/python.md, the notebook."""
 
 import ast
 import doctest
@@ -54,12 +54,12 @@ def test_the_stub_names_what_the_extension_has():
 
 def test_the_page_runs_from_top_to_bottom(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    page = (ROOT / "docs" / "python.md").read_text()
+    page = (ROOT / "docs" / "guide" / "python.md").read_text()
     blocks = re.findall(r"```python\n(.*?)```", page, re.S)
     assert len(blocks) == 6
     names = {}
     for block in blocks:
-        exec(compile(block, "docs/python.md", "exec"), names)
+        exec(compile(block, "docs/guide/python.md", "exec"), names)
     said = capsys.readouterr().out
     assert "<Sample 3 of seed 0: " in said and "camera.tilt_deg |" in said and "torch.Size([16, 3, 64, 64])" in said
     assert "8 of 8" in said

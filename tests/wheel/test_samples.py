@@ -108,7 +108,7 @@ def test_arrays_are_those_of_gen(name, tmp_path):
 @pytest.mark.parametrize("form", ["calibrated", "rectified", "uncalibrated"])
 @pytest.mark.parametrize("bits", [8, 12])
 def test_files_round_what_the_page_says(form, bits, tmp_path):
-    """The table of docs/python.md: what is equal, and steps of what is not."""
+    """The table of docs/guide/python.md: what is equal, and steps of what is not."""
     changes = {**SMALL, "extraction.range": form, "exposure.bits": bits, "output.truth_maps": True}
     recipe = sheetlight.Recipe.load("wood-small", changes)
     images = {"output.png": "[range, reflectance, scatter, label, instance]", "output.exr": "[]", "output.truth_maps": "false"}

@@ -1,6 +1,7 @@
 //! The numbers of the bench: scan, laser, camera, exposure, noise and speckle.
 //!
-//! Sources: [T] Kihl and Källberg 2021; [V] vendors' data; [M] engineering estimate; [C] computed in docs/instrument.md.
+//! Sources: [T] Kihl and Källberg 2021; [V] vendors' data; [M] engineering estimate; [C] computed in
+//! docs/theory/instrument.md.
 
 use procedural::{Parameter, parameters};
 

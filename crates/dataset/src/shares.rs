@@ -2,7 +2,7 @@
 //!
 //! The limits are far from what a recipe may mean, so that what falls short is useless as a whole: dark knots and bark, shadows,
 //! clear film and scans that are overexposed on purpose stay within them. Over the shipped recipes, samples reach down to the
-//! figures that docs/faults.md lists.
+//! figures that docs/guide/faults.md lists.
 
 use crate::record::{Labels, Maps};
 use procedural::Class;

@@ -8,7 +8,8 @@
 //!
 //! The first round draws scores from the prior, that is, from the recipe's own distributions; each further round draws them from the posterior
 //! so far, widened by a half, with a tenth from the prior. The posterior at the end is checked on simulated scans whose
-//! scores are known, and widened where they scatter more than it says (`rounds`). docs/fit.md has the equations and sources.
+//! scores are known, and widened where they scatter more than it says (`rounds`). docs/theory/fitting.md has the
+//! equations and sources.
 
 mod emulator;
 mod observation;

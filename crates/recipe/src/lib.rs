@@ -51,7 +51,7 @@ pub use self::constraints::of_samples::SampleNeeds;
 pub use self::distribution::Distribution;
 pub use self::embedded::{BuiltInRecipe, RecipeError};
 pub use self::log_group::LogBoard;
-pub use self::reference::reference_markdown;
+pub use self::reference::{ReferencePage, reference_markdown, reference_pages};
 pub use self::schema::schema;
 pub use self::subject::{Plan, Subject};
 pub use wood_picture::{BoardPicture, WoodVolume};

@@ -1,4 +1,4 @@
-//! The reference of every key, from the same tables; `recipes/README.md` is its committed copy.
+//! The reference of every key, from the same tables; the pages of `recipes/` are its committed copy.
 
 use std::fmt::Write;
 
@@ -8,6 +8,7 @@ use super::distribution::{FORMS, range};
 use super::embedded::EMBEDDED;
 use super::keys::alternatives::alternatives;
 use super::keys::{RecipeSection, SECTIONS, tidy, unit};
+use super::subject::Subject;
 use yaml::number_text;
 
 /// What a recipe is.
@@ -15,34 +16,11 @@ const OPENING: &str = "\
 # Recipes
 
 A recipe is a YAML file that says what a dataset is made of: the bench, the objects, the kinds of samples and what is
-written. These are built into the program, so `wood` names the first wherever no file of that name exists; `gen recipe list`
-lists them, and `gen recipe show wood > mine.yaml` copies one:
+written. Copy one that is built in and change it:
 
-";
-
-/// How one is written.
-const WRITING: &str = "
-This page is generated from the tables that the program reads recipes with (`BLESS=1 cargo test --test recipe_schema`
-writes it again), and so is `recipe.schema.json`, by which editors complete and check a recipe that begins with
-
-    # yaml-language-server: $schema=recipe.schema.json
-
-## How a recipe reads
-
-- `name`, `subject` (`wood`, `blister`, `sawtooth` or `mesh`) and `classes` are required; every other key has a default.
-- `family` names the recipes that draw the same random numbers for the same seed; without it, `name` is a family of its own.
-- `sampling` and `correlations` say how draws of samples and of keys hang together; without them they don't.
-- `set` holds what `--set KEY=VALUE` changed on the command line: key paths with the values that replace those above.
-- A section of one subject is a fault in a recipe about another.
-- A *setting* is the same for all samples. A *parameter* is drawn for each sample: give a number or a distribution.
-- A file is named relative to the recipe's own file, or is one that is built in. Its content is part of what the recipe
-  means, and the dataset keeps a copy: give the folder of a dataset in place of a recipe to continue it. The long form
-  `{name: part.stl, sha256: ...}` takes the file with that content alone.
-- Keys in the words of data sheets (`speed_mm_per_s`, `waist_fwhm_mm`, `working_distance_mm` with `baseline_mm`) stand in place of
-  others; of a key and what stands for it, one is given. `gen rig` tells all of them of any recipe.
-- A key ends in its unit: mm, um, nm, deg, us, mW, DN (digital numbers), e (electrons). Keys without a unit are counts or
-  shares.
-- All faults of a recipe are reported at once, each with its line, its key, what is allowed and the nearest right spelling.
+    gen recipe list
+    gen recipe show wood-small > mine.yaml
+    gen preview --recipe mine.yaml --out board.png
 
 A whole recipe:
 
@@ -62,12 +40,98 @@ classes:
     knots: {sound_count: {uniform: [1, 4]}}          # only here; everything else as at the top level
 output: {bin: {columns: 2, profiles: 2}}
 ```
+
+";
+
+/// How one is written.
+const READING: &str = "\
+## How a recipe reads
+
+- `name`, `subject` (`wood`, `blister`, `sawtooth` or `mesh`) and `classes` are required; every other key has a default.
+- A *setting* is the same for all samples. A *parameter* is drawn for each sample: give a number or a
+  [distribution](keys/draws.md#distributions).
+- [`classes`](keys/draws.md#classes) names kinds of samples, with their shares and the keys that they change.
+- `family` names the recipes that draw the same random numbers for the same seed; without it, `name` is a family of its
+  own.
+- [`sampling` and `correlations`](keys/draws.md#correlations) say how draws of samples and of keys hang together;
+  without them they don't.
+- `set` holds what `--set KEY=VALUE` changed on the command line: key paths with the values that replace those above.
+- A section of one subject is a fault in a recipe about another.
+- A file is named relative to the recipe's own file, or is one that is built in. Its content is part of what the recipe
+  means, and the dataset keeps a copy: give the folder of a dataset in place of a recipe to continue it. The long form
+  `{name: part.stl, sha256: ...}` takes the file with that content alone.
+- Keys in the words of data sheets (`speed_mm_per_s`, `waist_fwhm_mm`, `working_distance_mm` with `baseline_mm`) stand
+  in place of others; give one of both. `gen rig` prints all of them for any recipe.
+- A key ends in its unit: mm, um, nm, deg, us, mW, DN (digital numbers), e (electrons). Keys without a unit are counts
+  or shares.
+- All faults of a recipe are reported at once, each with its line, its key, what is allowed and the nearest right
+  spelling.
+- `recipe.schema.json` lets editors complete and check a recipe that begins with
+  `# yaml-language-server: $schema=recipe.schema.json`.
+
+These pages and the schema are generated from the tables that the program reads recipes with
+(`BLESS=1 cargo test --test recipe_schema` writes them again).
+";
+
+/// Keys that one changes first: group and name.
+const FIRST: [(&str, &str); 15] = [
+    ("scan", "columns"),
+    ("scan", "profiles"),
+    ("motion", "step_mm"),
+    ("laser", "power_mw"),
+    ("laser", "waist_mm"),
+    ("camera", "distance_mm"),
+    ("camera", "tilt_deg"),
+    ("camera", "focal_length_mm"),
+    ("exposure", "time_us"),
+    ("speckle", "strength"),
+    ("extraction", "threshold_dn"),
+    ("output", "exr"),
+    ("knots", "sound_count"),
+    ("film", "sigma_per_mm"),
+    ("mesh", "file"),
+];
+
+/// Pages of keys: file, title, and what they are about.
+const KEY_PAGES: [(&str, &str, &str); 5] = [
+    ("keys/bench.md", "The bench", "Scan, motion, laser, camera, sensor, extraction and the model of light."),
+    ("keys/wood.md", "Boards", "The board, its log, defects, optical media and surface."),
+    ("keys/blister.md", "Blister packs", "The pack, its pockets and tablets, film, foil and defects."),
+    ("keys/parts.md", "Saw-teeth and parts", "Calibration pieces, parts from files, and what they are made of."),
+    ("keys/output.md", "What is written", "Splits, images, truth maps, sensor frames, and binning."),
+];
+
+/// The page of draws.
+const DRAWS: (&str, &str) = ("keys/draws.md", "Distributions, classes and sampling");
+
+/// What the letters of the column *source* mean.
+const SOURCES: &str = "\
+Sources: [T] Kihl and Källberg 2021, the thesis whose bench this is; [V] vendors' published figures; [M] and [E]
+engineering estimates; [C] computed or chosen so that the observables come out; [G] statistics of a scanned spruce log
+(Larsson et al. 2022); [L] literature named in the project's documentation.
 ";
 
 const BOUNDS: &str = "
-Every draw is made again until it lies in the parameter's own range; a distribution with less than 1 % chance of that is a
-fault, and so is an end or a value out of range. Counts are rounded to the nearest whole number.
+Every draw is made again until it lies in the parameter's own range. A distribution with less than 1 % chance of that is
+a fault, and so is an end or a value out of range. Counts are rounded to the nearest whole number.
 
+";
+
+const CLASSES: &str = "\
+## Classes
+
+`classes` maps names (a-z, 0-9, _) to kinds of samples. Each has a `share`, relative to the other shares (at least a
+millionth of their sum). It may repeat any group of parameters with the keys that it changes; settings stay the same for
+all classes.
+
+Sample i belongs to the class at the point (offset + i / golden ratio) mod 1 of the shares, classes in the order of
+their names. So every prefix of a dataset holds each class within a few samples of its share, and the first hundred
+samples of a large dataset are the dataset of a hundred. Splits go by the order of the samples of each class: in every
+prefix each split holds each class within two samples of its share.
+
+";
+
+const CORRELATIONS: &str = "\
 ## Correlations
 
 Keys are drawn independently of each other, but for pairs that the recipe names:
@@ -78,18 +142,20 @@ correlations:
   - {keys: [laser.waist_mm, laser.m_squared], spearman: 0.4}
 ```
 
-- `spearman` is the rank correlation of the draws, between -1 and 1. Each key keeps its own distribution and its bounds, exactly;
-  keys in no pair keep every draw.
-- Keys are named with their section. Both must have a distribution on a scale (no number, choice or count) in at least one class; in
-  classes in which one of them has none the pair has no effect.
-- Several pairs must be possible together: what is much like a second key, and that much like a third, makes the first like the
-  third. Pairs that are not named count as 0. A fault says which pair may be what.
+- `spearman` is the rank correlation of the draws, between -1 and 1. Each key keeps its own distribution and its bounds,
+  exactly; keys in no pair keep every draw.
+- Keys are named with their section. Both must have a distribution on a scale (no number, choice or count) in at least
+  one class; in classes in which one of them has none the pair has no effect.
+- Several pairs must be possible together. Pairs that are not named count as 0. A fault says which pair may be what.
 
-By a Gaussian copula: x_i = F_i^-1(Phi(y_i)) with F_i the distribution function of key i and y normal with the correlations
-2 sin(pi spearman / 6) (Pearson 1907; Nelsen 2006). Dependence is monotone; extremes of two keys meet no more often than these make
-likely. There are no distributions that depend on another key: such a key would have no range and no law of its own to check, to
-report or to validate. Kinds of samples (decayed, then dark) are what classes are for.
+By a Gaussian copula: x_i = F_i^-1(Phi(y_i)) with F_i the distribution function of key i and y normal with the
+correlations 2 sin(pi spearman / 6) (Pearson 1907; Nelsen 2006). Dependence is monotone; extremes of two keys meet no
+more often than these make likely. No distribution depends on another key. Kinds of samples (decayed, then dark) are
+what classes are for.
 
+";
+
+const SAMPLING: &str = "\
 ## Sampling
 
 | `sampling` | how the samples of a class are drawn |
@@ -97,93 +163,125 @@ report or to validate. Kinds of samples (decayed, then dark) are what classes ar
 | `independent` | each by itself; the default |
 | `low_discrepancy` | so that they cover the range of each key evenly: of the first n samples of a class, those below any place in the range of a key are their share within log2(n) + 1 samples |
 
-Low discrepancy is for few samples: independent draws miss a share by some sqrt(n) / 2 samples. Points of two keys fill their plane
-evenly too, with a tenth of the squared discrepancy of independent draws at n = 64 and 256. All distributions, counts and choices
-too, and correlations stay as declared, and any sample can be made alone. Each sample follows from seed, family, class, its rank
-within the class and the key paths: editing one key leaves every other draw as it was. A split is even by no more than chance, and
-of keys that are correlated only the first by its path is as even as said. The sequences: van der Corput's, scrambled and put in another order for each key (Owen 1995, Burley 2020).
+Low discrepancy is for few samples: independent draws miss a share by some sqrt(n) / 2 samples. Points of two keys fill
+their plane evenly too. Distributions and correlations stay as declared, and any sample can be made alone. A split is
+even by no more than chance, and of keys that are correlated only the first by its path is as even as stated. The
+sequences are van der Corput's, scrambled and put in another order for each key (Owen 1995, Burley 2020).
 
 ";
 
-const CLASSES: &str = "\
-## Classes
-
-`classes` maps names (a-z, 0-9, _) to kinds of samples. Each has a `share`, relative to the other shares (at least a
-millionth of their sum), and may repeat any group of parameters with the keys that it changes; settings stay the same for
-all classes. Sample i belongs to the class at the point (offset + i / golden ratio) mod 1 of the shares, classes in the
-order of their names, so every prefix of a dataset holds each class within a few samples of its share, and the first
-hundred samples of a large dataset are the dataset of a hundred. Splits go by the order of the samples of each class: in every
-prefix each split holds each class within two samples of its share.
-
+const EDITING: &str = "\
 ## What stays when a recipe is edited
 
-Each parameter of each sample has a random stream of its own, keyed by the seed, the family, the sample and the key path.
-Editing one key leaves every other draw as it was, but of keys that are correlated with it. With `sampling: low_discrepancy` the class
-and the rank in it take the place of the sample's number, so that editing classes moves more draws. Recipes of other names draw other numbers, so that no board of one is a board
-of another: who trains on one and tests on the other sees nothing twice. To compare two recipes sample by sample, give both one
-`family`; then choose another seed for the data that a network is tested on. Class and split of a sample follow from the seed, the
-family, its number, the classes with their shares, and `splits`. The identity of a sample (a UUID) follows from the meaning of the
-whole recipe, the seed and its number: comments, the order of keys and the way a number is written do not matter, everything else
-does.
+Each parameter of each sample has a random stream of its own, keyed by the seed, the family, the sample and the key
+path. Editing one key leaves every other draw as it was, but of keys that are correlated with it. With
+`sampling: low_discrepancy` editing classes moves more draws, since the rank in the class counts.
 
+- **Other names draw other numbers**: who trains on one recipe and tests on another sees nothing twice.
+- **To compare two recipes sample by sample**, give both one `family`. Then choose another seed for the data that a
+  network is tested on.
+- **The identity** of a sample (a UUID) follows from the meaning of the whole recipe, the seed and its number. Comments,
+  the order of keys and the way a number is written do not matter.
+
+";
+
+const FITTING: &str = "\
 ## What must fit together
 
+These hold for every draw: a distribution is checked at its ends, and a recipe that breaks one is refused with a remedy.
+
 - `camera.focal_length_mm` stays below half of `camera.distance_mm`; laser and camera stand above the object.
-- `exposure.dark_noise_dn` covers its parts: row noise^2 + row pattern^2 + column pattern^2 + DSNU^2 + 1/12 (rounding) is
-  at most its square.
-- DN in keys count on the scale of 8 bits (0 to 255) whatever `exposure.bits` is, so that a recipe is one sensor; images,
-  frames and Scatter hold the converter's own numbers.
-- Under an order of `postprocess` other than `physical` noise is `dark_level_dn` and `dark_noise_dn` alone: the other
-  sources of noise and of structure are 0 there, `exposure.hdr` is none and `speckle` has its law alone.
-- `scan.columns` times `scan.profiles` is at most 2^27; the bins divide them.
-- `extraction.scatter_offset_rows` + `scatter_width_rows` is at most 16, and at most 29 rows are summed, 16 of
-  12 bits.
-- A key of `extraction` stands only beside the `method` or the `range` that it has an effect on.
-- `splits` sum to 1; `rot.edge` is -1 or 1.
-- All pockets have room on the card, with their walls, at the distances asked for; `tablet.band_mm` is at most
-  `tablet.thickness_mm`.
-- `transport` is `kernel` or `path` for blister packs: the other models know no film over air. It is `kernel` for meshes,
-  which can overhang.
+- `exposure.dark_noise_dn` covers its parts: row noise^2 + row pattern^2 + column pattern^2 + DSNU^2 + 1/12 (rounding)
+  is at most its square.
+- `scan.columns` times `scan.profiles` is at most 2^27; the bins divide them. `splits` sum to 1.
+- `extraction.scatter_offset_rows` + `scatter_width_rows` is at most 16, and at most 29 rows are summed, 16 of 12 bits.
+- All pockets have room on the card, with their walls; `tablet.band_mm` is at most `tablet.thickness_mm`.
 - `material.gloss` times `reflectance` plus `matte` is at most 1: no surface throws back more light than it gets.
-- A key of `transport` stands only beside the model, and `iterations` beside a method, that it has an effect on.
+- `transport` is `kernel` or `path` for blister packs, and `kernel` for meshes, which can overhang.
+- A key of `extraction` or `transport` stands only beside the method, range or model that it has an effect on.
+- Under an order of `postprocess` other than `physical` noise is `dark_level_dn` and `dark_noise_dn` alone,
+  `exposure.hdr` is none and `speckle` has its law alone.
 
-These hold for every draw: a distribution is checked at its ends.
+DN in keys count on the scale of 8 bits (0 to 255) whatever `exposure.bits` is, so that a recipe is one sensor; images,
+frames and Scatter hold the converter's own numbers.
 ";
 
-const SOURCES: &str = "\
-## Sources
+/// A page of the reference.
+pub struct ReferencePage {
+    /// Its file below `recipes`, with slashes.
+    pub file: &'static str,
+    /// Its text, in Markdown.
+    pub text: String,
+}
 
-[T] Kihl and Källberg 2021, the thesis whose bench this is; [V] vendors' published figures; [M] engineering estimate;
-[C] computed or chosen so that the observables come out; [G] statistics of a scanned spruce log (Larsson et al. 2022);
-[L] literature named in the project's documentation.
-";
+/// Every key of a recipe: meaning, unit, default, range and source; the overview first.
+pub fn reference_pages() -> Vec<ReferencePage> {
+    let mut pages = vec![ReferencePage { file: "README.md", text: overview() }];
+    for (file, title, about) in KEY_PAGES {
+        let mut text = format!("# {title}\n\n{about} [Recipes](../README.md) says how to write keys.\n\n{SOURCES}");
+        for section in SECTIONS.iter().filter(|section| page_of(section) == file) {
+            keys(&mut text, section);
+        }
+        pages.push(ReferencePage { file, text });
+    }
+    pages.push(ReferencePage { file: DRAWS.0, text: draws() });
+    pages
+}
 
-/// Every key of a recipe: meaning, unit, default, range and source, in Markdown.
+/// The pages of [`reference_pages`] as one text.
 pub fn reference_markdown() -> String {
+    reference_pages().into_iter().map(|page| page.text).collect::<Vec<_>>().join("\n")
+}
+
+fn overview() -> String {
     let mut page = OPENING.to_owned();
-    page.push_str("| recipe | what |\n|---|---|\n");
+    page.push_str("## Where keys are explained\n\n| page | keys |\n|---|---|\n");
+    for (file, title, _) in KEY_PAGES {
+        let sections = SECTIONS.iter().filter(|section| page_of(section) == file);
+        let paths: Vec<_> = sections.map(|section| format!("`{}`", section.path)).collect();
+        row(&mut page, &[&format!("[{title}]({file})"), &paths.join(", ")]);
+    }
+    row(&mut page, &[&format!("[{}]({})", DRAWS.1, DRAWS.0), "distributions, `classes`, `correlations`, `sampling`"]);
+    page.push_str("\n## Fifteen keys that matter first\n\n| key | default | meaning |\n|---|---|---|\n");
+    for (path, name) in FIRST {
+        let section = SECTIONS.iter().find(|section| section.path == path);
+        let cells = section.into_iter().flat_map(rows).find(|cells| cells[0] == name);
+        // A test asks for each of them.
+        let Some([_, meaning, unit, default, ..]) = cells else { continue };
+        let default = format!("{default} {unit}");
+        row(&mut page, &[&format!("`{path}.{name}`"), default.trim_end(), &meaning]);
+    }
+    page.push('\n');
+    page.push_str(READING);
+    page.push_str("\n## Recipes that are built in\n\n");
+    page.push_str("`wood` names the first wherever no file of that name exists.\n\n| recipe | what |\n|---|---|\n");
     for recipe in &EMBEDDED {
         row(&mut page, &[&format!("`{}.yaml`", recipe.name), recipe.summary]);
     }
-    page.push_str(WRITING);
-    page.push_str("\n## Distributions\n\n");
-    page.push_str("| form | draws | source |\n|---|---|---|\n| `v` | always v | |\n");
+    page
+}
+
+fn draws() -> String {
+    let mut page = format!("# {}\n\nHow a sample's numbers are drawn from a [recipe](../README.md).\n\n", DRAWS.1);
+    page.push_str("## Distributions\n\n| form | draws | source |\n|---|---|---|\n| `v` | always v | |\n");
     for form in FORMS {
         row(&mut page, &[&format!("`{}`", form.example), form.law, form.source]);
     }
-    page.push_str(BOUNDS);
-    page.push_str("## Keys\n");
-    for section in &SECTIONS {
-        keys(&mut page, section);
-    }
-    page.push('\n');
-    for part in [CLASSES, SOURCES] {
+    for part in [BOUNDS, CLASSES, CORRELATIONS, SAMPLING, EDITING, FITTING] {
         page.push_str(part);
-        page.push('\n');
     }
-    page.truncate(page.trim_end().len());
-    page.push('\n');
     page
+}
+
+/// The file of [`KEY_PAGES`] that a section stands in.
+fn page_of(section: &RecipeSection) -> &'static str {
+    match section.subjects.first() {
+        Some(Subject::Wood) => "keys/wood.md",
+        Some(Subject::Blister) => "keys/blister.md",
+        Some(Subject::Sawtooth | Subject::Mesh) => "keys/parts.md",
+        None if ["splits", "output", "output.bin"].contains(&section.path) => "keys/output.md",
+        None => "keys/bench.md",
+    }
 }
 
 fn keys(page: &mut String, section: &RecipeSection) {
@@ -195,42 +293,68 @@ fn keys(page: &mut String, section: &RecipeSection) {
     let subjects: Vec<_> = section.subjects.iter().map(|subject| format!("`{}`", subject.name())).collect();
     let subject = if subjects.is_empty() { String::new() } else { format!("Subject {}. ", subjects.join(" or ")) };
     // Writing to a string cannot fail.
-    let _ = write!(page, "\n### `{}`{kind}\n\n{subject}{}\n\n", section.path, tidy(section.doc));
+    let _ = write!(page, "\n### `{}`{kind}\n\n", section.path);
+    wrapped(page, &format!("{subject}{}", tidy(section.doc)));
+    page.push('\n');
     page.push_str("| key | meaning | unit | default | range | source |\n|---|---|---|---|---|---|\n");
-    for setting in section.settings {
+    for [name, cells @ ..] in rows(section) {
+        let name = format!("`{name}`");
+        row(page, &[&name, &cells[0], &cells[1], &cells[2], &cells[3], &cells[4]]);
+    }
+}
+
+/// What the table of a section says of its keys: name, meaning, unit, default, range and source.
+fn rows(section: &RecipeSection) -> Vec<[String; 6]> {
+    let settings = section.settings.iter().map(|setting| {
         let description = (setting.describe)();
         let (unit, range) = description.unit_and_range.unwrap_or_else(|| (unit(setting.name), description.allowed));
         let default = match description.default {
             Value::Number(number) if number.is_f64() => number_text(number.as_f64().unwrap_or(f64::NAN)),
             other => other.to_string().replace('"', "").replace(',', ", "),
         };
-        row(page, &[&format!("`{}`", setting.name), setting.doc, unit, &default, &range, setting.source]);
-    }
-    for parameter in section.parameters {
+        [setting.name.into(), setting.doc.into(), unit.into(), default, range, setting.source.into()]
+    });
+    let parameters = section.parameters.iter().map(|parameter| {
         let allowed = range(parameter);
         let whole = if parameter.integer { ", whole" } else { "" };
-        row(
-            page,
-            &[
-                &format!("`{}`", parameter.name),
-                &tidy(parameter.doc),
-                allowed.unit,
-                &number_text(parameter.default),
-                &format!("{} to {}{whole}", number_text(parameter.min), number_text(parameter.max)),
-                parameter.source,
-            ],
-        );
-    }
-    rows_of_alternatives(page, section);
+        [
+            parameter.name.into(),
+            tidy(parameter.doc),
+            allowed.unit.into(),
+            number_text(parameter.default),
+            format!("{} to {}{whole}", number_text(parameter.min), number_text(parameter.max)),
+            parameter.source.into(),
+        ]
+    });
+    let words = alternatives(section.path).map(|alternative| {
+        let of: Vec<_> = alternative.of.iter().map(|key| format!("`{key}`")).collect();
+        let range = if alternative.is_drawn { "as that of what it stands for" } else { "1 to 5000, a number" };
+        [
+            alternative.name.into(),
+            alternative.doc.into(),
+            unit(alternative.name).into(),
+            format!("in place of {}", of.join(" and ")),
+            range.into(),
+            "data sheets".into(),
+        ]
+    });
+    settings.chain(parameters).chain(words).collect()
 }
 
-fn rows_of_alternatives(page: &mut String, section: &RecipeSection) {
-    for alternative in alternatives(section.path) {
-        let of: Vec<_> = alternative.of.iter().map(|key| format!("`{key}`")).collect();
-        let (doc, default) = (alternative.doc, format!("in place of {}", of.join(" and ")));
-        let range = if alternative.is_drawn { "as that of what it stands for" } else { "1 to 5000, a number" };
-        row(page, &[&format!("`{}`", alternative.name), doc, unit(alternative.name), &default, range, "data sheets"]);
+/// Adds a paragraph in lines of at most 120 characters.
+fn wrapped(page: &mut String, text: &str) {
+    let mut length = 0;
+    for word in text.split_whitespace() {
+        let letters = word.chars().count();
+        if length > 0 {
+            let fits = length + 1 + letters <= 120;
+            page.push(if fits { ' ' } else { '\n' });
+            length = if fits { length + 1 } else { 0 };
+        }
+        page.push_str(word);
+        length += letters;
     }
+    page.push('\n');
 }
 
 fn row(page: &mut String, cells: &[&str]) {

@@ -1,8 +1,8 @@
 //! Work of a sample: what one takes, from sizes and settings alone.
 //!
 //! It says where shards are cut, so it is a rule and no measurement: the same on every machine, with any threads, for
-//! ever. Its figures are rounded ones of the machine of docs/performance.md and docs/scale.md, within a factor of three
-//! of every recipe that ships. Neglected: kept frames, effects, and what other machines do.
+//! ever. Its figures are rounded ones of the machine of docs/theory/performance.md and docs/guide/scale.md, within a
+//! factor of three of every recipe that ships. Neglected: kept frames, effects, and what other machines do.
 
 use bench::settings::{Order, Size, Transport};
 

@@ -1,6 +1,6 @@
 //! Digitised frame and the calibration that reads it: the wall between what is there and what is measured.
 //!
-//! The laser plane is y = 0; [`Rig`] projects points onto the sensor, docs/instrument.md derives it.
+//! The laser plane is y = 0; [`Rig`] projects points onto the sensor, docs/theory/instrument.md derives it.
 
 mod locator;
 mod rig;

@@ -1,5 +1,5 @@
 //! Line spread of fifteen media: reflectance, radiance factor towards the lens, shares of rows and asymmetry by every model
-//! of transport, on the media of docs/physics.md.
+//! of transport, on the media of docs/theory/physics.md.
 //!
 //! Rows are 0.101 mm wide and the line has a standard deviation of 0.05 mm, as in that table. Errors of sums over rows take
 //! rows as independent; the correlation of a multinomial count is neglected.
@@ -163,8 +163,8 @@ pub fn study(effort: Effort, progress: StudyProgress) -> StudyReport {
 fn table(cases: &[MediumCase]) -> String {
     let mut text =
         String::from("Shares of a line's energy; asymmetry: rows 1 to 8 ahead less behind, over their sum.\n");
-    text += "In brackets what a model has over the judge, `path`. Published Monte Carlo figures (docs/physics.md) are those\n";
-    text += "of an earlier walk: R agrees, S(1,8) of clear wood was 0.420.\n";
+    text += "In brackets what a model has over the judge, `path`. Published Monte Carlo figures\n";
+    text += "(docs/theory/physics.md) are those of an earlier walk: R agrees, S(1,8) of clear wood was 0.420.\n";
     text += "ok, off: the kernel against its bar; ?: two standard errors of the judge reach over it.\n";
     text += &format!("  {:20}{:10}", "medium", "model");
     for SpreadFigure { name, .. } in FIGURES {

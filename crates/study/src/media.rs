@@ -1,4 +1,4 @@
-//! Fifteen kinds of wood with their optical coefficients: those of docs/physics.md's table.
+//! Fifteen kinds of wood with their optical coefficients: those of docs/theory/physics.md's table.
 
 use procedural::{Gloss, Medium, WOOD_DISPERSION_DEG};
 

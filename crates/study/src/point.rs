@@ -3,8 +3,8 @@
 //!
 //! Around the point light is equal on ellipses. Each is named by its half diameter across the fibre; measured are the
 //! half diameter along the fibre over it, and the azimuth of the long axis. Far away diffusion gives an aspect of
-//! sqrt(D_e / D_perp) along the fibre (docs/physics.md); near the point, light that was scattered by cylinders alone lies
-//! ACROSS it.
+//! sqrt(D_e / D_perp) along the fibre (docs/theory/physics.md); near the point, light that was scattered by cylinders
+//! alone lies ACROSS it.
 //! Neglected: the laser spot's own width but for the thesis' method, which has no picture without it; the camera.
 
 use glam::DVec2;
@@ -44,7 +44,7 @@ struct PointCase {
     wood: WoodMedium,
     title: &'static str,
     azimuths: &'static [f64],
-    /// Aspect at 1.5 mm across the fibre by the Monte Carlo of docs/physics.md [1].
+    /// Aspect at 1.5 mm across the fibre by the Monte Carlo of docs/theory/physics.md [1].
     monte_carlo_aspect: f64,
     maps: Vec<PointMap>,
 }
@@ -233,7 +233,7 @@ fn table(cases: &[PointCase]) -> String {
     for case in cases {
         text += &format!("{}, azimuth {}:\n", case.title, case.drawn_azimuth());
         text += "half diameter along the fibre over that across it, and the long axis against the fibre [deg]\n";
-        text += &format!("  far away by diffusion {:.2}; Monte Carlo of docs/physics.md ", case.far_aspect());
+        text += &format!("  far away by diffusion {:.2}; Monte Carlo of docs/theory/physics.md ", case.far_aspect());
         text += &format!("at 1.5 mm {:.2}\n  {:14}", case.monte_carlo_aspect, "model");
         for across in TABLE_HALF_DIAMETERS_MM {
             text += &format!("   {:>24}", format!("{across:.1} mm across"));
@@ -445,7 +445,7 @@ fn aspect_chart(case: &PointCase) -> Chart {
             joined: true,
         },
         Series {
-            name: "docs/physics.md".into(),
+            name: "docs/theory/physics.md".into(),
             colour: GREY,
             points: vec![(1.5, case.monte_carlo_aspect, 0.0)],
             joined: false,

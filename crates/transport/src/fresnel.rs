@@ -106,7 +106,7 @@ pub fn gloss(gloss: &Gloss, normal: Vec3, light: Vec3, view: Vec3) -> f32 {
 mod tests {
     use super::*;
 
-    /// Reference values of A(n) by independent quadrature, docs/physics.md.
+    /// Reference values of A(n) by independent quadrature, docs/theory/physics.md.
     #[test]
     fn boundary_factor_matches_reference() {
         for (n, a) in [(1.0, 1.0), (1.10, 1.3504), (1.18, 1.7080), (1.25, 2.0638), (1.40, 2.9485), (1.55, 3.9944)] {

@@ -6,9 +6,9 @@
 //! Below the face (an assumption, no measurement): a feature of width w lasts to a depth of about w, so that at depth d the
 //! logarithm of absorption is that of the face under a Gaussian of standard deviation d / 2; in a knot the colour of the face follows
 //! the branch's axis and does not fade.
-//! Sources: docs/physics.md for the reflectance, docs/wood.md for the media. Limits: scattering that differs from the mean counts as
-//! absorption; light spreads by a millimetre below the face, so that fine streaks are stronger in the wood than in the picture;
-//! gloss and uneven lamps count as well.
+//! Sources: docs/theory/physics.md for the reflectance, docs/theory/wood.md for the media. Limits: scattering that
+//! differs from the mean counts as absorption; light spreads by a millimetre below the face, so that fine streaks are
+//! stronger in the wood than in the picture; gloss and uneven lamps count as well.
 
 use glam::Vec2;
 use procedural::Medium;

@@ -11,9 +11,10 @@
 //! voxels before the law or after it is the same. With the ratio of the class table, 2.5 = 800 / 320, absorption is in proportion to density all
 //! over, mu_a = mu_e rho / rho_e.
 //!
-//! Source: absorption occurs in the cell walls, so it goes with their share of the volume (docs/wood.md, which chose the class table so).
-//! Scattering between earlywood and latewood is the class table's too: the number of walls that light meets decides, not density
-//! (Sugimoto et al. 2018), 1.1 times as much in latewood. **Guesses**: both lines beyond these two kinds.
+//! Source: absorption occurs in the cell walls, so it goes with their share of the volume (docs/theory/wood.md, which
+//! chose the class table so). Scattering between earlywood and latewood is the class table's too: the number of walls
+//! that light meets decides, not density (Sugimoto et al. 2018), 1.1 times as much in latewood. **Guesses**: both lines
+//! beyond these two kinds.
 //! Limits: 50 to 1500 kg/m3, air and the cell wall without lumina; what lies beyond counts as these ends. The effective index is that of
 //! clear wood all over. One wavelength; what is dense without being cell wall (resin, water, metal) counts as wood.
 

@@ -6,8 +6,9 @@
 //!   D_par = 1 / (3 s),  D_perp = 1/4 int sin^3 / (s + k sin) dtheta,  D_zz = D_perp + (D_par - D_perp) sin^2(dive)
 //!   l_c = 1 / (s + k cos(dive)),  z0 = cos^2(dive) l_c + sin^2(dive) / s
 //! R falls steadily with mu_a, from T at 0, so the inverse is found by halving.
-//! Source: docs/physics.md, which derives it; A(n) after Contini, Martelli and Zaccanti (1997). It is what the class table of
-//! docs/wood.md was chosen by. Limits: those of diffusion; of clear wood 0.743 against 0.7445 of the reference Monte Carlo.
+//! Source: docs/theory/physics.md, which derives it; A(n) after Contini, Martelli and Zaccanti (1997). It is what the
+//! class table of docs/theory/wood.md was chosen by. Limits: those of diffusion; of clear wood 0.743 against 0.7445 of
+//! the reference Monte Carlo.
 
 use procedural::Medium;
 
@@ -90,7 +91,7 @@ mod tests {
 
     #[test]
     fn it_is_the_closed_form_of_the_table() {
-        // docs/physics.md, three digits; the fibre of the table is not dispersed.
+        // docs/theory/physics.md, three digits; the fibre of the table is not dispersed.
         for (dive, table) in [(0.0, 0.743), (15.0, 0.710), (30.0, 0.644), (45.0, 0.583), (60.0, 0.540), (90.0, 0.511)] {
             let r = at(0.08, [2.0, 10.0, 1.18], dive);
             assert!((r - table).abs() < 6.0e-4, "dive {dive}: {r} against {table}");
@@ -102,7 +103,8 @@ mod tests {
 
     #[test]
     fn it_is_near_the_reference_monte_carlo() {
-        // docs/physics.md, fifteen media: reference within 0.0003. Diffusion is off by up to 0.03 where light is absorbed soon.
+        // docs/theory/physics.md, fifteen media: reference within 0.0003. Diffusion is off by up to 0.03 where light is
+        // absorbed soon.
         for (mu_a, medium, dive, reference) in [
             (0.08, [2.0, 10.0, 1.18], 0.0, 0.7445),
             (0.22, [3.0, 14.0, 1.22], 80.0, 0.3909),

@@ -7,7 +7,9 @@
 //!
 //! `densities --DensityStack--> WoodVolume --cut--> SlicedWood`, likewise.
 //!
-//! Plain arrays in and out; whoever calls reads files. docs/pictures.md has the method, its sources and the figures measured.
+//! Plain arrays in and out; whoever calls reads files. docs/theory/boards-from-pictures.md has the method,
+//! its sources and the figures measured.
+//!
 //! Frame: x along a row, y down the rows, z out of the face; row 0 is at the smallest y. Units: mm, mm^-1, rad.
 
 mod absorption;

@@ -4,7 +4,8 @@
 //! them as a whole, while streaks and rings of the board's length change within millimetres. The slant is the one under which the mean
 //! profile along the board varies most; the ridges are then the mean along it under a Gaussian of 8 mm, which is taken away. Neither
 //! pitch nor phase is asked for: both drift along a board, and ridges under gloss are no sine.
-//! Source: the ridges of `procedural`'s sawn surface (docs/wood.md). The law and its sizes are engineering estimates.
+//! Source: the ridges of `procedural`'s sawn surface (docs/theory/wood.md). The law and its sizes are engineering
+//! estimates.
 //! Limits: only ridges within 7 degrees of a row; where rings cross the board for 20 mm and more they go too. Tooth marks with a
 //! pitch under 1.5 mm stay.
 

@@ -2,7 +2,7 @@
 //!
 //! Models: a particle is an ellipsoid and a fibre a straight rod, each lying level on the highest of what is below it
 //! where film leaves room; one that finds no room is made smaller. Powder is a rough height over the foil, on the asked
-//! share of the pocket's floor and never higher than what leaves it room. Sizes: docs/blister.md.
+//! share of the pocket's floor and never higher than what leaves it room. Sizes: docs/theory/blister.md.
 //! Neglected: bent fibres, powder on top of tablets.
 
 use glam::{Mat3, Vec2, Vec3};

@@ -1,7 +1,7 @@
 //! Defects of the film and of the seal: dents, holes, channels, wrinkles, delamination, tablets beside the pockets.
 //!
-//! Models: each is a [`FilmMark`] whose size grows with the severity; docs/blister.md has the ranges. Those of the flange
-//! lie on the lines halfway between pockets, or between pocket and edge.
+//! Models: each is a [`FilmMark`] whose size grows with the severity; docs/theory/blister.md has the ranges. Those of
+//! the flange lie on the lines halfway between pockets, or between pocket and edge.
 
 use glam::{Mat3, Vec2, Vec3};
 use rand::RngExt;

@@ -1,6 +1,6 @@
 //! The numbers that make a blister pack: card, pockets, tablets, film, foil and defects.
 //!
-//! Sources: [T] Kihl and Källberg 2021; [L] the literature named in docs/blister.md; [M] engineering estimate.
+//! Sources: [T] Kihl and Källberg 2021; [L] the literature named in docs/theory/blister.md; [M] engineering estimate.
 
 use crate::parameters;
 

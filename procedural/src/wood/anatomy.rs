@@ -12,7 +12,7 @@
 //! they turn it, and its fibres are those of the wood around. A mean of both directions would not do: two axes at right angles have none. Fibres
 //! part around broad rays and light leaves through both, so directions there are as dispersed as the kernel's tables span, a guess.
 //! Tubes that would fill more than [`FULL`] of their cell's width are narrowed to that (`widest_tube_um`).
-//! Sources: docs/wood.md. Limits: what lies below the face is as at the face; no tyloses, no perforated
+//! Sources: docs/theory/wood.md. Limits: what lies below the face is as at the face; no tyloses, no perforated
 //! ends, no radial canals, no multiples of vessels; details below a pixel are seen at points, not averaged.
 
 use glam::{Vec2, Vec3};

@@ -1,7 +1,7 @@
 //! The optical coefficients of the kinds of wood, and what lies between two kinds.
 //!
 //! Models: the kinds of wood as points in the space of coefficients, joined by straight lines.
-//! Source: the class table of docs/wood.md. Limits: one wavelength; the same gloss everywhere.
+//! Source: the class table of docs/theory/wood.md. Limits: one wavelength; the same gloss everywhere.
 
 use super::parameters::Media;
 use super::zones::ZoneShares;
@@ -155,7 +155,7 @@ mod tests {
     #[test]
     fn the_defaults_are_the_class_table() {
         let kinds = WoodKinds::new(&Wood::from_values(&mut |p| p.default).media);
-        // docs/wood.md.
+        // docs/theory/wood.md.
         let table = [
             (kinds.earlywood, 0.08, 2.0, 10.0, 1.18),
             (kinds.latewood, 0.2, 2.2, 11.0, 1.18),

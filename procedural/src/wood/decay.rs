@@ -6,7 +6,7 @@
 //! coefficient is clear + v (rot - clear): at s = 1/2 the medium is that of the class table. Before the front lies a
 //! rim of reaction that absorbs half as much again, or a wider zone of incipient decay, discoloured as wood of a fifth of the severity. A
 //! point is decayed where at least half of the front has passed.
-//! Sources: class table and sizes in docs/wood.md.
+//! Sources: class table and sizes in docs/theory/wood.md.
 //! Limits: one strip along the whole edge; heart rot does not taper; no cubical cracks, no zone lines inside.
 
 use glam::Vec3;

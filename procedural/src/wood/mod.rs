@@ -6,7 +6,7 @@
 //! (`knot`, `knot_placement`, `bulge`, `grain_flow`), or the branches of a whole stem (`stem`), zones of the stem (`zones`), decay (`decay`), resin and bark inside it
 //! (`inclusions`), the saw (`sawn_surface`), tools (`tool_marks`), torn grain and loss by decay (`face_grain`), canals, vessels and rays (`anatomy`), cracks, holes and wane (`openings`), dirt and burns (`coats`), wet places (`moisture`), and what all of that means for
 //! light (`coefficients`). What is inside was sawn flat and then warped with the board.
-//! Sources stand in each file; docs/wood.md says what is not modelled.
+//! Sources stand in each file; docs/theory/wood.md says what is not modelled.
 
 mod anatomy;
 mod around_knot;

@@ -12,9 +12,9 @@
 //! face with an uneven outline, whose floor falls from it to the side.
 //! Depths: a line on the sensor cannot be found deeper in a crack than some widths, since walls are lit and seen at grazing
 //! angles and light gets out by scattering alone; cracks end at [`DEEPEST_WIDTHS`] of their width.
-//! Sources: widths and depths in docs/wood.md. Limits: cracks stand upright to the face; light that falls between walls is
-//! thrown back once and does not light the other wall from the air; no crack passes into another; holes stand upright; loose knots sink
-//! and do not stand proud; chips have no label.
+//! Sources: widths and depths in docs/theory/wood.md. Limits: cracks stand upright to the face; light that falls
+//! between walls is thrown back once and does not light the other wall from the air; no crack passes into another;
+//! holes stand upright; loose knots sink and do not stand proud; chips have no label.
 
 use glam::Vec2;
 use rand::RngExt;

@@ -2,7 +2,7 @@
 //! stem for boards that are sawn from one.
 //!
 //! Sources: [T] Kihl and Källberg 2021; [G] statistics of the scanned spruce log "Gran_1" (Larsson et al. 2022, MIT);
-//! [L] the literature named in docs/wood.md; [C] chosen so that the observables of docs/wood.md come out.
+//! [L] the literature named in docs/theory/wood.md; [C] chosen so that the observables of docs/theory/wood.md come out.
 
 use crate::parameters;
 
@@ -164,11 +164,11 @@ parameters! {
         /// Absorption of latewood over that of earlywood.
         latewood_mu_a_ratio: 0.2, 20.0, 2.5, "[C] goes with density, 800 over 320 kg/m3";
         /// Isotropic reduced scattering of latewood over that of earlywood.
-        latewood_sigma_i_ratio: 0.2, 5.0, 1.1, "[E] see docs/wood.md";
+        latewood_sigma_i_ratio: 0.2, 5.0, 1.1, "[E] see docs/theory/wood.md";
         /// Cylinder scattering of latewood over that of earlywood.
-        latewood_k_ratio: 0.0, 5.0, 1.1, "[E] see docs/wood.md";
+        latewood_k_ratio: 0.0, 5.0, 1.1, "[E] see docs/theory/wood.md";
         /// Absorption of a sound knot over that of earlywood.
-        knot_mu_a_ratio: 0.2, 50.0, 2.75, "[C] 1.3 to 3.4, see docs/wood.md";
+        knot_mu_a_ratio: 0.2, 50.0, 2.75, "[C] 1.3 to 3.4, see docs/theory/wood.md";
         /// Absorption of a dead knot over that of earlywood.
         dead_knot_mu_a_ratio: 0.2, 100.0, 10.0, "[C]";
         /// Isotropic reduced scattering of knots over that of earlywood.
@@ -206,9 +206,9 @@ parameters! {
         /// Effective refractive index of wood full of resin.
         resin_n_eff: 1.0, 1.55, 1.45, "[C]";
         /// Standard deviation of single fibres' tilt against the grain in each of two directions.
-        fibre_dispersion_deg: 3.0, 14.0, 5.0, "[E] see docs/wood.md";
+        fibre_dispersion_deg: 3.0, 14.0, 5.0, "[E] see docs/theory/wood.md";
         /// The same in a knot and at its border, from where it falls to that of clear wood at four radii.
-        knot_fibre_dispersion_deg: 3.0, 14.0, 11.0, "[E] see docs/wood.md";
+        knot_fibre_dispersion_deg: 3.0, 14.0, 11.0, "[E] see docs/theory/wood.md";
         /// Effective refractive index of clear wood.
         clear_n_eff: 1.0, 1.55, 1.18, "[C] density 420 kg/m3";
         /// Effective refractive index of knots.
@@ -441,7 +441,7 @@ parameters! {
         /// Wander of the pith about its mean line, root mean square of the distance.
         pith_wander_mm: 0.0, 30.0, 5.7, "[G] 5.3 about the line through 4 m";
         /// Median length of a year's shoot, which ends in a whorl.
-        whorl_spacing_mm: 40.0, 1500.0, 125.0, "[G] see docs/wood.md";
+        whorl_spacing_mm: 40.0, 1500.0, 125.0, "[G] see docs/theory/wood.md";
         /// Standard deviation of the logarithm of that length from year to year.
         whorl_spacing_log_sd: 0.0, 1.0, 0.2, "[G]";
         /// Mean number of branches in a whorl.

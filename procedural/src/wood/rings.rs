@@ -6,8 +6,8 @@
 //! its width, so that wide rings have a smaller share of it.
 //! Age: ring number n from the pith is wider than that by 1 + (p - 1) exp(-n / N), with p the ratio at the pith and N the rings of
 //! the trend; in the juvenile core of J rings the share of latewood is smaller by q + (1 - q) n / J. Both are 1 by default.
-//! Sources: forestry practice for the numbers (docs/wood.md); that rings fall in width outwards and that the core has less
-//! latewood is common knowledge, the forms and the numbers of both are guesses.
+//! Sources: forestry practice for the numbers (docs/theory/wood.md); that rings fall in width outwards and that the
+//! core has less latewood is common knowledge, the forms and the numbers of both are guesses.
 //! Limits: no false rings, no growth stress; the core's fibres have the angles and the dispersion of those outside of it.
 
 use super::parameters::Log;

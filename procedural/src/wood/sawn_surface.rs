@@ -5,7 +5,8 @@
 //! whose amplitude a and phase p drift. Torn fibres leave raised strands and furrows of three sizes that run along the log,
 //! side by side at random places and of random length (`Noise::fibres`).
 //! The long edges leave straight lines by noise of two scales.
-//! Sources: sizes in docs/wood.md. Marks of planers and other saws: `tool_marks`. Limits: chips pressed into the face are not modelled.
+//! Sources: sizes in docs/theory/wood.md. Marks of planers and other saws: `tool_marks`. Limits: chips pressed into the
+//! face are not modelled.
 
 use std::f32::consts::{PI, SQRT_2, TAU};
 

@@ -6,7 +6,7 @@
 //! rings from one distance of the pith to another. Blue stain fills wedges about planes through the pith whose sides are frayed by
 //! streaks along the rays; it stays in the sapwood and out of knots. The pith is a cylinder about the pith line.
 //! Each changes the coefficients of the wood that is there (`WoodKinds`), so rings and streaks show through.
-//! Sources: anatomy of conifers in docs/wood.md; sizes are engineering estimates.
+//! Sources: anatomy of conifers in docs/theory/wood.md; sizes are engineering estimates.
 //! Limits: one crescent; heartwood without a transition zone; stain without the hyphae's own spots; no juvenile core.
 
 use glam::Vec3;

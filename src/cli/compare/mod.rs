@@ -41,7 +41,7 @@ the real camera, .json as programs on the camera store it; or files of bare numb
 scale you state: grey .png and .tif, .csv of a grid or of points, .ply. Of these a file holds
 one map, and NAME.range.png finds NAME.reflectance.png and NAME.scatter.png. Of a dataset the
 object alone counts, which its labels tell (--whole counts all); of other scans all, or a part
-that you give. docs/compare.md explains every file and every number.")]
+that you give. docs/guide/compare.md explains every file and every number.")]
 pub(super) struct CompareArgs {
     /// Simulated side: a dataset, a folder of scans, or a scan
     sim: PathBuf,

@@ -19,7 +19,7 @@ use tools::export::{GivenEnds, PictureContent};
   gen export icon planks --out scans --index 3                 files of the real camera
   gen export png planks --out pngs --json | jq .files          what was written, for programs
 
-A stopped export is finished by the same command. docs/export.md describes every file, and the
+A stopped export is finished by the same command. docs/guide/export.md describes every file, and the
 fields of the JSON.")]
 pub(in crate::cli) enum ExportCommand {
     /// COCO instances: pictures, boxes, run-length masks, one document for each split

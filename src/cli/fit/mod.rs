@@ -29,7 +29,7 @@ use tools::compare::{ScanRegion, ScanSource};
 What the recipe's distributions hold is what is believed beforehand; what they don't hold is not found.
 Written are the recipe with posterior distributions (mine.yaml), a page that shows what was found and what
 stays out of reach (mine.html), and, while it runs, the simulated scans (mine.fit.jsonl): the same command
-goes on where it was stopped. docs/fit.md says how it works and when not to trust it.")]
+goes on where it was stopped. docs/guide/fit.md says how it works and when not to trust it.")]
 pub(super) struct FitArgs {
     #[command(flatten)]
     recipe: RecipeArgs,

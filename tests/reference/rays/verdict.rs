@@ -166,7 +166,7 @@ impl Verdict {
         deviations.max_by(|a, b| a[0].abs().total_cmp(&b[0].abs())).unwrap_or_default()
     }
 
-    /// Holds the columns judged to the bars, and prints a line of the table in docs/instrument/judge.md.
+    /// Holds the columns judged to the bars, and prints a line of the table in docs/theory/instrument/judge.md.
     pub fn hold(&self, judged: impl Fn(usize) -> bool) -> Finding {
         let f = self.find(judged);
         println!(

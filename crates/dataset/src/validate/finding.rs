@@ -5,7 +5,8 @@ use serde::Serialize;
 use crate::Fault;
 use crate::shares::Shortfall;
 
-/// Declares the codes with their meaning: the words of the declaration are those of the table in `docs/validate.md`.
+/// Declares the codes with their meaning: the words of the declaration are those of the table in
+/// `docs/guide/faults.md`.
 macro_rules! codes {
     ($($(#[doc = $doc:literal])+ $name:ident,)+) => {
         /// A rule that a dataset can break.

@@ -65,7 +65,7 @@ pub(super) fn section(fit: &Fit) -> Markup {
                     "heights and spectra. Give the recipe that shape, or do not trust keys that follow these."
                 }
             }
-            p { code { "docs/fit.md" } " says which statistics follow which keys, and when not to trust a fit." }
+            p { code { "docs/guide/fit.md" } " says which statistics follow which keys, and when not to trust a fit." }
         }
     }
 }

@@ -239,11 +239,11 @@ settings! {
             "Where the log and its knots come from: `placed`, with as many knots on the face as `knots` says; `stem`, a whole \
              stem with whorls, out of which the board is sawn where `stem` says; `measured`, a log from files, sawn \
              likewise; `picture`, a picture of a board's face; or `slices`, a stack of slices of a microscope or a tomograph.",
-            "docs/wood.md";
+            "docs/theory/wood.md";
         boards_per_log: GroupSize(MAX_BOARDS_PER_LOG) = 1,
             "Samples in a row that are boards of one log, which lie in it by a sawing pattern from where `stem` says, and \
              have class, split, size and all that belongs to the log in common.",
-            "docs/wood.md",
+            "docs/theory/wood.md",
             On source in [LogSource::Stem, LogSource::Measured];
         pith_file: File(16, &measured_log::GRAN_1[0], Absence::Refused) = NamedFile::new(measured_log::GRAN_1[0][0].0),
             "For `measured`: pith, rows of x, y and height [mm], heights rising; CSV or JSON (an array of rows).",
@@ -255,7 +255,7 @@ settings! {
             "Larsson et al. 2022, MIT",
             On source in [LogSource::Measured];
         knots_file: File(16, &measured_log::GRAN_1[2], Absence::Refused) = NamedFile::new(measured_log::GRAN_1[2][0].0),
-            "For `measured`: branches, rows of A to I [mm, rad], see docs/wood.md.",
+            "For `measured`: branches, rows of A to I [mm, rad], see docs/theory/wood.md.",
             "Larsson et al. 2022, MIT",
             On source in [LogSource::Measured];
     }
@@ -265,7 +265,7 @@ settings! {
             "PNG of a board's face with 8 or 16 bits, the board's length down the rows; of a colour picture the red \
              channel counts, which is nearest to the laser. `none` beside `fibres`: every pixel has the light of \
              clear wood, or in the thesis' colours what alpha leaves of it.",
-            "docs/pictures.md";
+            "docs/guide/pictures.md";
         pixel_mm: Number(0.01, 0.4, "mm") = 0.1,
             "Size of a pixel down the rows.",
             "free; 0.1 to 0.2 is best";
@@ -290,10 +290,10 @@ settings! {
         face: Word<PictureFace>(&PictureFace::ALL) = PictureFace::Bark,
             "Which side it shows: the pith lies below the `bark` side, 70 mm deep, and as far above the `pith` side. \
              Says whether fibres rise or sink towards knots.",
-            "docs/pictures.md";
+            "docs/guide/pictures.md";
         least_knot_mm: Number(1.0, 80.0, "mm") = 4.0,
             "Least width of a knot that is looked for.",
-            "docs/pictures.md";
+            "docs/guide/pictures.md";
         depth: Word<PictureDepth>(&PictureDepth::ALL) = PictureDepth::Feature,
             "How far below the face its colour goes: a `feature` as deep as it is wide, or all `even` to one depth \
              and clear wood's mean below it. In knots colour follows the branch.",
@@ -317,7 +317,7 @@ settings! {
         stack: FolderOrFile(File(256, &slices::BUILT_IN, Absence::Allowed)) = NamedFile::NONE,
             "Folder of grey PNGs with 8 or 16 bits, one for each slice, in the order of their names (numbers in them by \
              value); or a tar of them, which is what datasets keep.",
-            "docs/pictures.md";
+            "docs/guide/pictures.md";
         pixel_mm: Number(0.0001, 2.0, "mm") = 0.1,
             "Size of a pixel down the rows of a slice. Voxels below 0.05 mm are put together.",
             "free";
@@ -340,10 +340,10 @@ settings! {
             "free; 1500 is the cell wall";
         earlywood_kg_per_m3: Number(60.0, 1500.0, "kg/m^3") = 320.0,
             "Density of the earlywood whose coefficients `media` gives.",
-            "docs/wood.md";
+            "docs/theory/wood.md";
         latewood_kg_per_m3: Number(60.0, 1500.0, "kg/m^3") = 800.0,
             "Density of the latewood whose coefficients `media` gives.",
-            "docs/wood.md";
+            "docs/theory/wood.md";
     }
 
     mesh: MeshSettings at "mesh" {
@@ -356,7 +356,7 @@ settings! {
         model: Word<TransportName>(&TransportName::ALL) = TransportName::Kernel,
             "Who says where light leaves: a table of Gaussians, Monte Carlo (the judge), diffusion on voxels or \
              the thesis' picture.",
-            "docs/physics.md";
+            "docs/theory/physics.md";
         photons_per_profile: Count(1000, 10_000_000_000, "") = 1_000_000,
             "For `path`: photons that are walked in each profile.",
             "free; noise falls with their square root",

@@ -7,7 +7,7 @@
 //! is used here.
 //!
 //! - Outer surfaces: extrapolated boundary, Phi = 0 at z_e beyond them, the light that leaves is D_zz Phi' at the surface
-//!   (docs/physics.md). One layer gives R = (1 - R_sp) / 2 (e^(-z0 K) + e^(-(z0 + 2 z_e) K)).
+//!   (docs/theory/physics.md). One layer gives R = (1 - R_sp) / 2 (e^(-z0 K) + e^(-(z0 + 2 z_e) K)).
 //! - Between layers: the flux is the same on both sides; Phi / n^2 jumps by J 6 (int mu^2 R_12 + int mu^2 R_21) /
 //!   (n_1^2 (1 - 2 int mu R_12)), which is 0 for equal n (Aronson 1995, in the P1 form of the outer boundary).
 //! - DiffuseSource: light runs straight, refracted from layer to layer, and loses its direction in each with the depth scale of

@@ -3,7 +3,7 @@
 //! | law | D | mean displacement h of light in direction s |
 //! |---|---|---|
 //! | `Isotropic` | 1 / (3 mu_s (1 - g)) | s / (mu_s (1 - g)) |
-//! | `Fibres` | D_par f f + D_perp (1 - f f), docs/physics.md | across f over sigma_i + k sin, along f over sigma_i |
+//! | `Fibres` | D_par f f + D_perp (1 - f f), theory/physics.md | across f over sigma_i + k sin, along f over sigma_i |
 //! | `Tensor` | `Generalized` | `Generalized` |
 //!
 //! The boundary is the extrapolated one, fluence zero at z_e = 2 A D_zz above the surface (Contini, Martelli and

@@ -38,7 +38,7 @@ fn vector(value: &Value) -> DVec3 {
     DVec3::new(number(&value[0]), number(&value[1]), number(&value[2]))
 }
 
-/// Purpose: the cylinder tensor has the check values of docs/physics.md, in any frame, and g2 enters as k does.
+/// Purpose: the cylinder tensor has the check values of docs/theory/physics.md, in any frame, and g2 enters as k does.
 #[test]
 fn cylinder_tensor_has_its_check_values() {
     // Rounded to four digits there.

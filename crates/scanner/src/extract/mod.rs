@@ -1,7 +1,8 @@
 //! Extraction: from frames to Range, Reflectance and Scatter, as blind as the real instrument; nothing here knows the
 //! object.
 //!
-//! Model: the behaviour of a laser triangulation camera's extractor (SICK Ranger3, docs/instrument/extraction.md). The
+//! Model: the behaviour of a laser triangulation camera's extractor (SICK Ranger3,
+//! docs/theory/instrument/extraction.md). The
 //! `peak` of a column is located between the rows by a method of `position`; Reflectance is the number at the peak;
 //! Scatter is the sum of numbers beside it (`scatter`). A peak under the threshold, or too near the sensor's edge for
 //! its windows, is missing. Range is the sensor row, the height of the laser plane there, or that height on an even

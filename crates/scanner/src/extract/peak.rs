@@ -2,8 +2,8 @@
 //!
 //! Model: GlobalMax takes the greatest digital number, FirstLocalMax the first at or above the threshold after which
 //! numbers do not rise; rows are searched from row 0 on or from the last row on. So a saturated plateau counts from its
-//! first saturated row in the direction of the search (the makers' manual; docs/instrument/extraction.md). How a real
-//! camera tells a local maximum from noise on a flank is not published: here any fall of one digital number ends a
+//! first saturated row in the direction of the search (the makers' manual; docs/theory/instrument/extraction.md). How a
+//! real camera tells a local maximum from noise on a flank is not published: here any fall of one digital number ends a
 //! rise.
 
 use std::ops::Range;

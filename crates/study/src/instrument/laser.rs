@@ -8,7 +8,7 @@
 //! ```
 //!
 //! and w^2, a parabola in z, gives waist, its height and M^2 back. Light: a white Lambertian plane at z = 0, of which a
-//! column gets (docs/instrument.md)
+//! column gets (docs/theory/instrument.md)
 //!
 //! ```text
 //! P / (2 h tan(Phi/2)) width (D/2)^2 cos(phi) cos(theta) / r^2 T t QE lambda / (h c).
@@ -117,7 +117,7 @@ pub fn study(trials: Trials, progress: StudyProgress) -> StudyReport {
     StudyReport { picture: draw(&plots, &table), table, json }
 }
 
-/// Benches whose light is counted: those of docs/instrument.md and others that change one factor each.
+/// Benches whose light is counted: those of docs/theory/instrument.md and others that change one factor each.
 fn budgets() -> Vec<LightBudget> {
     let nominal = white_scene(1).bench;
     let change = |set: fn(&mut Bench)| {

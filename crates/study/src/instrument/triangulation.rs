@@ -9,10 +9,10 @@
 //! ```
 //!
 //! S = sum I_k, s the noise in time without light, C and r contrast and correlation of speckle, the last term the rounding
-//! to a sixteenth of a row. Height of a row and width of a column are held to the projection of docs/instrument.md:
-//! row = c - v Yc / Zc / cos(beta) / pixel and x = (col - c) pixel (d - f - z cos a) / f, which are written out here once more.
-//! A last plate is seen in the corner of the field of a bent lens on a sensor whose tilt
-//! breaks the Scheimpflug rule.
+//! to a sixteenth of a row. Height of a row and width of a column are held to the projection of
+//! docs/theory/instrument.md: row = c - v Yc / Zc / cos(beta) / pixel and x = (col - c) pixel (d - f - z cos a) / f,
+//! which are written out here once more. A last plate is seen in the corner of the field of a bent lens on a sensor
+//! whose tilt breaks the Scheimpflug rule.
 //! The fixed pattern of rows shifts a whole level plate; it is drawn anew in every repeat and stands in the errors.
 
 use glam::DVec2;

@@ -7,7 +7,7 @@
 //!
 //! [`accuracy`], [`metrics`], [`slices`], [`sampling`], [`window`], `prediction` and `evaluation_plan`
 //! are plain functions of numbers. Only [`model`] and [`onnxruntime`] know onnxruntime, `external_data` knows the files
-//! that a model names, and `split_samples` those of a dataset. docs/check.md says what is measured.
+//! that a model names, and `split_samples` those of a dataset. docs/guide/check.md says what is measured.
 
 pub mod accuracy;
 mod batches;

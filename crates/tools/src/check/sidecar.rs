@@ -1,7 +1,7 @@
 //! Model sidecar: a small YAML file beside a model that describes its inputs, outputs and classes.
 //!
 //! It is read together with the dataset's head, so that a class or a channel that the dataset lacks is a fault with line,
-//! key and remedy like any other. docs/check.md explains every key.
+//! key and remedy like any other. docs/guide/check.md explains every key.
 
 use std::path::{Path, PathBuf};
 
@@ -164,7 +164,7 @@ impl Sidecar {
     /// Where it cannot be read, and every fault of it at once.
     pub fn load(path: &Path, head: &DatasetHead) -> Result<(Self, String), CheckError> {
         let bytes = read_bytes_or_standard_input(path).map_err(|error| {
-            let remedy = "write one as docs/check.md says, or name another with --sidecar";
+            let remedy = "write one as docs/guide/check.md says, or name another with --sidecar";
             CheckError::at(path, format!("the sidecar cannot be read: {error}"), remedy)
         })?;
         let (origin, sum) = (files::shown(path), sha256(&bytes));
@@ -461,7 +461,7 @@ pub fn beside(model: &Path) -> Result<PathBuf, CheckError> {
         [one] => Ok(one.clone()),
         [] if !model.exists() => Err(CheckError::at(model, "it is not there".into(), "name a model, an .onnx file")),
         [] => {
-            let remedy = "write one as docs/check.md says, or name it with --sidecar";
+            let remedy = "write one as docs/guide/check.md says, or name it with --sidecar";
             Err(CheckError::at(model, format!("there is no sidecar beside it ({})", shown(&all, ", ")), remedy))
         }
         several => {

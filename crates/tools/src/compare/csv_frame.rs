@@ -24,7 +24,7 @@ use dataset::{Fault, atomic_file};
 /// Longest file that is read [bytes].
 const MAX_FILE_BYTES: u64 = 1 << 30;
 /// Where the grammar stands.
-const GRAMMAR: &str = "docs/compare.md says how such a file is written";
+const GRAMMAR: &str = "docs/guide/compare.md says how such a file is written";
 /// Fields of a point: x, y, z, Reflectance, Scatter.
 const FIELDS: usize = 5;
 

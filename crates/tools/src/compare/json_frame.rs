@@ -109,7 +109,7 @@ struct EncodedPixels {
 
 /// Reads a file.
 pub(super) fn read(path: &Path) -> Result<ScanMaps, Fault> {
-    let whole = "give a JSON file with a range image and a reflectance image as docs/compare.md describes";
+    let whole = "give a JSON file with a range image and a reflectance image as docs/guide/compare.md describes";
     let refused = |e: std::io::Error| Fault::at(path, format!("it cannot be read: {e}"), "allow it");
     let text = match atomic_file::read(path, MAX_FILE_BYTES) {
         Err(e) if e.kind() == ErrorKind::FileTooLarge => {

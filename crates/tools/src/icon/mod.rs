@@ -11,7 +11,7 @@
 //! memory may hold some rows of a file only, so files of any length pass through in little memory.
 //!
 //! A damaged file gives an [`Fault`](dataset::Fault), never a panic, and takes no more memory than its own size.
-//! [docs/files/icon.md](../../docs/files/icon.md) tells what every element means.
+//! [docs/guide/icon.md](../../docs/guide/icon.md) tells what every element means.
 
 mod layout;
 mod read;

@@ -1,6 +1,7 @@
 //! The diffusion tensor of a bundle of fibres.
 //!
-//! D_par = 1 / (3 sigma_i) along the fibre, D_perp = 1/4 int sin^3 / (sigma_i + k sin) across it (docs/physics.md).
+//! D_par = 1 / (3 sigma_i) along the fibre, D_perp = 1/4 int sin^3 / (sigma_i + k sin) across it
+//! (docs/theory/physics.md).
 
 /// Sines and weights of a 6-point Gauss-Legendre rule on [0, pi/2].
 const SINES: [f64; 6] = [0.053_013_46, 0.262_956_75, 0.562_980_01, 0.826_470_51, 0.964_807_62, 0.998_593_8];

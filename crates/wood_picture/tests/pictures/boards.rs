@@ -247,7 +247,7 @@ fn dead_knots_are_told_from_living_ones() {
         }
     }
     println!("{found} of {all} knots found, {right} told rightly dead or living");
-    // A dead knot of a steep cut may look like a living one (docs/wood.md), and one knot may touch another.
+    // A dead knot of a steep cut may look like a living one (docs/theory/wood.md), and one knot may touch another.
     assert!(found >= 5 && right >= found - 1, "{found} of {all}, {right} right");
 }
 

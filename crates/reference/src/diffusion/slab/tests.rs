@@ -20,7 +20,7 @@ fn close(value: f64, expected: f64, relative: f64, what: &str) {
     assert!((value - expected).abs() <= relative * expected.abs(), "{what}: {value} against {expected}");
 }
 
-/// Purpose: a half space has the closed form of docs/physics.md at every dive, with the shift of its pattern.
+/// Purpose: a half space has the closed form of docs/theory/physics.md at every dive, with the shift of its pattern.
 #[test]
 fn half_space_has_the_closed_form() {
     let question = Question { cells: 0, ..Question::default() };

@@ -21,7 +21,7 @@ fn medium(mu_a: f32, sigma_i: f32, k: f32, n_eff: f32, fibre: Vec3) -> Medium {
     Medium { mu_a, sigma_i, k, n_eff, fibre, dispersion_deg: 5.0, gloss: Gloss::NONE, coat: 1.0 }
 }
 
-/// Classes of docs/physics.md.
+/// Classes of docs/theory/physics.md.
 fn clear(fibre: Vec3) -> Medium {
     medium(0.08, 2.0, 10.0, 1.18, fibre)
 }

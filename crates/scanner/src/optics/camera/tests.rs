@@ -10,7 +10,7 @@ fn camera_of(bench: &Bench) -> Camera {
 
 const SIZE: Size = Size { columns: 2560, rows: 832, profiles: 1 };
 
-/// The numbers of docs/instrument.md for d = 410 mm.
+/// The numbers of docs/theory/instrument.md for d = 410 mm.
 #[test]
 fn geometry_matches_published_numbers() {
     let rig = rig(&Bench::default(), &SIZE);

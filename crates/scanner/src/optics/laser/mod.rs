@@ -2,7 +2,7 @@
 //!
 //! A sheet of light from one virtual source at height H over the conveyor, in the plane y = 0. At (x, z) its tangent is
 //! t = x / h, h = H - z, and the distance to the source rho = sqrt(x^2 + h^2). Irradiance of a surface element with the
-//! normal N (docs/instrument/laser.md):
+//! normal N (docs/theory/instrument/laser.md):
 //!
 //! ```text
 //! E = P p(theta) / rho * S(y; rho) * |N.s|,    integral p dtheta = 1,    integral S dy = 1
