@@ -2,7 +2,7 @@
 //!
 //! For each fixed width j the line spread along the rows is source_j(column) G_j(row) exit_j(column, row), where the
 //! source stands under the laser and the exit in the scan line that this sensor row looks at
-//! ([`super::gaussian_stepper`]). docs/performance.md counts operations and bytes.
+//! ([`super::gaussian_stepper`]). docs/theory/performance.md counts operations and bytes.
 
 use multiversion::multiversion;
 
