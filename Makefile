@@ -26,13 +26,14 @@ WHEEL := .venv-wheel
 SCALE := .venv-scale
 MOTO := .venv-moto
 SITE := .venv-site
-# Tests that take seconds and need neither .venv nor Chromium; those of the reference models take a minute.
-QUICK = architecture dataset dictionary matter numerics recipe recipe_schema transport
+# Tests that need no Python, no browser and no machine for themselves. Those marked `#[ignore]` take long: `check-rest` runs them.
+FIRST = architecture dataset dictionary matter numerics optics packaging program recipe recipe_schema transport validate
+FIRST_TESTS = $(ALL) --exclude reference --lib $(FIRST:%=--test %)
 
 # What stands in square brackets in documentation and is no link: units, and letters of sources. Any other link that leads nowhere fails `check`.
 UNITS = 1|mm|um|px|DN|rad|deg|s|Hz|bytes|characters|i|[A-Z]
 
-.PHONY: help defect-maps build dist wheel test-wheel test-scale test-rust test-installed test quick prepare built check bench same-bytes wood wood-small blister blister-small sawtooth sawtooth-small mesh-small preview validate report bench-check check-onnx baselines gap closed-loop gallery schema kernel-table film-table bless judge fuzz doc site clean venv
+.PHONY: help defect-maps build dist wheel test-wheel test-scale test-long test-python test-installed test-alone environments quick prepare lint check check-rest check-all bench same-bytes same-values size wood wood-small blister blister-small sawtooth sawtooth-small mesh-small preview validate report bench-check check-onnx baselines gap closed-loop gallery schema kernel-table film-table bless judge fuzz doc site clean venv
 
 help: ## print this help
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1\t/' | expand -t 14
@@ -46,16 +47,21 @@ dist: ## build the smaller program that is given to others (target/dist/gen); fa
 
 venv: $(VENV)/.ready ## Python readers for the tests (.venv)
 
-$(VENV)/.ready: python/requirements.txt
+# uv finds versions that go together and unpacks them in a minute, where pip takes five.
+define fill
 	@python3 -c 'import sys; sys.exit("python3 is %d.%d, and the packages of python/requirements.txt need 3.11 or newer" % sys.version_info[:2] if sys.version_info < (3, 11) else 0)'
-	python3 -m venv $(VENV)
-	$(VENV)/bin/python -m pip install --quiet --disable-pip-version-check --no-compile -r python/requirements.txt
+	python3 -m venv $(@D)
+	$(@D)/bin/python -m pip install --quiet --disable-pip-version-check uv==0.13.9
+	$(@D)/bin/uv pip install --quiet --python $(@D)/bin/python --override python/overrides.txt -r $<
 	touch $@
+endef
 
-$(WHEEL)/.ready: python/requirements-wheel.txt
-	python3 -m venv $(WHEEL)
-	$(WHEEL)/bin/python -m pip install --quiet --disable-pip-version-check --no-compile -r python/requirements-wheel.txt
-	touch $@
+$(VENV)/.ready: python/requirements.txt python/overrides.txt
+	$(fill)
+
+# Packages of clusters and of the S3 server exclude each other.
+$(WHEEL)/.ready $(SCALE)/.ready $(MOTO)/.ready $(SITE)/.ready: .venv-%/.ready: python/requirements-%.txt python/overrides.txt
+	$(fill)
 
 wheel: $(WHEEL)/.ready ## build the Python package (target/wheels), which `pip install` takes
 	rm -f target/wheels/sheetlight-*.whl
@@ -66,52 +72,62 @@ test-wheel: wheel venv ## tests of the installed wheel: SHEETLIGHT_WHEEL_FULL=1 
 	$(WHEEL)/bin/mypy -p sheetlight
 	PYTHONPATH=$$($(VENV)/bin/python -c 'import sysconfig; print(sysconfig.get_path("purelib"))') $(WHEEL)/bin/python -m pytest -q -p no:cacheprovider tests/wheel
 
-# Packages of clusters and of the S3 server, which exclude each other; pip takes minutes to find versions that go together.
-$(SCALE)/.ready $(MOTO)/.ready: .venv-%/.ready: python/requirements-%.txt
-	python3 -m venv .venv-$*
-	.venv-$*/bin/python -m pip install --quiet --disable-pip-version-check uv==0.13.9
-	.venv-$*/bin/uv pip install --quiet --python .venv-$*/bin/python -r $<
-	touch $@
-
 test-scale: wheel $(SCALE)/.ready $(MOTO)/.ready ## tests of clusters and buckets on this machine: SCALE_FULL=1 for 200 shards, large files and Slurm itself
 	$(SCALE)/bin/uv pip install --quiet --python $(SCALE)/bin/python --no-deps --reinstall target/wheels/sheetlight-*.whl
 	$(SCALE)/bin/python -m pytest -q -p no:cacheprovider tests/scale
 
-# Half of the time of the installed package's tests is waiting for clusters and servers, so the others run beside them.
-test: venv ## run every test, readers in Python included
-	$(MAKE) --no-print-directory -j2 test-rust test-installed
+lint: ## format, measures of the tree, clippy with warnings as errors, documentation with its links
+	cargo fmt --all --check
+	python3 tests/house.py check
+	cargo clippy $(ALL) --all-targets -- -D warnings
+	RUSTDOCFLAGS="-D warnings --force-warn rustdoc::broken-intra-doc-links" cargo doc $(ALL) --no-deps 2> target/doc.log || { grep -A 9 '^error' target/doc.log; exit 1; }
+	@! grep 'unresolved link to' -A 6 target/doc.log | grep -v -E 'link to `($(UNITS))`' | grep -A 6 'unresolved link to'
 
-test-rust: venv ## tests of the program and its crates
-	cargo test $(ALL) --tests
+quick: ## the tests that take seconds alone
+	cargo test $(FIRST_TESTS)
+
+check: lint quick ## first tier: format, lints, documentation, and the tests that need neither Python nor a browser
+
+prepare: ## what the second tier needs: environments of Python, and its tests compiled
+	$(MAKE) --no-print-directory environments & made=$$!; cargo test $(ALL) --tests --no-run || { kill $$made; exit 1; }; wait $$made
+
+environments: $(VENV)/.ready $(WHEEL)/.ready $(SCALE)/.ready $(MOTO)/.ready ## all environments of Python that tests use
+
+# Much of the time of readers, browsers and clusters is waiting, so these run beside each other; what is killed, fills
+# disks or counts memory has the machine for itself.
+check-rest: prepare ## second tier: long tests, reference models, readers, training, browser, package, clusters, kills, memory
+	$(MAKE) --no-print-directory -j3 test-long test-python test-installed
+	$(MAKE) --no-print-directory test-alone
+
+test-long:
+	cargo test $(FIRST_TESTS) -- --ignored
 	cargo test $(ALL) --doc
+	cargo test $(ALL) --test reference --test tools
+	cargo test $(REFERENCE_TESTS)
+
+test-python: venv
+	cargo test $(ALL) --test python
 
 test-installed: venv
 	$(MAKE) --no-print-directory test-wheel
 	$(MAKE) --no-print-directory test-scale
 
-quick: ## format, lints, unit tests and the tests that take seconds, without Python
-	cargo fmt --all --check
-	cargo clippy $(ALL) --all-targets -- -D warnings
-	cargo test $(ALL) --exclude reference --lib $(QUICK:%=--test %)
+test-alone:
+	cargo test $(ALL) --test disk --test kill --test memory
 
-prepare: ## format, lints, docs, and all that tests need: their programs, and .venv meanwhile
-	cargo fmt --all --check
-	$(MAKE) --no-print-directory venv $(WHEEL)/.ready $(SCALE)/.ready $(MOTO)/.ready & venv=$$!; $(MAKE) --no-print-directory built || { kill $$venv; exit 1; }; wait $$venv
-
-built:
-	cargo clippy $(ALL) --all-targets -- -D warnings
-	RUSTDOCFLAGS="-D warnings --force-warn rustdoc::broken-intra-doc-links" cargo doc $(ALL) --no-deps 2> target/doc.log || { grep -A 9 '^error' target/doc.log; exit 1; }
-	@! grep 'unresolved link to' -A 6 target/doc.log | grep -v -E 'link to `($(UNITS))`' | grep -A 6 'unresolved link to'
-	cargo test $(ALL) --tests --no-run
-
-check: prepare ## what CI runs: format, lints, docs, tests
-	$(MAKE) --no-print-directory test
+check-all: check check-rest ## both tiers: what CI runs
 
 defect-maps: ## masks of defects against maps on 220 boards of all kinds, rendered with and without (minutes)
 	DEFECT_BOARDS=11 cargo test --release --locked --test optics defect_maps -- --nocapture
 
 bench: ## profiles and photons a second, bytes and MB/s of writing
 	cargo bench --locked
+
+size: ## lines of code in production, by crate
+	@python3 tests/house.py size
+
+same-values: venv ## whether REF=<commit> and the working tree, each with its own recipes, draw and measure the same values
+	tests/same_bytes.sh values $(REF)
 
 same-bytes: ## whether REF=<commit> and the working tree write the same bytes: datasets, exports, reports, studies
 	tests/same_bytes.sh compare $(REF)
@@ -223,11 +239,6 @@ judge: ## ask the reference Monte Carlo anew for what tests/data/judge keeps: ha
 fuzz: ## feed the recipe loader random text (FUZZ_SECONDS=600); needs cargo-fuzz
 	mkdir -p fuzz/corpus/recipe
 	RUSTC_BOOTSTRAP=1 cargo fuzz run recipe fuzz/corpus/recipe fuzz/seeds/recipe -- -max_total_time=$(FUZZ_SECONDS) -dict=fuzz/recipe.dict
-
-$(SITE)/.ready: python/requirements-site.txt
-	python3 -m venv $(SITE)
-	$(SITE)/bin/python -m pip install --quiet --disable-pip-version-check --no-compile -r $<
-	touch $@
 
 site: $(SITE)/.ready ## the pages as a searchable site in out/site; fails where a link leads nowhere
 	python3 python/make_site.py

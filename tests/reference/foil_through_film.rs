@@ -1,10 +1,13 @@
 //! The line on foil, as bent film of empty pockets shows it, against the judge: where it stands and how bright it is.
 //!
 //! Both follow Snell's law through both sides of the film, the judge photon by photon through facets of 0.1 mm, production by slopes
-//! and their changes. Film is up to four times thinner on shoulders than on flanges, and a prism there.
+//! and their changes. Film is up to four times thinner on shoulders than on flanges, and a prism there. The judge's light is kept
+//! ([`Kept`]); the first profile of each test is asked again in each run.
 
+use super::borders::bench_of;
+use super::kept::Kept;
 use bench::settings::Transport;
-use procedural::Body;
+use procedural::{Body, Matter, Surface};
 use recipe::{Recipe, Scene};
 use scanner::optics::ScanLine;
 use scanner::optics::{Band, Scratch, Sensor, TILE};
@@ -83,21 +86,17 @@ fn packs_of(class: &'static str, seed: u64, changes: &[&str]) -> impl Iterator<I
     packs.take(PACKS).map(|scene| (pipeline::body(&scene), scene)).map(|(body, scene)| (scene, body))
 }
 
-/// Light and centre of gravity about lines at `places`, which are chosen by rows of production's; ours and the judge's by profile.
-fn compared(
-    pack: &(Scene, Body),
-    places: impl Fn(&ScanLine, usize) -> Option<f32>,
-) -> Vec<(usize, Vec<[[f64; 2]; 2]>)> {
-    compared_in(&PROFILES, pack, places)
-}
-
-/// The same of these profiles, by rising number.
-fn compared_in(
-    profiles: &[usize],
-    pack: &(Scene, Body),
-    places: impl Fn(&ScanLine, usize) -> Option<f32>,
-) -> Vec<(usize, Vec<[[f64; 2]; 2]>)> {
-    compared_at(profiles, pack, [&places]).into_iter().map(|(profile, [groups])| (profile, groups)).collect()
+/// What a pack is made of about a profile: another pack has another answer.
+fn matter_about(scene: &Scene, body: &Body, profile: usize) -> Vec<Option<(Surface, Matter)>> {
+    let middle = profile as f64 * scene.bench.motion.step_mm;
+    let of_line = |away: f64| {
+        let slice = body.slice((middle + away) as f32);
+        (-12..=12).map(move |i| 2.0 * i as f32).map(move |x| {
+            let surface = slice.surface(x)?;
+            Some((surface, slice.matter(x, surface.z)))
+        })
+    };
+    [-6.0, -2.0, 0.0, 2.0, 6.0].into_iter().flat_map(|away| of_line(away).collect::<Vec<_>>()).collect()
 }
 
 /// Light and centre of gravity by groups of columns, ours and the judge's.
@@ -105,27 +104,67 @@ type Groups = Vec<[[f64; 2]; 2]>;
 /// Chooses a column's place by production's row.
 type Places<'a> = &'a dyn Fn(&ScanLine, usize) -> Option<f32>;
 
-/// The same of several places.
-fn compared_at<const N: usize>(
-    profiles: &[usize],
-    (scene, body): &(Scene, Body),
-    places: [Places<'_>; N],
-) -> Vec<(usize, [Groups; N])> {
-    let mut judged = scene.clone();
-    judged.transport = Transport::Path { photons: PHOTONS };
-    let (sensor, band) = expose(scene, body.clone(), profiles[0]..profiles[profiles.len() - 1] + 1);
-    let pairs = |profile: usize| {
-        let line = band.line(profile);
-        let (judge, truth) = expose(&judged, body.clone(), profile..profile + 1);
-        let groups = places.map(|places| {
-            let places: Vec<Option<f32>> = (0..line.hits.len()).map(|column| places(line, column)).collect();
-            let ours = lines(&sensor, &band, profile, &places);
-            let truth = lines(&judge, &truth, profile, &places);
-            ours.into_iter().zip(truth).map(<[_; 2]>::from).collect()
-        });
-        (profile, groups)
-    };
-    profiles.iter().copied().map(pairs).collect()
+/// One test's comparisons, and what the judge said of its packs.
+struct Comparison(Kept);
+
+impl Comparison {
+    fn of(test: &str) -> Self {
+        Self(Kept::of(&format!("foil_{test}")))
+    }
+
+    /// Light and centre of gravity about lines at `places`, by profile.
+    fn of_profiles(
+        &mut self,
+        profiles: &[usize],
+        pack: &(Scene, Body),
+        places: impl Fn(&ScanLine, usize) -> Option<f32>,
+    ) -> Vec<(usize, Groups)> {
+        self.of_places(profiles, pack, [&places]).into_iter().map(|(profile, [groups])| (profile, groups)).collect()
+    }
+
+    /// The same of several places; profiles by rising number.
+    fn of_places<const N: usize>(
+        &mut self,
+        profiles: &[usize],
+        (scene, body): &(Scene, Body),
+        places: [Places<'_>; N],
+    ) -> Vec<(usize, [Groups; N])> {
+        let mut judged = scene.clone();
+        judged.transport = Transport::Path { photons: PHOTONS };
+        let (sensor, band) = expose(scene, body.clone(), profiles[0]..profiles[profiles.len() - 1] + 1);
+        let mut groups_of = |profile: usize| {
+            let line = band.line(profile);
+            let places =
+                places.map(|places| (0..line.hits.len()).map(|column| places(line, column)).collect::<Vec<_>>());
+            let ask = || {
+                let (judge, truth) = expose(&judged, body.clone(), profile..profile + 1);
+                let light = places.iter().flat_map(|places| lines(&judge, &truth, profile, places));
+                // Thousandths of an electron and of a row.
+                light.flatten().map(|figure| (1e3 * figure).round() / 1e3).collect()
+            };
+            // Light is counted about whole rows.
+            let rows: Vec<Option<f32>> = places.iter().flatten().map(|place| place.map(f32::round)).collect();
+            let counted = (PHOTONS, TOGETHER, REACH, rows);
+            let question = (bench_of(scene), matter_about(scene, body, profile), profile, counted);
+            let (case, is_first) = (format!("{}, profile {profile}", scene.class), self.0.is_new());
+            let truth =
+                if is_first { self.0.still_says(&case, &question, ask) } else { self.0.says(&case, &question, ask) };
+            let truth: Vec<[f64; 2]> = truth.chunks(2).map(|group| [group[0], group[1]]).collect();
+            let mut truth = truth.chunks(line.hits.len().div_ceil(TOGETHER));
+            let groups = places.map(|places| {
+                let ours = lines(&sensor, &band, profile, &places);
+                let truth = truth.next().expect("as many places");
+                ours.into_iter().zip(truth.iter().copied()).map(<[_; 2]>::from).collect()
+            });
+            (profile, groups)
+        };
+        profiles.iter().map(|&profile| groups_of(profile)).collect()
+    }
+
+    /// Nothing is kept that was not compared.
+    fn finish(self) {
+        self.0.finish();
+    }
 }
 
 fn mean(values: &[f64]) -> f64 {
@@ -143,6 +182,7 @@ fn rms(values: &[f64]) -> f64 {
 /// way down, which the kernel's film has not: light is 16 to 40 % too faint there, by packs.
 #[test]
 fn foil_is_seen_as_the_judge_sees_it() {
+    let mut compared = Comparison::of("foil_is_seen");
     let on_foil = |row: &ScanLine, column: usize| {
         let seen = &row.secondary.as_ref().expect("a pack has it").transmitted;
         let film = row.hits[column].matter.film?;
@@ -152,7 +192,7 @@ fn foil_is_seen_as_the_judge_sees_it() {
     };
     let (mut ratios, mut shifts) = (Vec::new(), Vec::new());
     for pack in empty_packs(5, "{log_uniform: [4, 6]}") {
-        for (profile, groups) in compared(&pack, on_foil) {
+        for (profile, groups) in compared.of_profiles(&PROFILES, &pack, on_foil) {
             let most = groups.iter().map(|[_, truth]| truth[0]).fold(0.0, f64::max);
             for [ours, truth] in groups.iter().filter(|[_, truth]| truth[0] > 0.05 * most) {
                 println!("profile {profile}: {:8.0} of {:8.0} e-, {:+.2} rows", ours[0], truth[0], ours[1] - truth[1]);
@@ -161,6 +201,7 @@ fn foil_is_seen_as_the_judge_sees_it() {
             }
         }
     }
+    compared.finish();
     let [light, all, place] = [rms(&ratios), mean(&ratios), rms(&shifts)];
     println!(
         "{} groups: light within {light:.3} rms, {all:+.3} in the mean; places within {place:.2} rows",
@@ -175,6 +216,7 @@ fn foil_is_seen_as_the_judge_sees_it() {
 /// +3 %; 17 and 5 % before light that meets film aslant was followed).
 #[test]
 fn walls_are_as_bright_as_the_judge_sees_them() {
+    let mut compared = Comparison::of("walls_are_as_bright");
     let on_wall = |row: &ScanLine, column: usize| {
         let hit = &row.hits[column];
         let steep = hit.surface.slope_x.abs() > 0.3 && hit.matter.film.is_some() && hit.lit && hit.seen;
@@ -182,13 +224,14 @@ fn walls_are_as_bright_as_the_judge_sees_them() {
     };
     let mut ratios = Vec::new();
     for pack in empty_packs(6, "{log_uniform: [4, 40]}") {
-        for (profile, groups) in compared(&pack, on_wall) {
+        for (profile, groups) in compared.of_profiles(&PROFILES, &pack, on_wall) {
             for [ours, truth] in groups.iter().filter(|[_, truth]| truth[0] > 0.0) {
                 println!("profile {profile}: {:8.0} of {:8.0} e-", ours[0], truth[0]);
                 ratios.push(libm::log(ours[0].max(1.0) / truth[0]));
             }
         }
     }
+    compared.finish();
     let [light, all] = [rms(&ratios), mean(&ratios)];
     println!("{} groups: light within {light:.3} rms, {all:+.3} in the mean", ratios.len());
     assert!(ratios.len() > 100, "{}", ratios.len());
@@ -199,6 +242,7 @@ fn walls_are_as_bright_as_the_judge_sees_them() {
 /// mean of six packs (seen: +8 %). Light that ended 2 mm from where it landed, as in wood, would be half of it.
 #[test]
 fn pockets_are_filled_with_light_as_the_judge_says() {
+    let mut compared = Comparison::of("pockets_are_filled_with_light");
     let aside = |row: &ScanLine, column: usize| {
         let film = row.hits[column].matter.film?;
         let deep = film.gap_mm.is_some_and(|gap| gap > LEAST_GAP_MM) && row.hits[column].surface.slope_x.abs() < 0.3;
@@ -207,12 +251,13 @@ fn pockets_are_filled_with_light_as_the_judge_says() {
     let mut ratios = Vec::new();
     for pack in empty_packs(7, "{log_uniform: [12, 40]}") {
         let mut sums = [0.0; 2];
-        for [ours, truth] in compared(&pack, aside).into_iter().flat_map(|(_, groups)| groups) {
+        for [ours, truth] in compared.of_profiles(&PROFILES, &pack, aside).into_iter().flat_map(|(_, groups)| groups) {
             sums = [sums[0] + ours[0], sums[1] + truth[0]];
         }
         println!("{:8.0} of {:8.0} e-", sums[0], sums[1]);
         ratios.push(libm::log(sums[0] / sums[1]));
     }
+    compared.finish();
     println!("{:+.3} in the mean, {:.3} rms", mean(&ratios), rms(&ratios));
     assert!(mean(&ratios).abs() < 0.12, "{ratios:?}");
 }
@@ -222,6 +267,7 @@ fn pockets_are_filled_with_light_as_the_judge_says() {
 /// ones, 6 % in the mean (seen: 4, 14, 18 and 1 %).
 #[test]
 fn pockets_scatter_as_the_judge_says() {
+    let mut compared = Comparison::of("pockets_scatter");
     for (class, bar) in [("missing", 0.17), ("sound", 0.22)] {
         let mut ratios = Vec::new();
         for pack in packs_of(class, 12, &[]).take(FEW_PACKS) {
@@ -232,7 +278,7 @@ fn pockets_scatter_as_the_judge_says() {
             };
             let sides: [Places<'_>; 2] =
                 [&|row, column| beside(row, column, -BESIDE_ROWS), &|row, column| beside(row, column, BESIDE_ROWS)];
-            let groups = compared_at(&POCKET_PROFILES, &pack, sides).into_iter().flat_map(|(_, groups)| groups);
+            let groups = compared.of_places(&POCKET_PROFILES, &pack, sides).into_iter().flat_map(|(_, groups)| groups);
             let lit: Vec<_> = groups.flatten().filter(|[_, truth]| truth[0] > 0.0).collect();
             let mean = lit.iter().map(|[_, truth]| truth[0]).sum::<f64>() / lit.len() as f64;
             let mut sums = [0.0; 2];
@@ -249,12 +295,14 @@ fn pockets_scatter_as_the_judge_says() {
         assert!(ratios.len() > 200, "{class}: {}", ratios.len());
         assert!(light < bar && all.abs() < 0.06, "{class}: light {light:.3} rms, {all:+.3} in the mean");
     }
+    compared.finish();
 }
 
 /// Light 0.3 to 1.5 mm beside lines on flanks of embossed codes that lean away from the lens, which leaves through the card around: within 25 % rms and 10 % in
 /// the mean by groups of columns (seen: 20 %, +2 %). As if it left through the flank, 38 % and -30 %: dark dashes in Scatter.
 #[test]
 fn embossed_codes_scatter_as_the_judge_says() {
+    let mut compared = Comparison::of("embossed_codes_scatter");
     let beside = |row: &ScanLine, column: usize| {
         let hit = &row.hits[column];
         let sealed = hit.matter.film.is_some_and(|film| film.gap_mm.is_none());
@@ -263,13 +311,14 @@ fn embossed_codes_scatter_as_the_judge_says() {
     };
     let mut ratios = Vec::new();
     for pack in changed_packs(5, &[]) {
-        for (profile, groups) in compared_in(&CODE_PROFILES, &pack, beside) {
+        for (profile, groups) in compared.of_profiles(&CODE_PROFILES, &pack, beside) {
             for [ours, truth] in groups.iter().filter(|[_, truth]| truth[0] > 0.0) {
                 println!("profile {profile}: {:8.0} of {:8.0} e-", ours[0], truth[0]);
                 ratios.push(libm::log(ours[0].max(1.0) / truth[0]));
             }
         }
     }
+    compared.finish();
     let [light, all] = [rms(&ratios), mean(&ratios)];
     println!("{} groups: light within {light:.3} rms, {all:+.3} in the mean", ratios.len());
     assert!(ratios.len() > 20, "{}", ratios.len());
@@ -281,13 +330,14 @@ fn embossed_codes_scatter_as_the_judge_says() {
 /// Profiles lie 0.26 mm apart here, and where an edge is seen is known to half of that.
 #[test]
 fn light_creeps_into_sight_as_the_judge_says() {
+    let mut compared = Comparison::of("light_creeps_into_sight");
     let behind = |row: &ScanLine, column: usize| {
         let hit = &row.hits[column];
         (hit.lit && !hit.seen && hit.matter.film.is_some()).then(|| row.centre[column])
     };
     let (mut sums, mut ratios) = ([0.0; 2], Vec::new());
     for pack in empty_packs(10, "{log_uniform: [10, 40]}") {
-        for (profile, groups) in compared_in(&FAR_PROFILES, &pack, behind) {
+        for (profile, groups) in compared.of_profiles(&FAR_PROFILES, &pack, behind) {
             let most = groups.iter().map(|[_, truth]| truth[0]).fold(0.0, f64::max);
             for [ours, truth] in groups.iter().filter(|[_, truth]| truth[0] > 0.1 * most) {
                 println!("profile {profile}: {:8.0} of {:8.0} e-", ours[0], truth[0]);
@@ -296,6 +346,7 @@ fn light_creeps_into_sight_as_the_judge_says() {
             }
         }
     }
+    compared.finish();
     let [all, average, apart] = [sums[0] / sums[1], mean(&ratios), rms(&ratios)];
     println!("{} groups: {all:.3} of all light, {average:+.3} in the mean, {apart:.3} rms", ratios.len());
     assert!(ratios.len() > 100, "{}", ratios.len());
@@ -306,6 +357,7 @@ fn light_creeps_into_sight_as_the_judge_says() {
 /// judge's in the mean of six packs (seen: +8 %; -64 % without).
 #[test]
 fn cards_are_lit_by_walls_as_the_judge_says() {
+    let mut compared = Comparison::of("cards_are_lit_by_walls");
     let at_foot = |row: &ScanLine, column: usize| {
         let open = |column: usize| row.hits[column].matter.film.is_some_and(|film| film.gap_mm.is_some());
         let near = column.saturating_sub(NEAR_FOOT)..(column + NEAR_FOOT).min(row.hits.len());
@@ -315,12 +367,14 @@ fn cards_are_lit_by_walls_as_the_judge_says() {
     let mut ratios = Vec::new();
     for pack in empty_packs(8, "{log_uniform: [12, 40]}") {
         let mut sums = [0.0; 2];
-        for [ours, truth] in compared(&pack, at_foot).into_iter().flat_map(|(_, groups)| groups) {
+        for [ours, truth] in compared.of_profiles(&PROFILES, &pack, at_foot).into_iter().flat_map(|(_, groups)| groups)
+        {
             sums = [sums[0] + ours[0], sums[1] + truth[0]];
         }
         println!("{:8.0} of {:8.0} e- at feet", sums[0], sums[1]);
         ratios.push(libm::log(sums[0] / sums[1]));
     }
+    compared.finish();
     println!("{:+.3} in the mean, {:.3} rms at feet", mean(&ratios), rms(&ratios));
     assert!(mean(&ratios).abs() < 0.15, "{ratios:?}");
 }
@@ -329,6 +383,7 @@ fn cards_are_lit_by_walls_as_the_judge_says() {
 /// light in rows about it, in the mean of six packs (seen: +19 %). Up to 0.2 the judge's frames showed the kernel's image on top of their own.
 #[test]
 fn smooth_foil_shows_the_lower_side_of_film() {
+    let mut compared = Comparison::of("smooth_foil_shows_the_lower_side_of_film");
     let image = |row: &ScanLine, column: usize| {
         let film = row.hits[column].matter.film?;
         let deep = film.gap_mm.is_some_and(|gap| gap > LEAST_GAP_MM) && row.hits[column].surface.slope_x.abs() < 0.3;
@@ -341,12 +396,13 @@ fn smooth_foil_shows_the_lower_side_of_film() {
     let mut ratios = Vec::new();
     for pack in changed_packs(9, &smooth) {
         let mut sums = [0.0; 2];
-        for [ours, truth] in compared(&pack, image).into_iter().flat_map(|(_, groups)| groups) {
+        for [ours, truth] in compared.of_profiles(&PROFILES, &pack, image).into_iter().flat_map(|(_, groups)| groups) {
             sums = [sums[0] + ours[0], sums[1] + truth[0]];
         }
         println!("{:8.0} of {:8.0} e- in the image", sums[0], sums[1]);
         ratios.push(libm::log(sums[0] / sums[1]));
     }
+    compared.finish();
     println!("{:+.3} in the mean, {:.3} rms of images", mean(&ratios), rms(&ratios));
     assert!(mean(&ratios).abs() < 0.3, "{ratios:?}");
 }
@@ -355,6 +411,7 @@ fn smooth_foil_shows_the_lower_side_of_film() {
 /// 12 % of the judge's and 25 % rms (seen: 0.97 of it and 15 %).
 #[test]
 fn foil_shows_film_that_leans() {
+    let mut compared = Comparison::of("foil_shows_film_that_leans");
     let image = |row: &ScanLine, column: usize| {
         let hit = &row.hits[column];
         let film = hit.matter.film?;
@@ -366,7 +423,7 @@ fn foil_shows_film_that_leans() {
     };
     let (mut sums, mut ratios) = ([0.0; 2], Vec::new());
     for pack in empty_packs(11, "{log_uniform: [4, 12]}") {
-        for (profile, groups) in compared_in(&LEANING_PROFILES, &pack, image) {
+        for (profile, groups) in compared.of_profiles(&LEANING_PROFILES, &pack, image) {
             let most = groups.iter().map(|[_, truth]| truth[0]).fold(0.0, f64::max);
             for [ours, truth] in groups.iter().filter(|[_, truth]| truth[0] > 0.2 * most) {
                 println!("profile {profile}: {:8.0} of {:8.0} e-", ours[0], truth[0]);
@@ -375,6 +432,7 @@ fn foil_shows_film_that_leans() {
             }
         }
     }
+    compared.finish();
     let [all, apart] = [sums[0] / sums[1], rms(&ratios)];
     println!("{} groups: {all:.3} of all light, {apart:.3} rms of images", ratios.len());
     assert!(ratios.len() > 60, "{}", ratios.len());

@@ -33,6 +33,11 @@ impl Kept {
         Self { file, bless, known, told: BTreeMap::new() }
     }
 
+    /// Whether nothing was asked yet.
+    pub fn is_new(&self) -> bool {
+        self.told.is_empty()
+    }
+
     /// Figures of `case`: what `ask` says of the `question`.
     pub fn says(&mut self, case: &str, question: &impl Debug, ask: impl FnOnce() -> Vec<f64>) -> Vec<f64> {
         let key = format!("{case} {:016x}", Stream::root(0).child(&format!("{question:?}")).key());
