@@ -28,7 +28,7 @@ MOTO := .venv-moto
 SITE := .venv-site
 # Tests that need no Python, no browser and no machine for themselves. Those marked `#[ignore]` take long: `check-rest` runs them.
 FIRST = architecture dataset dictionary matter numerics optics packaging program recipe recipe_schema transport validate
-FIRST_TESTS = $(ALL) --exclude reference --lib $(FIRST:%=--test %)
+FIRST_TESTS = $(ALL) --lib $(FIRST:%=--test %)
 
 # What stands in square brackets in documentation and is no link: units, and letters of sources. Any other link that leads nowhere fails `check`.
 UNITS = 1|mm|um|px|DN|rad|deg|s|Hz|bytes|characters|i|[A-Z]
@@ -103,7 +103,6 @@ test-long:
 	cargo test $(FIRST_TESTS) -- --ignored
 	cargo test $(ALL) --doc
 	cargo test $(ALL) --test reference --test tools
-	cargo test $(REFERENCE_TESTS)
 
 test-python: venv
 	cargo test $(ALL) --test python

@@ -40,8 +40,8 @@ LIMITS = {
 # Reference models and studies: what shows that the product is right, and is none.
 EVIDENCE = ("crates/reference/", "crates/study/")
 
-# Pages, and parts of pages after a line, that a program writes.
-GENERATED = {"output_schema/README.md": None, "recipes/README.md": None}
+# Pages and folders that a program writes, or the heading below which it does.
+GENERATED = {"output_schema/README.md": "", "recipes/README.md": "", "recipes/keys/": "", "docs/guide/faults.md": "## Faults"}
 
 
 def files(*suffixes):
@@ -296,12 +296,15 @@ def circles(sources):
 
 
 def is_generated(name, lines):
-    """For each line of a page whether a program writes it."""
-    if name not in GENERATED:
+    """For each line of a page whether a program writes it: from a heading to the next, or all of the page."""
+    heading = next((heading for place, heading in GENERATED.items() if name.startswith(place)), None)
+    if heading is None:
         return [False] * len(lines)
-    mark = GENERATED[name]
-    start = lines.index(mark) if mark else 0
-    return [at >= start for at in range(len(lines))]
+    if heading == "":
+        return [True] * len(lines)
+    start = lines.index(heading)
+    end = next((at for at in range(start + 1, len(lines)) if lines[at].startswith("## ")), len(lines))
+    return [start < at < end for at in range(len(lines))]
 
 
 def wide_lines():
