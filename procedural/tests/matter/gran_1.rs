@@ -1,4 +1,4 @@
-//! The scanned spruce log of `tests/data/gran_1`, and statistics that measured and grown stems share.
+//! The scanned spruce log of `recipes/logs`, and statistics that measured and grown stems share.
 
 use procedural::wood::{Stem, StemBranch};
 use procedural::{Stream, wood::StemParameters};
@@ -20,18 +20,18 @@ fn table(text: &str) -> Vec<Vec<f64>> {
 
 /// Rows of the pith: x, y, height [mm].
 pub fn pith() -> Vec<[f64; 3]> {
-    let rows = table(include_str!("../data/gran_1/pith.csv"));
+    let rows = table(include_str!("../../../recipes/logs/gran_1_pith.csv"));
     rows.into_iter().map(|row| row.try_into().expect("three columns")).collect()
 }
 
 /// Sections of the outline [mm].
 pub fn radii() -> Vec<Vec<f64>> {
-    table(include_str!("../data/gran_1/radii.csv"))
+    table(include_str!("../../../recipes/logs/gran_1_radii.csv"))
 }
 
 /// Rows of the knots, A to I.
 pub fn knots() -> Vec<[f64; 9]> {
-    let rows = table(include_str!("../data/gran_1/knots.csv"));
+    let rows = table(include_str!("../../../recipes/logs/gran_1_knots.csv"));
     rows.into_iter().map(|row| row.try_into().expect("nine columns")).collect()
 }
 
