@@ -9,7 +9,7 @@ use wood_picture::{BoardPicture, WoodVolume};
 
 use super::changes::{self, SET};
 use super::class::Class;
-use super::constraints::{self, RecipeObject, conditional};
+use super::constraints::{self, RecipeObject, needs};
 use super::correlation::{self, CORRELATIONS, Correlation, ScoreMixture};
 use super::distribution::{self, Distribution};
 use super::keys::alternatives::{self, alternatives};
@@ -160,8 +160,8 @@ fn recipe(yaml: &mut YamlReader, root: &YamlNode, files: &AssetSource) -> Option
         slices: slices.as_deref(),
     };
     constraints::check(yaml, object, &parameters, &classes);
-    conditional::refuse(yaml, subject, &settings, &parameters, &classes);
-    let mut notes = conditional::notes(subject, &settings, &parameters, &classes);
+    needs::refuse(yaml, subject, &settings, &parameters, &classes);
+    let mut notes = needs::notes(subject, &settings, &parameters, &classes);
     notes.extend(constraints::notes(object, &parameters, &classes));
     let every = classes.iter().flat_map(|class| class.overrides.values()).chain(parameters.values());
     if sampling == Some(Sampling::LowDiscrepancy) && every.clone().all(|own| matches!(own, Distribution::Fixed(_))) {
@@ -245,12 +245,12 @@ fn section_keys(yaml: &mut YamlReader, node: &YamlNode, section: &keys::RecipeSe
         for setting in section.settings {
             known.push(setting.name);
             let Some(node) = map.take(yaml, setting.name) else { continue };
-            let decided = !setting.needs.iter().any(|needs| faulty.contains(&needs.key));
+            let decided = !setting.needs.iter().any(|needs| faulty.contains(&needs.path));
             if let Some(idle) = setting.idle(settings).filter(|_| decided) {
                 let (problem, remedy) = idle.refusal();
                 yaml.joint_fault(&[setting.path.to_owned()], problem, remedy);
             } else if (setting.read)(settings, yaml, node, setting.path).is_none() {
-                faulty.push(setting.name);
+                faulty.push(setting.path);
             }
         }
         for inner in &SECTIONS {

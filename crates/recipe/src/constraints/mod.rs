@@ -2,9 +2,9 @@
 
 pub(super) mod bounds;
 mod camera;
-pub(super) mod conditional;
 mod laser;
 mod motion;
+pub(super) mod needs;
 mod object;
 pub(super) mod of_samples;
 mod picture;

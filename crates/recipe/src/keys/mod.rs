@@ -141,6 +141,12 @@ pub(super) fn parameters(subject: Option<Subject>) -> impl Iterator<Item = &'sta
     sections(subject).flat_map(|section| section.parameters)
 }
 
+/// The parameter at `path` of recipes about `subject`.
+pub(super) fn parameter(subject: Option<Subject>, path: &str) -> Option<&'static Parameter> {
+    let place = path.split_once('.');
+    parameters(subject).find(|parameter| place == Some((parameter.group, parameter.name)))
+}
+
 /// The settings of recipes about `subject`, in the order of [`SECTIONS`].
 pub(super) fn settings(subject: Option<Subject>) -> impl Iterator<Item = &'static Setting> {
     sections(subject).flat_map(|section| section.settings)

@@ -72,10 +72,8 @@ pub(crate) struct Description {
 /// Another setting of the section, and the words of it beside which a setting has an effect.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Needs {
-    /// The section.
-    section: &'static str,
-    /// Key of the other setting, which stands before the one that needs it.
-    pub key: &'static str,
+    /// Path of the other setting, which stands before the one that needs it.
+    pub path: &'static str,
     /// How a fault says it.
     wording: Wording,
     /// Its words.
@@ -88,9 +86,9 @@ impl Setting {
     /// Why the setting has no effect; `None` where it has one.
     pub fn idle(&self, settings: &Settings) -> Option<Idle> {
         self.needs.iter().find_map(|needs| {
-            let Needs { section, key, wording, .. } = *needs;
+            let Needs { path, wording, .. } = *needs;
             let (chosen, words) = ((needs.chosen)(settings), (needs.words)());
-            (!words.contains(&chosen)).then_some(Idle { section, key, chosen, words, wording })
+            (!words.contains(&chosen)).then(|| Idle { path, chosen: chosen.to_owned(), words, wording })
         })
     }
 }
@@ -138,8 +136,7 @@ macro_rules! settings {
                         }
                     },
                     needs: &[$(Needs {
-                        section: $path,
-                        key: stringify!($key),
+                        path: concat!($path, ".", stringify!($key)),
                         wording: Wording::$wording,
                         words: || ($words).into_iter().map(Words::name).collect(),
                         chosen: |settings| settings.$section.$key.name(),
