@@ -4,9 +4,11 @@
 //! line, its key and its remedy; what is left after that is in range, so nothing behind this door checks it again.
 
 pub mod asset;
+pub mod asset_source;
 pub mod mesh;
 
 mod balance;
+mod built_in;
 mod canonical;
 mod changes;
 mod class;
@@ -37,7 +39,8 @@ use procedural::{Mesh, Parameter, Stream};
 use self::correlation::ScoreMixture;
 use self::keys::settings::Settings;
 use self::sampling::Sampling;
-use crate::asset::{Asset, AssetSource};
+use crate::asset::Asset;
+use crate::asset_source::AssetSource;
 use bench::parameters::Bench;
 use bench::settings::{
     Extraction, LaserLine, LogSource, Movement, Output, Postprocess, Readout, Size, SpeckleLaw, Splits, Transport,
