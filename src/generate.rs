@@ -23,7 +23,8 @@ use pipeline;
 use pipeline::effective;
 use procedural::Class;
 use recipe::Recipe;
-use recipe::asset::{Asset, AssetSource, KeptAsset};
+use recipe::asset::Asset;
+use recipe::asset_source::{AssetSource, KeptAsset};
 use scanner::optics::speckle::PatternCache;
 use study::rig::{check, mistakes};
 

@@ -16,7 +16,7 @@ const CRATES: [(&str, &[&str]); 18] = [
     ("crates/wood_picture", &["numerics", "procedural"]),
     ("crates/reference", &["files", "numerics", "procedural", "transport"]),
     ("crates/scanner", &["bench", "numerics", "procedural", "transport"]),
-    ("crates/recipe", &["bench", "files", "numerics", "procedural", "wood_picture", "yaml"]),
+    ("crates/recipe", &["bench", "files", "numerics", "output_schema", "procedural", "wood_picture", "yaml"]),
     ("crates/dataset", &["bench", "files", "numerics", "output_schema", "procedural"]),
     ("crates/tools", &["bench", "dataset", "drawing", "files", "output_schema", "procedural", "recipe", "yaml"]),
     ("crates/pipeline", &["bench", "dataset", "procedural", "recipe", "reference", "scanner", "transport"]),

@@ -26,6 +26,6 @@ pub use medium::{Film, Gloss, KERNEL_INDICES, KERNEL_LEAST_SHARE, Medium, WOOD_D
 pub use mesh::Mesh;
 pub(crate) use normal::lognormal;
 pub use normal::normal;
-pub use parameter::Parameter;
+pub use parameter::{Condition, Need, Parameter, Unmet};
 pub use stream::Stream;
 pub use truth::{Class, Instance, Matter, Surface};

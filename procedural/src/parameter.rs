@@ -19,6 +19,53 @@ pub struct Parameter {
     pub doc: &'static str,
     /// Where the default and the range come from.
     pub source: &'static str,
+    /// What it needs to mean something; of several the first that is not met is told.
+    pub conditions: &'static [Condition],
+}
+
+/// What a number needs to mean something, and what becomes of a recipe that gives the number without it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Condition {
+    /// What the number needs.
+    pub need: Need,
+    /// What becomes of it otherwise.
+    pub unmet: Unmet,
+}
+
+/// What becomes of a number whose need no sample meets.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Unmet {
+    /// Any other value than its default is a fault (`needs`).
+    Refused,
+    /// Any other value than its default is noted: a class to come may have the thing that it is of (`of`).
+    Noted,
+    /// Any other value than 0 is a fault, its default too (`zero_without`).
+    Zero,
+}
+
+/// What a number needs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Need {
+    /// One of some words of a setting of its section, by the setting's path.
+    On(&'static str, &'static [&'static str]),
+    /// One of some words of any setting, by the setting's path.
+    While(&'static str, &'static [&'static str]),
+    /// Another number that can be other than 0, by its path.
+    Amount(&'static str),
+    /// A factor that can be other than 1, by its path.
+    Factor(&'static str),
+    /// One of several such amounts.
+    Any(&'static [&'static str]),
+    /// One of several such amounts, or boards of some sources, which have the thing whatever is counted.
+    AnyOrLog(&'static [&'static str], &'static [&'static str]),
+    /// Facets of metal.
+    Facets,
+    /// Fibres.
+    Fibres,
+    /// Room for a tablet that stands on its edge.
+    RoomToStand,
+    /// A tablet that is no ellipse or stadium as long as wide: of these both are a circle.
+    Outline,
 }
 
 impl Parameter {
@@ -43,11 +90,14 @@ impl Parameter {
 /// assert_eq!(Lamp::PARAMETERS[0].path(), "lamp.power_mw");
 /// ```
 ///
-/// The three numbers are the smallest, the largest and the default value; `count` after the source marks whole numbers.
+/// The three numbers are the smallest, the largest and the default value. Marks follow the source: first `count`, of
+/// whole numbers; then what the number needs to mean something, `needs [...]`, `of [...]` and `zero_without [...]`, of
+/// which [`Unmet`] says the difference.
 #[macro_export]
 macro_rules! parameters {
     ($(#[doc = $group_doc:literal])+ $group:ident : $Group:ident {
-        $($(#[doc = $doc:literal])+ $name:ident : $min:expr, $max:expr, $default:expr, $source:literal $(, $count:ident)?;)+
+        $($(#[doc = $doc:literal])+ $name:ident : $min:expr, $max:expr, $default:expr, $source:literal
+            $(, $mark:ident $([$($need:expr),+])?)*;)+
     }) => {
         $(#[doc = $group_doc])+
         #[derive(Debug, Clone, Copy, PartialEq)]
@@ -67,9 +117,10 @@ macro_rules! parameters {
                 min: $min,
                 max: $max,
                 default: $default,
-                integer: $crate::parameters!(@count $($count)?),
+                integer: $crate::parameters!(@integer $($mark)*),
                 doc: concat!($($doc,)+),
                 source: $source,
+                conditions: &[$($($($crate::Condition { need: $need, unmet: $crate::parameters!(@$mark) },)+)?)*],
             },)+];
 
             /// Fills every field from `value`, asked once for each declaration in order.
@@ -84,6 +135,9 @@ macro_rules! parameters {
             }
         }
     };
-    (@count count) => { true };
-    (@count) => { false };
+    (@integer count $($mark:ident)*) => { true };
+    (@integer $($mark:ident)*) => { false };
+    (@needs) => { $crate::Unmet::Refused };
+    (@of) => { $crate::Unmet::Noted };
+    (@zero_without) => { $crate::Unmet::Zero };
 }

@@ -33,7 +33,7 @@ use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 
 use crate::api::{LoadedRecipe, holds_dataset};
 use crate::preview;
-use ::recipe::asset::AssetSource;
+use ::recipe::asset_source::AssetSource;
 use ::recipe::{Change, Recipe, nearest_spelling};
 use console::{Console, ConsoleArgs, say, shown};
 use progress::Progress;

@@ -5,7 +5,7 @@ use std::fs;
 
 use parquet::record::Field;
 use recipe::Recipe;
-use recipe::asset::AssetSource;
+use recipe::asset_source::AssetSource;
 use scanner::optics::speckle::PatternCache;
 use serde_json::Value;
 use sheetlight::generate::rig_warnings;

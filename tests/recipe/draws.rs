@@ -12,8 +12,17 @@ const DRAWS: u64 = 40_000;
 /// Chance that a right program fails any one statistical test here; about 20 of them are made.
 const ALPHA: f64 = 1e-5;
 
-const REAL: Parameter =
-    Parameter { group: "test", name: "x", min: -1e6, max: 1e6, default: 0.0, integer: false, doc: "", source: "" };
+const REAL: Parameter = Parameter {
+    group: "test",
+    name: "x",
+    min: -1e6,
+    max: 1e6,
+    default: 0.0,
+    integer: false,
+    doc: "",
+    source: "",
+    conditions: &[],
+};
 const COUNT: Parameter = Parameter { min: 0.0, max: 40.0, integer: true, ..REAL };
 
 fn wood() -> Recipe {

@@ -3,9 +3,27 @@
 //! Sources: [T] Kihl and Källberg 2021; [V] vendors' data; [M] engineering estimate; [C] computed in
 //! docs/theory/instrument.md.
 
+use procedural::Need::{self, Amount, Facets, Fibres, On, While};
 use procedural::{Parameter, parameters};
 
 use crate::settings::Optics;
+
+const BEAM: Need = On("laser.profile", &["gaussian", "point"]);
+const BEAM_OR_SLIT: Need = On("laser.profile", &["gaussian", "slit"]);
+const LINE: Need = On("laser.profile", &["gaussian", "slit", "texture"]);
+const GAUSSIAN: Need = On("laser.profile", &["gaussian"]);
+const SLIT: Need = On("laser.profile", &["slit"]);
+const TEXTURE: Need = On("laser.profile", &["texture"]);
+const POINT: Need = On("laser.profile", &["point"]);
+const POWELL: Need = On("laser.fan", &["powell"]);
+const TURNTABLE: Need = On("motion.kind", &["turntable"]);
+const GIVEN: Need = While("camera.scheimpflug", &["given"]);
+const BAND_PASS: Need = While("camera.filter", &["band_pass"]);
+const SPECKLE: Need = Amount("speckle.strength");
+/// The other models of light know one Gaussian line alone.
+const KERNEL: Need = While("transport.model", &["kernel"]);
+/// The thesis' scripts know nothing of the sensor.
+const PHYSICAL: Need = While("postprocess.order", &["physical"]);
 
 parameters! {
     /// Movement of the object under the laser.
@@ -22,13 +40,13 @@ parameters! {
         /// Amplitude of an error of the place that comes again and again: an eccentric wheel.
         wow_um: 0.0, 5000.0, 0.0, "[M] off; 10 to 100 with a wheel";
         /// Way after which it comes again: the wheel's circumference. Needs `wow_um`.
-        wow_period_mm: 0.1, 10000.0, 200.0, "[M]";
+        wow_period_mm: 0.1, 10000.0, 200.0, "[M]", needs [Amount("motion.wow_um")];
         /// For `kind: turntable`: distance from the axis at which profiles are `step_mm` apart.
-        turn_radius_mm: 0.1, 5000.0, 50.0, "free";
+        turn_radius_mm: 0.1, 5000.0, 50.0, "free", needs [TURNTABLE];
         /// For `kind: turntable`: where along the line the axis stands.
-        turn_axis_x_mm: -500.0, 500.0, 0.0, "free";
+        turn_axis_x_mm: -500.0, 500.0, 0.0, "free", needs [TURNTABLE];
         /// For `kind: turntable`: the part of the object that stands on the axis, along the scan.
-        turn_axis_y_mm: -5000.0, 5000.0, 0.0, "free";
+        turn_axis_y_mm: -5000.0, 5000.0, 0.0, "free", needs [TURNTABLE];
     }
 }
 
@@ -40,69 +58,70 @@ parameters! {
         /// Optical power of the whole line.
         power_mw: 0.01, 5000.0, 50.0, "[M] 5 to 150";
         /// Half width at 1/e^2 in the waist, across the line.
-        waist_mm: 0.005, 2.0, 0.1, "[V]";
+        waist_mm: 0.005, 2.0, 0.1, "[V]", needs [BEAM];
         /// Height of the waist over the conveyor.
-        waist_height_mm: -500.0, 500.0, 20.0, "[M]";
+        waist_height_mm: -500.0, 500.0, 20.0, "[M]", needs [BEAM];
         /// Beam quality M^2.
-        m_squared: 1.0, 50.0, 1.3, "[V] from 200 um over 70 mm";
+        m_squared: 1.0, 50.0, 1.3, "[V] from 200 um over 70 mm", needs [BEAM];
         /// Height of the point that the fan comes from over the conveyor.
         fan_height_mm: 20.0, 5000.0, 400.0, "[M] 200 to 600";
         /// Full angle of the fan: its ends behind a Powell lens, 1/e^2 behind a cylindrical one.
-        fan_angle_deg: 1.0, 120.0, 45.0, "[M] 20 to 75";
+        fan_angle_deg: 1.0, 120.0, 45.0, "[M] 20 to 75", needs [BEAM_OR_SLIT];
         /// Half width of the ramps at the ends of a Powell lens's fan, over half the fan.
-        fan_soft_ends: 0.001, 0.5, 0.02, "[M] 0.02 to 0.05";
+        fan_soft_ends: 0.001, 0.5, 0.02, "[M] 0.02 to 0.05", needs [BEAM_OR_SLIT, POWELL];
         /// Greatest departure from an even line: 3 to 5 sinusoids along the fan.
-        fan_ripple: 0.0, 0.5, 0.0, "[V] 0.05 to 0.2";
+        fan_ripple: 0.0, 0.5, 0.0, "[V] 0.05 to 0.2", needs [BEAM_OR_SLIT];
         /// Spectral width at half maximum.
         linewidth_nm: 0.001, 20.0, 0.8, "[M] 0.3 to 1.0";
         /// Width of a slit's line at the conveyor.
-        line_width_mm: 0.02, 3.0, 0.3, "[T] a slit; width free";
+        line_width_mm: 0.02, 3.0, 0.3, "[T] a slit; width free", needs [SLIT];
         /// Extent of a texture along the line, at the conveyor.
-        texture_length_mm: 1.0, 5000.0, 300.0, "free";
+        texture_length_mm: 1.0, 5000.0, 300.0, "free", needs [TEXTURE];
         /// Extent of a texture across the line, at the conveyor.
-        texture_width_mm: 0.05, 4.0, 0.61, "0.01 a pixel of the thesis' line, as wide as the default waist then";
+        texture_width_mm: 0.05, 4.0, 0.61, "0.01 a pixel of the thesis' line, as wide as the default waist then",
+            needs [TEXTURE];
         /// Where a point laser stands along the line in the first profile, at the conveyor.
-        point_x_mm: -2000.0, 2000.0, 0.0, "free";
+        point_x_mm: -2000.0, 2000.0, 0.0, "free", needs [POINT];
         /// How far a point laser goes on from profile to profile.
-        point_step_mm: -100.0, 100.0, 0.0924, "[C] a column";
+        point_step_mm: -100.0, 100.0, 0.0924, "[C] a column", needs [POINT];
         /// Length of line about its first place that a point laser goes round in.
-        point_span_mm: 0.01, 4000.0, 100.0, "free";
+        point_span_mm: 0.01, 4000.0, 100.0, "free", needs [POINT];
         /// Distance along the motion of a second line, parallel to the first; 0 for none.
-        second_line_mm: -20.0, 20.0, 0.0, "off";
+        second_line_mm: -20.0, 20.0, 0.0, "off", needs [LINE], zero_without [KERNEL];
         /// Share of the power in the second line.
-        second_line_share: 0.0, 0.9, 0.5, "[M]";
+        second_line_share: 0.0, 0.9, 0.5, "[M]", needs [LINE, Amount("laser.second_line_mm")];
         /// Bow of the line at both ends of the fan, at the conveyor (smile, quadratic); unknown to the calibration.
-        smile_um: -1000.0, 1000.0, 0.0, "[M] 0 to 50";
+        smile_um: -1000.0, 1000.0, 0.0, "[M] 0 to 50", needs [LINE], zero_without [KERNEL];
         /// The same with unlike signs at the two ends (cubic).
-        smile_cubic_um: -1000.0, 1000.0, 0.0, "[M] 0 to 50";
+        smile_cubic_um: -1000.0, 1000.0, 0.0, "[M] 0 to 50", needs [LINE], zero_without [KERNEL];
         /// Share of the power in lines beside the line.
-        lobe_share: 0.0, 0.5, 0.0, "[M] 0.001 to 0.02";
+        lobe_share: 0.0, 0.5, 0.0, "[M] 0.001 to 0.02", needs [GAUSSIAN], zero_without [KERNEL];
         /// Pairs of them, each further pair with 1, 1/4, 1/9 of the first one's light.
-        lobe_pairs: 1.0, 3.0, 1.0, "[M]", count;
+        lobe_pairs: 1.0, 3.0, 1.0, "[M]", count, needs [GAUSSIAN, Amount("laser.lobe_share")];
         /// Distance of the first pair from the line, in half widths w of the line.
-        lobe_distance: 1.0, 8.0, 2.5, "[M] 1.5 to 4";
+        lobe_distance: 1.0, 8.0, 2.5, "[M] 1.5 to 4", needs [GAUSSIAN, Amount("laser.lobe_share")];
         /// Share of the power in a wide halo around the line.
-        skirt_share: 0.0, 0.5, 0.0, "[M] 0.005 to 0.03";
+        skirt_share: 0.0, 0.5, 0.0, "[M] 0.005 to 0.03", needs [GAUSSIAN], zero_without [KERNEL];
         /// Full width of the halo at half its height, in half widths w of the line.
-        skirt_width: 1.0, 40.0, 10.0, "[M] 5 to 20";
+        skirt_width: 1.0, 40.0, 10.0, "[M] 5 to 20", needs [GAUSSIAN, Amount("laser.skirt_share")];
         /// Standard deviation of the line's width along itself, over its width.
-        width_jitter: 0.0, 0.3, 0.0, "[M] 0.05";
+        width_jitter: 0.0, 0.3, 0.0, "[M] 0.05", needs [BEAM_OR_SLIT], zero_without [KERNEL];
         /// Correlation length of that, at the conveyor.
-        width_jitter_mm: 0.1, 500.0, 4.0, "[M] 1 to 10";
+        width_jitter_mm: 0.1, 500.0, 4.0, "[M] 1 to 10", needs [BEAM_OR_SLIT, Amount("laser.width_jitter")];
         /// Single fibres that guide light out of the line, on wood, at any moment.
-        streaks_per_mm: 0.0, 50.0, 0.0, "[M] 0.5 to 2";
+        streaks_per_mm: 0.0, 50.0, 0.0, "[M] 0.5 to 2", needs [Fibres], zero_without [KERNEL];
         /// Their width.
-        streak_width_um: 5.0, 200.0, 40.0, "[M] 30 to 50, a tracheid";
+        streak_width_um: 5.0, 200.0, 40.0, "[M] 30 to 50, a tracheid", needs [Amount("laser.streaks_per_mm")];
         /// Mean length on either side of the line, an exponential law.
-        streak_length_mm: 0.02, 5.0, 0.4, "[M]";
+        streak_length_mm: 0.02, 5.0, 0.4, "[M]", needs [Amount("laser.streaks_per_mm")];
         /// Their mean irradiance over the peak of the line.
-        streak_share: 0.0, 0.5, 0.03, "[M] 0.01 to 0.05";
+        streak_share: 0.0, 0.5, 0.03, "[M] 0.01 to 0.05", needs [Amount("laser.streaks_per_mm")];
         /// Facets of metal that mirror light into the lens, at any moment.
-        glints_per_mm: 0.0, 50.0, 0.0, "[M]";
+        glints_per_mm: 0.0, 50.0, 0.0, "[M]", needs [Facets];
         /// Mean light of such a facet over that of the metal around it in a column, an exponential law.
-        glint_gain: 0.0, 1000.0, 4.0, "[M]";
+        glint_gain: 0.0, 1000.0, 4.0, "[M]", needs [Amount("laser.glints_per_mm")];
         /// Mean length of a facet along the motion, an exponential law.
-        glint_length_mm: 0.01, 5.0, 0.15, "[M] two passes of a cutter";
+        glint_length_mm: 0.01, 5.0, 0.15, "[M] two passes of a cutter", needs [Amount("laser.glints_per_mm")];
     }
 }
 
@@ -118,9 +137,9 @@ parameters! {
         /// f-number.
         f_number: 1.0, 32.0, 2.8, "[T]";
         /// Tilt of the sensor about the line's direction, where `scheimpflug` is `given`.
-        sensor_tilt_deg: -30.0, 30.0, 0.0, "[T] no adapter in the simulation";
+        sensor_tilt_deg: -30.0, 30.0, 0.0, "[T] no adapter in the simulation", needs [GIVEN];
         /// Distance along the axis at which the lens is sharp, where `scheimpflug` is `given`; 1e9 is infinity.
-        focus_distance_mm: 20.0, 1e9, 410.0, "the bench; [T] infinity in the simulation";
+        focus_distance_mm: 20.0, 1e9, 410.0, "the bench; [T] infinity in the simulation", needs [GIVEN];
         /// Radial distortion of second order (Brown and Conrady) of normalised directions.
         distortion_k1: -0.5, 0.5, 0.0, "[M] -0.1 to 0 for 25 mm lenses";
         /// Radial distortion of fourth order.
@@ -142,11 +161,12 @@ parameters! {
         /// Share of light that the lens's mounts take half a sensor's width away from the axis, rising with the square.
         vignetting: 0.0, 0.95, 0.0, "[M] 0 to 0.3, beyond the cosines of geometry";
         /// Middle of the band that the filter passes at right angles, where `filter` is `band_pass`.
-        filter_centre_nm: 350.0, 1200.0, 660.0, "[T]";
+        filter_centre_nm: 350.0, 1200.0, 660.0, "[T]", needs [BAND_PASS];
         /// Full width of that band at half of its height.
-        filter_width_nm: 2.0, 300.0, 30.0, "[T] 660 +- 15";
+        filter_width_nm: 2.0, 300.0, 30.0, "[T] 660 +- 15", needs [BAND_PASS];
         /// Spectral irradiance of the object by lamps and windows, the same from all sides.
-        ambient_w_per_m2_nm: 0.0, 3.0, 0.0, "[M] 0.005 in a lit hall, 1.3 in sunlight; 0 under a hood";
+        ambient_w_per_m2_nm: 0.0, 3.0, 0.0, "[M] 0.005 in a lit hall, 1.3 in sunlight; 0 under a hood",
+            zero_without [PHYSICAL];
     }
 }
 
@@ -164,23 +184,23 @@ parameters! {
         /// Standard deviation of a dark pixel, everything included but for dark current.
         dark_noise_dn: 0.3, 30.0, 1.09, "[T]";
         /// Part of that which is common to a row and changes with each exposure.
-        row_noise_dn: 0.0, 10.0, 0.3, "[M]";
+        row_noise_dn: 0.0, 10.0, 0.3, "[M]", zero_without [PHYSICAL];
         /// Part of that which is common to a row and stays.
-        row_pattern_dn: 0.0, 10.0, 0.2, "[M]";
+        row_pattern_dn: 0.0, 10.0, 0.2, "[M]", zero_without [PHYSICAL];
         /// Part of that which is common to a column and stays.
-        column_pattern_dn: 0.0, 10.0, 0.0, "[M] 0.1; off";
+        column_pattern_dn: 0.0, 10.0, 0.0, "[M] 0.1; off", zero_without [PHYSICAL];
         /// Part of that by which pixels differ without light (DSNU).
-        dsnu_dn: 0.0, 10.0, 0.0, "[M] 0.25; off";
+        dsnu_dn: 0.0, 10.0, 0.0, "[M] 0.25; off", zero_without [PHYSICAL];
         /// Standard deviation of the pixels' response to light (PRNU).
-        prnu: 0.0, 0.2, 0.0, "[M] 0.005 to 0.02; off";
+        prnu: 0.0, 0.2, 0.0, "[M] 0.005 to 0.02; off", zero_without [PHYSICAL];
         /// Electrons that gather in a pixel without light.
-        dark_current_e_per_s: 0.0, 1e6, 50.0, "[M]";
+        dark_current_e_per_s: 0.0, 1e6, 50.0, "[M]", zero_without [PHYSICAL];
         /// Share of the charge above the full well that flows to the neighbours along the column.
-        blooming: 0.0, 1.0, 0.0, "[M] none, as in a global shutter with a drain";
+        blooming: 0.0, 1.0, 0.0, "[M] none, as in a global shutter with a drain", zero_without [PHYSICAL];
         /// Share of the pixels that are dead or always full, one half each.
-        defect_share: 0.0, 0.01, 0.0, "[M] 1e-5; off";
+        defect_share: 0.0, 0.01, 0.0, "[M] 1e-5; off", zero_without [PHYSICAL];
         /// Scale of the photon noise: 1 as nature has it, 0 to switch it off.
-        shot_noise: 0.0, 1.0, 1.0, "Poisson";
+        shot_noise: 0.0, 1.0, 1.0, "Poisson", zero_without [PHYSICAL];
     }
 }
 
@@ -191,9 +211,9 @@ parameters! {
         strength: 0.0, 1.0, 1.0, "Goodman";
         /// Independent patterns in light reflected by the surface: 1 polarised, 2 depolarised. The law is that of the
         /// largest of 1, 2 and 4 patterns below it.
-        surface_patterns: 1.0, 64.0, 1.0, "[C]", count;
+        surface_patterns: 1.0, 64.0, 1.0, "[C]", count, of [SPECKLE];
         /// Extra independent patterns in light from below the surface, on top of path spread and depolarisation.
-        volume_patterns: 1.0, 64.0, 2.0, "[C]", count;
+        volume_patterns: 1.0, 64.0, 2.0, "[C]", count, of [SPECKLE];
     }
 }
 

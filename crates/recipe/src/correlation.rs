@@ -198,7 +198,7 @@ fn two_keys(yaml: &mut YamlReader, node: &YamlNode, subject: Option<Subject>) ->
 /// The path of a parameter on a scale.
 fn key(yaml: &mut YamlReader, node: &YamlNode, path: &str, subject: Option<Subject>) -> Option<String> {
     let name = yaml.text(node, path, "the path of a key, for instance camera.tilt_deg")?;
-    let Some(parameter) = parameter(subject, name) else {
+    let Some(parameter) = keys::parameter(subject, name) else {
         yaml.fault(node.place, path, format!("`{}` is no key that is drawn", clipped_text(name)), meant(subject, name));
         return None;
     };
@@ -208,12 +208,6 @@ fn key(yaml: &mut YamlReader, node: &YamlNode, path: &str, subject: Option<Subje
         return None;
     }
     Some(name.to_owned())
-}
-
-/// The parameter of this path.
-fn parameter(subject: Option<Subject>, path: &str) -> Option<&'static Parameter> {
-    let place = path.split_once('.');
-    keys::parameters(subject).find(|parameter| place == Some((parameter.group, parameter.name)))
 }
 
 /// What to give in place of `name`, which is no parameter of `subject`.
@@ -233,7 +227,7 @@ fn meant(subject: Option<Subject>, name: &str) -> String {
     if let [parameter] = named.as_slice() {
         return format!("did you mean `{}`?", parameter.path());
     }
-    if let Some(home) = keys::home(subject, last, &[]).filter(|_| parameter(None, name).is_some()) {
+    if let Some(home) = keys::home(subject, last, &[]).filter(|_| keys::parameter(None, name).is_some()) {
         return home;
     }
     let paths: Vec<_> = keys::parameters(subject).map(Parameter::path).collect();
@@ -268,7 +262,7 @@ pub(super) fn mixtures(
     let keys: BTreeSet<&String> = pairs.iter().flat_map(|written| &written.pair.keys).collect();
     let is_drawn = |class: &Class, path: &String| {
         let distribution = class.overrides.get(path).or_else(|| base.get(path));
-        let law = parameter(subject, path).zip(distribution).map(|(parameter, own)| own.law(parameter));
+        let law = keys::parameter(subject, path).zip(distribution).map(|(parameter, own)| own.law(parameter));
         matches!(law, Some(DrawLaw::Continuous { .. }))
     };
     // By class, the keys that are drawn on a scale there.

@@ -71,7 +71,7 @@ impl Recipe {
         let bench = Bench::from_values(&mut value, self.settings.optics());
         let mut plan = Plan::from_values(self.subject, &mut value);
         if boards > 1 {
-            log_group::lay(&mut plan, self.measured.as_deref(), board);
+            log_group::lay(&mut plan, self.contents.measured.as_deref(), board);
         }
         Scene {
             index,
@@ -85,11 +85,11 @@ impl Recipe {
             bench,
             line: self.line.clone(),
             plan,
-            mesh: self.mesh.clone(),
-            picture: self.picture.clone(),
-            slices: self.slices.clone(),
+            mesh: self.contents.mesh.clone(),
+            picture: self.contents.picture.clone(),
+            slices: self.contents.slices.clone(),
             log: self.settings.log.source,
-            measured: self.measured.clone(),
+            measured: self.contents.measured.clone(),
             transport: self.settings.transport(),
             movement: self.settings.motion.kind,
             readout: self.settings.readout(),

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::asset::AssetSource;
+use crate::asset_source::AssetSource;
 use yaml::{YamlFaults, nearest_spelling, read_bytes, utf8_text};
 
 /// A recipe that is built in.

@@ -4,9 +4,11 @@
 //! line, its key and its remedy; what is left after that is in range, so nothing behind this door checks it again.
 
 pub mod asset;
+pub mod asset_source;
 pub mod mesh;
 
 mod balance;
+mod built_in;
 mod canonical;
 mod changes;
 mod class;
@@ -15,6 +17,7 @@ mod correlation;
 mod distribution;
 mod draw;
 mod embedded;
+mod file_contents;
 mod keys;
 mod log_group;
 mod measured_log;
@@ -35,9 +38,11 @@ use procedural::wood::Stem;
 use procedural::{Mesh, Parameter, Stream};
 
 use self::correlation::ScoreMixture;
+use self::file_contents::FileContents;
 use self::keys::settings::Settings;
 use self::sampling::Sampling;
-use crate::asset::{Asset, AssetSource};
+use crate::asset::Asset;
+use crate::asset_source::AssetSource;
 use bench::parameters::Bench;
 use bench::settings::{
     Extraction, LaserLine, LogSource, Movement, Output, Postprocess, Readout, Size, SpeckleLaw, Splits, Transport,
@@ -74,10 +79,7 @@ pub struct Recipe {
     sampling: Sampling,
     /// What correlations do in each class.
     mixtures: Vec<ScoreMixture>,
-    mesh: Option<Arc<Mesh>>,
-    measured: Option<Arc<Stem>>,
-    picture: Option<Arc<BoardPicture>>,
-    slices: Option<Arc<WoodVolume>>,
+    contents: FileContents,
     notes: Vec<String>,
     text: String,
     canonical: serde_json::Value,
@@ -178,10 +180,7 @@ impl Recipe {
             classes,
             sampling,
             mixtures,
-            mesh,
-            measured,
-            picture,
-            slices,
+            contents,
             notes,
             ..
         } = resolved;
@@ -196,10 +195,7 @@ impl Recipe {
             classes,
             sampling,
             mixtures,
-            mesh,
-            measured,
-            picture,
-            slices,
+            contents,
             notes,
             text,
             canonical,
@@ -240,7 +236,7 @@ impl Recipe {
 
     /// Triangles of the part that the recipe names.
     pub fn mesh(&self) -> Option<&Mesh> {
-        self.mesh.as_deref()
+        self.contents.mesh.as_deref()
     }
 
     /// Samples in a row that are boards of one log; 1 where each sample is alone.

@@ -6,19 +6,13 @@
 
 use procedural::wood::{Stem, StemError};
 
-use crate::asset::{Asset, AssetFault, BuiltIn};
+use crate::asset::{Asset, AssetFault};
+use crate::built_in::GRAN_1;
 
 /// Keys of the three files.
 pub(crate) const KEYS: [&str; 3] = ["log.pith_file", "log.radii_file", "log.knots_file"];
 /// What the tables are called in faults of a stem.
 const TABLES: [&str; 3] = ["pith", "radii", "knots"];
-
-/// The scanned log "Gran_1": MIT, copyright 2022 Maria Larsson (recipes/logs).
-pub(crate) const GRAN_1: [[BuiltIn; 1]; 3] = [
-    [("logs/gran_1_pith.csv", include_bytes!("../../../recipes/logs/gran_1_pith.csv"))],
-    [("logs/gran_1_radii.csv", include_bytes!("../../../recipes/logs/gran_1_radii.csv"))],
-    [("logs/gran_1_knots.csv", include_bytes!("../../../recipes/logs/gran_1_knots.csv"))],
-];
 
 /// The log of the files of pith, radii and knots.
 ///

@@ -17,13 +17,10 @@ use glam::Vec3;
 use procedural::Mesh;
 
 use self::soup::TriangleSoup;
-use crate::asset::{Asset, AssetFault, BuiltIn};
+use crate::asset::{Asset, AssetFault};
 
 /// Endings of the files that can be read.
 pub const ENDINGS: [&str; 3] = ["obj", "stl", "ply"];
-
-/// The meshes that are built in, by the names that the recipes beside them give.
-pub(crate) const BUILT_IN: [BuiltIn; 1] = [("meshes/clip.obj", include_bytes!("../../../recipes/meshes/clip.obj"))];
 
 /// Most triangles of a part.
 const MAX_TRIANGLES: usize = 4_000_000;

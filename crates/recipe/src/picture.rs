@@ -16,16 +16,12 @@ use image::{DynamicImage, ImageFormat, ImageReader, Limits};
 use procedural::Class;
 use wood_picture::{BoardPicture, Depth, Encoding, Face, FibreMap, PictureAnalysis, PictureFault};
 
-use crate::asset::{Asset, AssetFault, BuiltIn};
+use crate::asset::{Asset, AssetFault};
 use crate::keys::settings::PictureSettings;
 use analysed::fibres_of;
 use bench::settings::{FirstRow, PictureDepth, PictureEncoding, PictureFace};
 
 mod analysed;
-
-/// Pictures that are built in.
-pub(crate) const BUILT_IN: [BuiltIn; 1] =
-    [("pictures/board.png", include_bytes!("../../../recipes/pictures/board.png"))];
 
 /// Longest side [px].
 const MAX_SIDE: u32 = 16_384;

@@ -1,27 +1,21 @@
 //! Reader of recipes: parse the text, walk over the tables of keys, check what keys mean together.
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
-
-use procedural::Mesh;
-use procedural::wood::Stem;
-use wood_picture::{BoardPicture, WoodVolume};
 
 use super::changes::{self, SET};
 use super::class::Class;
-use super::constraints::{self, RecipeObject, conditional};
-use super::correlation::{self, CORRELATIONS, Correlation, ScoreMixture};
+use super::constraints::{self, RecipeObject, needs};
+use super::correlation::{self, CORRELATIONS, Correlation, ScoreMixture, WrittenPair};
 use super::distribution::{self, Distribution};
+use super::file_contents::FileContents;
 use super::keys::alternatives::{self, alternatives};
-use super::keys::setting_type::NamedFile;
 use super::keys::settings::{Settings, TransportSettings};
 use super::keys::{self, SECTIONS, TRANSPORT, sections};
 use super::log_group::{self, BOARDS_PER_LOG};
 use super::sampling::{SAMPLING, Sampling};
 use super::subject::Subject;
-use crate::asset::{AssetFault, AssetSource};
-use crate::{measured_log, mesh, picture, slices};
-use bench::settings::{LogSource, TransportName, Words};
+use crate::asset_source::AssetSource;
+use bench::settings::{TransportName, Words};
 use yaml::{Mapping, NumberRange, YamlFaults, YamlNode, YamlReader, YamlValue, clipped_text, number_text, parse_yaml};
 
 /// Largest share of a class; shares are relative, so this is no limit in practice.
@@ -46,17 +40,13 @@ pub(super) struct Resolved {
     pub correlations: Vec<Correlation>,
     /// What these do in each class.
     pub mixtures: Vec<ScoreMixture>,
-    pub mesh: Option<Arc<Mesh>>,
-    /// The log that was measured.
-    pub measured: Option<Arc<Stem>>,
-    pub picture: Option<Arc<BoardPicture>>,
-    pub slices: Option<Arc<WoodVolume>>,
+    pub contents: FileContents,
     /// Keys that have no effect, and boards that show air, with what to do.
     pub notes: Vec<String>,
 }
 
-/// Reads `text`, whose lines from `set_from` on come from the command line, and the files that it names; every fault that is
-/// found comes back.
+/// Reads `text`, whose lines from `set_from` on come from the command line, and the files that it names; every fault
+/// that is found comes back.
 pub(super) fn read(origin: &str, text: &str, set_from: usize, files: &AssetSource) -> Result<Resolved, YamlFaults> {
     let mut yaml = YamlReader::new(text, "recipe").set_from(set_from);
     let resolved = match parse_yaml(text, "recipe") {
@@ -73,18 +63,67 @@ pub(super) fn read(origin: &str, text: &str, set_from: usize, files: &AssetSourc
     Ok(resolved.expect("whatever gives no recipe notes a fault"))
 }
 
+/// Reads a recipe in steps, each of which takes what those before it have read. Faults are sorted by their place in the
+/// text, so the order of the steps is not that of the message.
 fn recipe(yaml: &mut YamlReader, root: &YamlNode, files: &AssetSource) -> Option<Resolved> {
-    if !matches!(root.value, YamlValue::Map(_)) {
-        let problem = match &root.value {
-            YamlValue::Nothing => "the file is empty".to_owned(),
-            other => format!("the file is {}", other.kind()),
-        };
-        yaml.fault(root.place, "", problem, "a recipe is a map with at least `name`, `subject` and `classes`");
-        return None;
-    }
+    is_map(yaml, root).then_some(())?;
+    // Each key by itself first: what has an effect, and which files are needed, follows from all of them.
+    let mut keys = written_keys(yaml, root);
+    load_files(yaml, &mut keys, files);
+    let contents = FileContents::read(yaml, keys.subject, &keys.settings);
+    // Then the keys together: how large a board may be follows from its picture.
+    let notes = check_together(yaml, &keys, &contents);
+    // Correlations last: they are worked out from distributions that are in range.
+    let mixtures = mixtures(yaml, &keys);
+    let WrittenKeys { name, family, subject, settings, parameters, sampling, pairs, classes } = keys;
+    let correlations = correlation::sorted(&pairs);
+    Some(Resolved {
+        name: name?,
+        family: family?,
+        subject: subject?,
+        settings,
+        parameters,
+        classes,
+        sampling: sampling?,
+        correlations,
+        mixtures,
+        contents,
+        notes,
+    })
+}
+
+/// Whether the text is a map; what else it is, is a fault.
+fn is_map(yaml: &mut YamlReader, root: &YamlNode) -> bool {
+    let problem = match &root.value {
+        YamlValue::Map(_) => return true,
+        YamlValue::Nothing => "the file is empty".to_owned(),
+        other => format!("the file is {}", other.kind()),
+    };
+    yaml.fault(root.place, "", problem, "a recipe is a map with at least `name`, `subject` and `classes`");
+    false
+}
+
+/// What each key says by itself, with every default; `None` where one that has none is missing or at fault.
+struct WrittenKeys {
+    name: Option<String>,
+    family: Option<String>,
+    subject: Option<Subject>,
+    settings: Settings,
+    parameters: BTreeMap<String, Distribution>,
+    sampling: Option<Sampling>,
+    pairs: Vec<WrittenPair>,
+    classes: Vec<Class>,
+}
+
+/// Reads every key, each in its own range. The subject comes first, by which sections are known; classes come last,
+/// since what they repeat of the top level is no change.
+fn written_keys(yaml: &mut YamlReader, root: &YamlNode) -> WrittenKeys {
     let mut top = yaml.mapping(root, "");
     let name = required(yaml, &mut top, root, "name").and_then(|node| name(yaml, node, "name"));
-    let family = top.take(yaml, "family").map(|node| self::name(yaml, node, "family"));
+    let family = match top.take(yaml, "family") {
+        Some(node) => self::name(yaml, node, "family"),
+        None => name.clone(),
+    };
     let subject = required(yaml, &mut top, root, "subject").and_then(|node| {
         let word = yaml.word(node, "subject", &Subject::NAMES)?;
         Subject::named(word)
@@ -111,6 +150,7 @@ fn recipe(yaml: &mut YamlReader, root: &YamlNode, files: &AssetSource) -> Option
     });
     let pairs = top.take(yaml, CORRELATIONS).map_or_else(Vec::new, |node| correlation::read(yaml, node, subject));
     let classes = required(yaml, &mut top, root, "classes").map(|node| classes(yaml, node, subject, &parameters));
+    let classes = classes.unwrap_or_default();
     let sections = sections(subject).map(|section| section.path).filter(|path| !path.contains('.'));
     let known: Vec<_> = ["name", "family", "subject"]
         .into_iter()
@@ -118,93 +158,39 @@ fn recipe(yaml: &mut YamlReader, root: &YamlNode, files: &AssetSource) -> Option
         .chain([SAMPLING, CORRELATIONS, "classes", SET])
         .collect();
     top.close(yaml, &known, &|name| keys::home(subject, name, &known));
-
-    for setting in keys::settings(subject) {
-        // What has no effect names no file, though it may have a default.
-        if setting.idle(&settings).is_none() {
-            (setting.load)(&mut settings, yaml, files);
-        }
-    }
-    let classes = classes.unwrap_or_default();
-    let mesh = settings.mesh.file.asset().and_then(|file| match mesh::read_mesh(file) {
-        Ok(mesh) => Some(Arc::new(mesh)),
-        Err(fault) => {
-            yaml.joint_fault(&["mesh.file".to_owned()], fault.problem, fault.remedy);
-            None
-        }
-    });
-    let log = &settings.log;
-    let measured = match [&log.pith_file, &log.radii_file, &log.knots_file].map(NamedFile::asset) {
-        [Some(pith), Some(radii), Some(knots)] => match measured_log::read_log([pith, radii, knots]) {
-            Ok(stem) => Some(Arc::new(stem)),
-            Err((key, fault)) => {
-                yaml.joint_fault(&[key.to_owned()], fault.problem, fault.remedy);
-                None
-            }
-        },
-        _ => None,
-    };
-    let asked = |source| subject == Some(Subject::Wood) && settings.log.source == source;
-    let picture = asked(LogSource::Picture).then(|| picture::read_picture(&settings.picture));
-    let picture = picture.and_then(|read| whole(yaml, read));
-    // What follows from a default in the place of a setting at fault is no fault of its own.
-    let slices = asked(LogSource::Slices) && !yaml.has_fault_of("slices");
-    let slices = slices.then(|| slices::read_slices(&settings.slices));
-    let slices = slices.and_then(|read| whole(yaml, read));
-    let object = RecipeObject {
-        subject,
-        settings: &settings,
-        mesh: mesh.as_deref(),
-        measured: measured.as_deref(),
-        picture: picture.as_deref(),
-        slices: slices.as_deref(),
-    };
-    constraints::check(yaml, object, &parameters, &classes);
-    conditional::refuse(yaml, subject, &settings, &parameters, &classes);
-    let mut notes = conditional::notes(subject, &settings, &parameters, &classes);
-    notes.extend(constraints::notes(object, &parameters, &classes));
-    let every = classes.iter().flat_map(|class| class.overrides.values()).chain(parameters.values());
-    if sampling == Some(Sampling::LowDiscrepancy) && every.clone().all(|own| matches!(own, Distribution::Fixed(_))) {
-        notes.push(format!("{SAMPLING} has no effect: no key is drawn; give one a distribution, or remove it"));
-    }
-    if log_group::boards_per_log(&settings) > 1 {
-        correlation::refuse_across(yaml, &pairs, BOARDS_PER_LOG, &log_group::is_of_log);
-    }
-    let mixtures = correlation::mixtures(yaml, &pairs, subject, &parameters, &classes);
-    let correlations = correlation::sorted(&pairs);
-    let name = name?;
-    let family = match family {
-        Some(family) => family?,
-        None => name.clone(),
-    };
-    let (subject, sampling) = (subject?, sampling?);
-    Some(Resolved {
-        name,
-        family,
-        subject,
-        settings,
-        parameters,
-        classes,
-        sampling,
-        correlations,
-        mixtures,
-        mesh,
-        measured,
-        picture,
-        slices,
-        notes,
-    })
+    WrittenKeys { name, family, subject, settings, parameters, sampling, pairs, classes }
 }
 
-/// What was read of the files that a recipe names, for all samples; a fault is noted at its key.
-fn whole<T>(yaml: &mut YamlReader, read: Result<Option<T>, (&'static str, AssetFault)>) -> Option<Arc<T>> {
-    match read {
-        Ok(found) => found.map(Arc::new),
-        Err((key, fault)) => {
-            yaml.joint_fault(&[key.to_owned()], fault.problem, fault.remedy);
-            None
+/// Reads the files that are named. What has no effect names none, though it may have a default.
+fn load_files(yaml: &mut YamlReader, keys: &mut WrittenKeys, files: &AssetSource) {
+    for setting in keys::settings(keys.subject) {
+        if setting.idle(&keys.settings).is_none() {
+            (setting.load)(&mut keys.settings, yaml, files);
         }
     }
+}
+
+/// Notes what keys cannot mean together, and which have no effect; what may be so all the same comes back.
+fn check_together(yaml: &mut YamlReader, keys: &WrittenKeys, contents: &FileContents) -> Vec<String> {
+    let WrittenKeys { subject, settings, parameters, classes, .. } = keys;
+    let object = RecipeObject { subject: *subject, settings, contents };
+    constraints::check(yaml, object, parameters, classes);
+    needs::refuse(yaml, *subject, settings, parameters, classes);
+    let mut notes = needs::notes(*subject, settings, parameters, classes);
+    notes.extend(constraints::notes(object, parameters, classes));
+    let mut every = classes.iter().flat_map(|class| class.overrides.values()).chain(parameters.values());
+    if keys.sampling == Some(Sampling::LowDiscrepancy) && every.all(|own| matches!(own, Distribution::Fixed(_))) {
+        notes.push(format!("{SAMPLING} has no effect: no key is drawn; give one a distribution, or remove it"));
+    }
+    notes
+}
+
+/// What correlations do in each class.
+fn mixtures(yaml: &mut YamlReader, keys: &WrittenKeys) -> Vec<ScoreMixture> {
+    if log_group::boards_per_log(&keys.settings) > 1 {
+        correlation::refuse_across(yaml, &keys.pairs, BOARDS_PER_LOG, &log_group::is_of_log);
+    }
+    correlation::mixtures(yaml, &keys.pairs, keys.subject, &keys.parameters, &keys.classes)
 }
 
 /// Where the keys of a section go; classes have no settings.
@@ -245,12 +231,12 @@ fn section_keys(yaml: &mut YamlReader, node: &YamlNode, section: &keys::RecipeSe
         for setting in section.settings {
             known.push(setting.name);
             let Some(node) = map.take(yaml, setting.name) else { continue };
-            let decided = !setting.needs.iter().any(|needs| faulty.contains(&needs.key));
+            let decided = !setting.needs.iter().any(|needs| faulty.contains(&needs.path));
             if let Some(idle) = setting.idle(settings).filter(|_| decided) {
                 let (problem, remedy) = idle.refusal();
                 yaml.joint_fault(&[setting.path.to_owned()], problem, remedy);
             } else if (setting.read)(settings, yaml, node, setting.path).is_none() {
-                faulty.push(setting.name);
+                faulty.push(setting.path);
             }
         }
         for inner in &SECTIONS {

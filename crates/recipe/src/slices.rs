@@ -11,12 +11,9 @@ use image::codecs::png::PngDecoder;
 use image::{ColorType, DynamicImage, ImageDecoder, Limits};
 use wood_picture::{DensityStack, FibreAxis, KindDensities, VolumeFault, WoodVolume};
 
-use crate::asset::{Asset, AssetFault, BuiltIn, printable};
+use crate::asset::{Asset, AssetFault, printable};
 use crate::keys::settings::SlicesSettings;
 use crate::slice_tar;
-
-/// Stacks that are built in.
-pub(crate) const BUILT_IN: [BuiltIn; 1] = [("slices/spruce.tar", include_bytes!("../../../recipes/slices/spruce.tar"))];
 
 /// Fewest slices: densities lie between two.
 const LEAST_SLICES: usize = 2;

@@ -2,6 +2,7 @@
 //!
 //! Sources: [T] Kihl and Källberg 2021; [L] the literature named in docs/theory/blister.md; [M] engineering estimate.
 
+use crate::Need::{self, Amount, Any, Outline, RoomToStand};
 use crate::parameters;
 
 /// Paths of the numbers that say how many of each defect a pack has.
@@ -26,6 +27,8 @@ pub const DEFECT_COUNTS: [&str; 19] = [
     "defects.delamination",
     "defects.tablet_on_flange",
 ];
+
+const DEFECTS: Need = Any(&DEFECT_COUNTS);
 
 /// Those of them that a pocket has at most one of: all but the last three, which lie on the flange.
 pub const POCKET_DEFECT_COUNTS: &[&str] = DEFECT_COUNTS.split_at(DEFECT_COUNTS.len() - 3).0;
@@ -70,7 +73,7 @@ parameters! {
         /// Height of its far corners against each other (curl).
         curl_mm: -3.0, 3.0, 0.1, "[M] 0.3";
         /// Distance between ridges of the sealing knurl.
-        knurl_pitch_mm: 0.2, 5.0, 0.8, "[M] 0.5 to 1.2";
+        knurl_pitch_mm: 0.2, 5.0, 0.8, "[M] 0.5 to 1.2", of [Amount("pack.knurl_um")];
         /// Height of the knurl that shows on the flange, peak to valley.
         knurl_um: 0.0, 200.0, 25.0, "[M] 10 to 40";
         /// Depth of the embossed code; 0 for none.
@@ -100,7 +103,7 @@ parameters! {
         /// Small bumps and crevices of the formed film, root mean square; at most a twentieth of their size.
         bumps_um: 0.0, 300.0, 25.0, "[T] seen, not measured";
         /// Size of them.
-        bump_size_mm: 0.3, 20.0, 2.5, "[M]";
+        bump_size_mm: 0.3, 20.0, 2.5, "[M]", of [Any(&["pocket.bumps_um", "film.thinning_spread"])];
     }
 }
 
@@ -108,7 +111,7 @@ parameters! {
     /// The tablets.
     tablet: Tablet {
         /// Outline: 0 ellipse (round where length equals width), 1 stadium (caplet), 2 hard capsule.
-        shape: 0.0, 2.0, 0.0, "free", count;
+        shape: 0.0, 2.0, 0.0, "free", count, of [Outline];
         /// Length.
         length_mm: 2.0, 30.0, 11.0, "[L] 6 to 13 round, 14 to 19 caplets";
         /// Width; the longer of length and width is the long axis.
@@ -138,7 +141,7 @@ parameters! {
         /// Part of the room in the pocket that the tablet may be off its middle.
         rattle: 0.0, 1.0, 0.8, "[M]";
         /// Share of tablets that stand on their edge, where there is room.
-        on_edge: 0.0, 1.0, 0.01, "[M]";
+        on_edge: 0.0, 1.0, 0.01, "[M]", of [RoomToStand];
     }
 }
 
@@ -223,7 +226,7 @@ parameters! {
         tablet_on_flange: 0.0, 600.0, 0.0, "free", count;
         /// Severity of the worst, from barely there to as bad as its kind can be; each defect's own lies between half and
         /// all of it.
-        severity: 0.0, 1.0, 0.6, "free";
+        severity: 0.0, 1.0, 0.6, "free", of [DEFECTS];
     }
 }
 

@@ -5,6 +5,8 @@
 
 use glam::Vec3;
 
+use crate::Need::Amount;
+use crate::medium::TANGLED;
 use crate::{Gloss, Medium, parameters};
 
 parameters! {
@@ -19,11 +21,11 @@ parameters! {
         /// Effective refractive index of the matter below the surface.
         n_eff: 1.0, 2.0, 1.5, "free";
         /// Angle of the fibres on the level against the scan, positive towards +x, as the piece lies.
-        fibre_azimuth_deg: -90.0, 90.0, 0.0, "free";
+        fibre_azimuth_deg: -90.0, 90.0, 0.0, "free", needs [Amount("material.k_per_mm")];
         /// Angle by which the fibres dive below the level, as the piece lies.
-        fibre_dive_deg: 0.0, 90.0, 0.0, "free";
+        fibre_dive_deg: 0.0, 90.0, 0.0, "free", needs [Amount("material.k_per_mm")];
         /// Standard deviation of single fibres' tilt in each of two directions.
-        fibre_dispersion_deg: 3.0, 14.0, 5.0, "as clear wood";
+        fibre_dispersion_deg: 3.0, 14.0, 5.0, "as clear wood", needs [Amount("material.k_per_mm")], of [TANGLED];
         /// Share of the surface that reflects like facets.
         gloss: 0.0, 1.0, 0.1, "[M]";
         /// Reflectance of a facet at normal incidence.

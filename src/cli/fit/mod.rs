@@ -16,7 +16,7 @@ use super::{CommandResult, DONE, RecipeArgs, UsageError, output, print, whole};
 use dataset::Fault;
 use fit::{Fit, FitOptions, FitProgress, RealScan, fit, fit_keys, with_new_values};
 use recipe::Recipe;
-use recipe::asset::{AssetSource, KeptAsset};
+use recipe::asset_source::{AssetSource, KeptAsset};
 use tools::compare::{ScanRegion, ScanSource};
 
 #[derive(Debug, Args)]

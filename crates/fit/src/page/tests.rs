@@ -13,6 +13,7 @@ static WAIST: Parameter = Parameter {
     integer: false,
     doc: "Radius of the waist.",
     source: "a test",
+    conditions: &[],
 };
 
 /// Elements that have no end.

@@ -23,10 +23,10 @@ impl DrawBounds<'_> {
     }
 
     fn bounds(&self, path: &str) -> (f64, f64) {
-        let place = path.split_once('.');
-        let parameter = keys::parameters(None).find(|p| place == Some((p.group, p.name)));
-        let (distribution, parameter) =
-            self.distribution(path).zip(parameter).unwrap_or_else(|| panic!("no table declares {path}"));
+        let (distribution, parameter) = self
+            .distribution(path)
+            .zip(keys::parameter(None, path))
+            .unwrap_or_else(|| panic!("no table declares {path}"));
         distribution.bounds(parameter)
     }
 

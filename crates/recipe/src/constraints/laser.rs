@@ -1,6 +1,7 @@
 //! Constraints between the laser and the models of light.
 
 use super::bounds::DrawBounds;
+use super::needs;
 use crate::keys::settings::Settings;
 use crate::keys::texture;
 use bench::settings::{Fan, LineShape, TransportName};
@@ -8,10 +9,6 @@ use yaml::{YamlReader, number_text};
 
 /// Most rows of the scan between two lines: a band of profiles keeps all of them in memory.
 const MAX_LINE_DISTANCE_ROWS: f64 = 300.0;
-
-/// What models of light that know one Gaussian line alone do not know.
-const GAUSSIAN_ALONE: [&str; 7] =
-    ["second_line_mm", "smile_um", "smile_cubic_um", "lobe_share", "skirt_share", "width_jitter", "streaks_per_mm"];
 
 /// What the laser's numbers and settings must mean together.
 pub(super) fn scene(yaml: &mut YamlReader, settings: &Settings, scene: &DrawBounds) {
@@ -28,16 +25,10 @@ pub(super) fn scene(yaml: &mut YamlReader, settings: &Settings, scene: &DrawBoun
             format!("the lines can be {} mm apart, over {MAX_LINE_DISTANCE_ROWS} profiles", number_text(farthest));
         scene.fault(yaml, &keys, problem, "move them closer, or the profiles further apart");
     }
-    if settings.transport.model == TransportName::Kernel {
-        return;
-    }
     let model = settings.transport.model.name();
     let remedy = "the model knows one Gaussian line alone: remove it, or give `transport: kernel`";
-    for name in GAUSSIAN_ALONE {
-        let path = format!("laser.{name}");
-        if scene.least(&path) != 0.0 || scene.most(&path) != 0.0 {
-            scene.fault(yaml, &[&path], format!("is unknown to `transport: {model}`"), remedy);
-        }
+    for path in needs::not_zero(settings, scene, "transport.model") {
+        scene.fault(yaml, &[&path], format!("is unknown to `transport: {model}`"), remedy);
     }
 }
 

@@ -2,9 +2,9 @@
 
 pub(super) mod bounds;
 mod camera;
-pub(super) mod conditional;
 mod laser;
 mod motion;
+pub(super) mod needs;
 mod object;
 pub(super) mod of_samples;
 mod picture;
@@ -17,6 +17,7 @@ use std::collections::BTreeMap;
 use self::bounds::DrawBounds;
 use super::class::Class;
 use super::distribution::Distribution;
+use super::file_contents::FileContents;
 use super::keys::settings::Settings;
 use super::log_group;
 use super::subject::Subject;
@@ -41,14 +42,8 @@ const ROUNDING: f64 = 1.0 / 12.0;
 pub(super) struct RecipeObject<'a> {
     pub subject: Option<Subject>,
     pub settings: &'a Settings,
-    /// The triangles of a part.
-    pub mesh: Option<&'a procedural::Mesh>,
-    /// The log that was measured.
-    pub measured: Option<&'a procedural::wood::Stem>,
-    /// The picture that boards are cut from.
-    pub picture: Option<&'a wood_picture::BoardPicture>,
-    /// The stack of slices that they are cut from.
-    pub slices: Option<&'a wood_picture::WoodVolume>,
+    /// What the files say that it names.
+    pub contents: &'a FileContents,
 }
 
 /// Notes whatever the keys of a recipe cannot mean together: the settings, the top level and each class.
@@ -70,7 +65,7 @@ pub(super) fn notes(
 ) -> Vec<String> {
     let mut notes = Vec::new();
     scenes(parameters, classes, &mut |own| {
-        notes.extend(slices::note(object.slices, own));
+        notes.extend(slices::note(object.contents.slices.as_deref(), own));
         if object.subject == Some(Subject::Blister) {
             notes.extend(object::note(own));
         }
@@ -202,13 +197,13 @@ fn scene(yaml: &mut YamlReader, object: RecipeObject, scene: &DrawBounds) {
     match object.subject {
         Some(Subject::Wood) => {
             object::wood(yaml, scene);
-            log_group::fits(yaml, object.settings, object.measured, scene);
-            picture::scene(yaml, object.picture, scene);
-            slices::scene(yaml, object.slices, scene);
+            log_group::fits(yaml, object.settings, object.contents.measured.as_deref(), scene);
+            picture::scene(yaml, object.contents.picture.as_deref(), scene);
+            slices::scene(yaml, object.contents.slices.as_deref(), scene);
         }
         Some(Subject::Blister) => object::blister(yaml, scene),
         Some(Subject::Sawtooth) => object::sawtooth(yaml, scene),
-        Some(Subject::Mesh) => object::mesh(yaml, scene, object.mesh),
+        Some(Subject::Mesh) => object::mesh(yaml, scene, object.contents.mesh.as_deref()),
         None => {}
     }
 }

@@ -1,6 +1,6 @@
 //! What drawn numbers describe, sample by sample: a width of knots says nothing of a board without knots.
 //!
-//! It follows from what a recipe's parameters need to have an effect ([`super::conditional`]). Needs that all samples
+//! It follows from what a recipe's parameters need to have an effect ([`super::needs`]). Needs that all samples
 //! of a dataset share (the laser's profile, where the log comes from) are no fact of a sample and decide nothing here.
 //! A count that can be 0 says itself that there is nothing, so it always means something.
 
@@ -9,18 +9,19 @@ use std::collections::BTreeMap;
 use serde_json::Value;
 
 use super::bounds::DrawBounds;
-use super::conditional::{self, ParameterNeeds};
+use super::needs;
 use crate::distribution::Distribution;
 use crate::keys;
 use crate::subject::Subject;
 use bench::settings::{LogSource, Words};
+use procedural::Need;
 
 /// What the drawn number at a path describes, which some samples of a dataset may lack.
 #[derive(Debug, Clone)]
 pub struct SampleNeeds {
     subject: Subject,
     source: LogSource,
-    needs: Vec<ParameterNeeds>,
+    needs: Vec<Need>,
     deciders: Vec<&'static str>,
 }
 
@@ -30,12 +31,13 @@ impl SampleNeeds {
     pub fn new(canonical: &Value, path: &str) -> Option<Self> {
         let subject = canonical["subject"].as_str().and_then(Subject::named)?;
         let source = canonical["log"]["source"].as_str().and_then(LogSource::named).unwrap_or(LogSource::Placed);
-        let parameter = keys::parameters(Some(subject)).find(|parameter| parameter.path() == path)?;
-        if (parameter.integer && parameter.min == 0.0) || !conditional::has_room_in(path, source) {
+        let parameter = keys::parameter(Some(subject), path)?;
+        if (parameter.integer && parameter.min == 0.0) || !needs::has_room_in(path, source) {
             return None;
         }
-        let needs: Vec<_> = conditional::needs(path).filter(|need| need.is_of_samples(subject, source)).collect();
-        let mut deciders: Vec<_> = needs.iter().flat_map(|need| need.deciders()).collect();
+        let needs = parameter.conditions.iter().map(|condition| condition.need);
+        let needs: Vec<_> = needs.filter(|need| needs::is_of_samples(*need, subject, source)).collect();
+        let mut deciders: Vec<_> = needs.iter().flat_map(|need| needs::deciders(*need)).collect();
         deciders.sort_unstable();
         deciders.dedup();
         (!deciders.is_empty()).then_some(Self { subject, source, needs, deciders })
@@ -49,12 +51,12 @@ impl SampleNeeds {
     /// Whether a sample lacks it, by the values of [`Self::deciders`]; `None` for one that the dataset does not have,
     /// which is then what it is by default.
     pub fn are_unmet(&self, values: &[Option<f64>]) -> bool {
-        let usual = |path: &str| keys::parameters(None).find(|p| p.path() == path).map_or(0.0, |p| p.default);
+        let usual = |path: &str| keys::parameter(None, path).map_or(0.0, |parameter| parameter.default);
         let drawn = self.deciders.iter().zip(values);
         let base: BTreeMap<String, Distribution> = drawn
             .map(|(path, value)| ((*path).to_owned(), Distribution::Fixed(value.unwrap_or_else(|| usual(path)))))
             .collect();
         let scene = DrawBounds { prefix: "", base: &base, overrides: &BTreeMap::new() };
-        self.needs.iter().any(|need| need.is_unmet(Some(self.subject), self.source, &scene))
+        self.needs.iter().any(|need| needs::is_unmet(*need, Some(self.subject), self.source, &scene))
     }
 }

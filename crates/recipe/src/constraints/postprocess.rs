@@ -1,24 +1,11 @@
 //! Constraints between the order of the thesis' scripts and the sensor that they know nothing of.
 
 use super::bounds::DrawBounds;
+use super::needs;
 use crate::keys::settings::Settings;
 use bench::parameters::SpeckleParameters;
 use bench::settings::{Hdr, Order, Script};
 use yaml::YamlReader;
-
-/// Keys of the sensor that the scripts know nothing of; they must be 0 there, so that the recipe says what is made.
-const SENSOR: [&str; 10] = [
-    "camera.ambient_w_per_m2_nm",
-    "exposure.shot_noise",
-    "exposure.row_noise_dn",
-    "exposure.row_pattern_dn",
-    "exposure.column_pattern_dn",
-    "exposure.dsnu_dn",
-    "exposure.prnu",
-    "exposure.dark_current_e_per_s",
-    "exposure.blooming",
-    "exposure.defect_share",
-];
 
 /// What the scripts take for granted of other settings.
 pub(super) fn settings(yaml: &mut YamlReader, settings: &Settings) {
@@ -49,9 +36,9 @@ pub(super) fn scene(yaml: &mut YamlReader, settings: &Settings, scene: &DrawBoun
         return;
     }
     let name = order.name();
-    for key in SENSOR.iter().filter(|key| scene.most(key) > 0.0) {
+    for key in needs::not_zero(settings, scene, "postprocess.order") {
         let problem = format!("`{key}` can be above 0 and has no effect on order `{name}`");
-        scene.fault(yaml, &[key, "postprocess.order"], problem, "set it to 0, or give `order: physical`");
+        scene.fault(yaml, &[&key, "postprocess.order"], problem, "set it to 0, or give `order: physical`");
     }
     for parameter in SpeckleParameters::PARAMETERS {
         let path = parameter.path();

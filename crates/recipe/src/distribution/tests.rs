@@ -3,8 +3,17 @@
 use super::*;
 use numerics::chance::{UnitHistogram, kolmogorov_smirnov, likelihood_ratio, likelihood_ratio_chance};
 
-const REAL: Parameter =
-    Parameter { group: "test", name: "x", min: -20.0, max: 30.0, default: 0.0, integer: false, doc: "", source: "" };
+const REAL: Parameter = Parameter {
+    group: "test",
+    name: "x",
+    min: -20.0,
+    max: 30.0,
+    default: 0.0,
+    integer: false,
+    doc: "",
+    source: "",
+    conditions: &[],
+};
 const COUNT: Parameter = Parameter { min: 0.0, max: 25.0, integer: true, ..REAL };
 
 /// Random distributions of every form, of which at least 1 % lies within the bounds, with their parameters.

@@ -273,7 +273,8 @@ fn recipes_without_them_keep_hash_and_draws() {
     let changes =
         ["sampling=low_discrepancy", "correlations=[{keys: [camera.blur_um, laser.waist_mm], spearman: 0.25}]"];
     let changes = changes.map(|change| change.parse().expect("a change"));
-    let changed = Recipe::parse_changed("test", BASE, &crate::asset::AssetSource::BuiltIn, &changes).expect("good");
+    let changed =
+        Recipe::parse_changed("test", BASE, &crate::asset_source::AssetSource::BuiltIn, &changes).expect("good");
     let pair = "correlations: [{keys: [laser.waist_mm, camera.blur_um], spearman: 0.25}]\n";
     assert_eq!(changed.hash(), parse(&format!("{BASE}{pair}{LOW}")).hash());
     let told = crate::differences(&plain.canonical_json(), &changed.canonical_json());

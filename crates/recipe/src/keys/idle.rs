@@ -1,13 +1,11 @@
-//! Conditional keys: a key that has an effect beside some words of another setting alone, and what is said of it elsewhere.
+//! What is said of a key that has an effect beside some words of a setting alone, where another word is chosen.
 
 /// A key that has no effect.
 pub(crate) struct Idle {
-    /// Key of the setting that it needs, without its section.
-    pub key: &'static str,
-    /// Section of that setting.
-    pub section: &'static str,
+    /// Path of the setting that it needs.
+    pub path: &'static str,
     /// The word of it that is chosen.
-    pub chosen: &'static str,
+    pub chosen: String,
     /// The words beside which the key would have an effect.
     pub words: Vec<&'static str>,
     /// How it is said.
@@ -30,7 +28,8 @@ pub(crate) enum Wording {
 impl Idle {
     /// What is wrong with the key, and what to do.
     pub fn refusal(&self) -> (String, String) {
-        let Self { key, section, chosen, words, wording } = self;
+        let Self { path, chosen, words, wording } = self;
+        let key = path.rsplit_once('.').map_or(*path, |(_, key)| key);
         let any = words.join("` or `");
         let one = if let [_] = words.as_slice() { "that" } else { "one of them" };
         match wording {
@@ -50,7 +49,7 @@ impl Idle {
             }
             Wording::While => {
                 let remedy = format!("give `{any}` there, or remove it");
-                (format!("has no effect while `{section}.{key}` is `{chosen}`"), remedy)
+                (format!("has no effect while `{path}` is `{chosen}`"), remedy)
             }
         }
     }

@@ -141,6 +141,12 @@ pub(super) fn parameters(subject: Option<Subject>) -> impl Iterator<Item = &'sta
     sections(subject).flat_map(|section| section.parameters)
 }
 
+/// The parameter at `path` of recipes about `subject`.
+pub(super) fn parameter(subject: Option<Subject>, path: &str) -> Option<&'static Parameter> {
+    let place = path.split_once('.');
+    parameters(subject).find(|parameter| place == Some((parameter.group, parameter.name)))
+}
+
 /// The settings of recipes about `subject`, in the order of [`SECTIONS`].
 pub(super) fn settings(subject: Option<Subject>) -> impl Iterator<Item = &'static Setting> {
     sections(subject).flat_map(|section| section.settings)
@@ -148,27 +154,10 @@ pub(super) fn settings(subject: Option<Subject>) -> impl Iterator<Item = &'stati
 
 /// The unit that a key ends in, empty for none.
 pub(super) fn unit(name: &str) -> &'static str {
-    const UNITS: [(&str, &str); 18] = [
-        ("_w_per_m2_nm", "W/(m^2 nm)"),
-        ("_hz", "Hz"),
-        ("_mm_per_s", "mm/s"),
-        ("_deg_per_mm", "deg/mm"),
-        ("_per_mm2", "1/mm^2"),
-        ("_per_mm", "1/mm"),
-        ("_mm", "mm"),
-        ("_um", "um"),
-        ("_nm", "nm"),
-        ("_deg", "deg"),
-        ("_mw", "mW"),
-        ("_us", "us"),
-        ("_e_per_s", "electrons/s"),
-        ("_dn", "DN"),
-        ("_e", "electrons"),
-        ("_px", "px"),
-        ("_rows", "px"),
-        ("_columns", "px"),
-    ];
-    UNITS.iter().find(|(end, _)| name.ends_with(end)).map_or("", |(_, unit)| unit)
+    match output_schema::unit_of(name) {
+        "1" => "",
+        unit => unit,
+    }
 }
 
 /// Where a key that stands in the wrong section, or in a recipe about another subject, belongs, and what says the same

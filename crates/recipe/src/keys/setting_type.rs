@@ -2,7 +2,8 @@
 
 use serde_json::{Value as Json, json};
 
-use crate::asset::{Asset, AssetFolders, AssetRequest, AssetSource, BuiltIn};
+use crate::asset::{Asset, BuiltIn};
+use crate::asset_source::{AssetFolders, AssetRequest, AssetSource};
 use bench::settings::{Channel, SensorStack, Words};
 use yaml::{NumberRange, YamlNode, YamlReader, YamlValue, nearest_spelling, number_text};
 

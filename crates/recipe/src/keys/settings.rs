@@ -11,8 +11,9 @@ use super::setting_type::{
     StackChoice, Word,
 };
 use super::texture;
-use crate::asset::{Asset, AssetSource};
-use crate::{measured_log, mesh, picture, slices};
+use crate::asset::Asset;
+use crate::asset_source::AssetSource;
+use crate::built_in::{GRAN_1, MESHES, PICTURES, STACKS};
 use bench::settings::{
     Channel, Extraction, Fan, FibreAxis, Filter, FirstRow, Hdr, LaserLine, LensModel, LineShape, LogSource, Movement,
     Optics, Order, Output, PeakChoice, PeakMethod, PeakMethodName, PictureDepth, PictureEncoding, PictureFace,
@@ -72,10 +73,8 @@ pub(crate) struct Description {
 /// Another setting of the section, and the words of it beside which a setting has an effect.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Needs {
-    /// The section.
-    section: &'static str,
-    /// Key of the other setting, which stands before the one that needs it.
-    pub key: &'static str,
+    /// Path of the other setting, which stands before the one that needs it.
+    pub path: &'static str,
     /// How a fault says it.
     wording: Wording,
     /// Its words.
@@ -88,9 +87,9 @@ impl Setting {
     /// Why the setting has no effect; `None` where it has one.
     pub fn idle(&self, settings: &Settings) -> Option<Idle> {
         self.needs.iter().find_map(|needs| {
-            let Needs { section, key, wording, .. } = *needs;
+            let Needs { path, wording, .. } = *needs;
             let (chosen, words) = ((needs.chosen)(settings), (needs.words)());
-            (!words.contains(&chosen)).then_some(Idle { section, key, chosen, words, wording })
+            (!words.contains(&chosen)).then(|| Idle { path, chosen: chosen.to_owned(), words, wording })
         })
     }
 }
@@ -138,8 +137,7 @@ macro_rules! settings {
                         }
                     },
                     needs: &[$(Needs {
-                        section: $path,
-                        key: stringify!($key),
+                        path: concat!($path, ".", stringify!($key)),
                         wording: Wording::$wording,
                         words: || ($words).into_iter().map(Words::name).collect(),
                         chosen: |settings| settings.$section.$key.name(),
@@ -245,23 +243,23 @@ settings! {
              have class, split, size and all that belongs to the log in common.",
             "docs/theory/wood.md",
             On source in [LogSource::Stem, LogSource::Measured];
-        pith_file: File(16, &measured_log::GRAN_1[0], Absence::Refused) = NamedFile::new(measured_log::GRAN_1[0][0].0),
+        pith_file: File(16, &GRAN_1[0], Absence::Refused) = NamedFile::new(GRAN_1[0][0].0),
             "For `measured`: pith, rows of x, y and height [mm], heights rising; CSV or JSON (an array of rows).",
             "Larsson et al. 2022, MIT",
             On source in [LogSource::Measured];
-        radii_file: File(16, &measured_log::GRAN_1[1], Absence::Refused) = NamedFile::new(measured_log::GRAN_1[1][0].0),
+        radii_file: File(16, &GRAN_1[1], Absence::Refused) = NamedFile::new(GRAN_1[1][0].0),
             "For `measured`: outline, a row of distances from the pith [mm] for each section, in equal steps along it, at \
              azimuths that fall from 0 in equal steps of a turn.",
             "Larsson et al. 2022, MIT",
             On source in [LogSource::Measured];
-        knots_file: File(16, &measured_log::GRAN_1[2], Absence::Refused) = NamedFile::new(measured_log::GRAN_1[2][0].0),
+        knots_file: File(16, &GRAN_1[2], Absence::Refused) = NamedFile::new(GRAN_1[2][0].0),
             "For `measured`: branches, rows of A to I [mm, rad], see docs/theory/wood.md.",
             "Larsson et al. 2022, MIT",
             On source in [LogSource::Measured];
     }
 
     picture: PictureSettings at "picture" {
-        file: File(256, &picture::BUILT_IN, Absence::Allowed) = NamedFile::NONE,
+        file: File(256, &PICTURES, Absence::Allowed) = NamedFile::NONE,
             "PNG of a board's face with 8 or 16 bits, the board's length down the rows; of a colour picture the red \
              channel counts, which is nearest to the laser. `none` beside `fibres`: every pixel has the light of \
              clear wood, or in the thesis' colours what alpha leaves of it.",
@@ -314,7 +312,7 @@ settings! {
     }
 
     slices: SlicesSettings at "slices" {
-        stack: FolderOrFile(File(256, &slices::BUILT_IN, Absence::Allowed)) = NamedFile::NONE,
+        stack: FolderOrFile(File(256, &STACKS, Absence::Allowed)) = NamedFile::NONE,
             "Folder of grey PNGs with 8 or 16 bits, one for each slice, in the order of their names (numbers in them by \
              value); or a tar of them, which is what datasets keep.",
             "docs/guide/pictures.md";
@@ -347,7 +345,7 @@ settings! {
     }
 
     mesh: MeshSettings at "mesh" {
-        file: File(64, &mesh::BUILT_IN, Absence::Refused) = NamedFile::new(mesh::BUILT_IN[0].0),
+        file: File(64, &MESHES, Absence::Refused) = NamedFile::new(MESHES[0].0),
             "Triangles of the part: OBJ, STL or PLY, by the name's ending.",
             "free";
     }

@@ -114,13 +114,14 @@ fn read(bytes: &[u8], name: &str, size: [usize; 2], pixel_mm: [f32; 2]) -> Optio
 
 #[cfg(test)]
 mod tests {
-    use super::super::{BUILT_IN, RowOrder, grey};
+    use super::super::{RowOrder, grey};
     use super::*;
     use crate::asset::Asset;
+    use crate::built_in::PICTURES;
     use wood_picture::Encoding;
 
     fn built_in() -> (Vec<f32>, [usize; 2], PictureAnalysis) {
-        let file = Asset::new(BUILT_IN[0].0, BUILT_IN[0].1.to_vec());
+        let file = Asset::new(PICTURES[0].0, PICTURES[0].1.to_vec());
         let (grey, size) = grey(&file, 0.0, &RowOrder { is_far: true }).expect("a picture");
         (grey, size, PictureAnalysis { encoding: Encoding::Srgb, ..PictureAnalysis::default() })
     }

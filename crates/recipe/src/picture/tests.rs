@@ -8,7 +8,8 @@ use image::{DynamicImage, ImageFormat, RgbImage, RgbaImage};
 use procedural::wood::GivenWood;
 
 use crate::Recipe;
-use crate::asset::AssetSource;
+use crate::asset_source::AssetSource;
+use crate::built_in::PICTURES;
 
 fn png(picture: &DynamicImage) -> Vec<u8> {
     let mut bytes = Cursor::new(Vec::new());
@@ -17,7 +18,7 @@ fn png(picture: &DynamicImage) -> Vec<u8> {
 }
 
 fn board() -> RgbImage {
-    image::load_from_memory(super::BUILT_IN[0].1).expect("a picture").into_rgb8()
+    image::load_from_memory(PICTURES[0].1).expect("a picture").into_rgb8()
 }
 
 fn parsed(folder: &Path, keys: &str) -> Result<Recipe, String> {

@@ -10,9 +10,9 @@ use image::{DynamicImage, GrayImage, ImageFormat, Luma};
 use procedural::wood::{GivenWood, Plank, SlicesParameters, Wood};
 use procedural::{Stream, wood};
 
-use super::BUILT_IN;
 use crate::Recipe;
-use crate::asset::AssetSource;
+use crate::asset_source::AssetSource;
+use crate::built_in::STACKS;
 use crate::keys::settings::SlicesSettings;
 
 const SIZE: [u32; 2] = [60, 40];
@@ -446,6 +446,6 @@ fn write_the_slices_of_the_recipe() {
         std::fs::write(folder.path().join(format!("slice_{number:02}.png")), png(&picture.into())).expect("written");
     }
     let tar = crate::slice_tar::of_folder(folder.path(), "spruce", 1 << 20).expect("a tar");
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../recipes").join(BUILT_IN[0].0);
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../recipes").join(STACKS[0].0);
     std::fs::write(path, tar.bytes()).expect("written");
 }

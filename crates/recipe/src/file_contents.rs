@@ -1,0 +1,63 @@
+//! Contents of the files that a recipe names: triangles of a part, a measured log, the picture or the stack that boards
+//! are cut from. Each is read once, with the recipe, and shared by all samples.
+
+use std::sync::Arc;
+
+use procedural::Mesh;
+use procedural::wood::Stem;
+use wood_picture::{BoardPicture, WoodVolume};
+
+use crate::asset::AssetFault;
+use crate::keys::setting_type::NamedFile;
+use crate::keys::settings::Settings;
+use crate::subject::Subject;
+use crate::{measured_log, mesh, picture, slices};
+use bench::settings::LogSource;
+use yaml::YamlReader;
+
+/// The objects that files give; none where the recipe needs no such file, or where the file is at fault.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct FileContents {
+    /// Triangles of a part.
+    pub mesh: Option<Arc<Mesh>>,
+    /// The log that was measured.
+    pub measured: Option<Arc<Stem>>,
+    /// The picture that boards are cut from.
+    pub picture: Option<Arc<BoardPicture>>,
+    /// The stack of slices that they are cut from.
+    pub slices: Option<Arc<WoodVolume>>,
+}
+
+impl FileContents {
+    /// Of the files that `settings` name and have loaded; faults are noted at their keys.
+    pub fn read(yaml: &mut YamlReader, subject: Option<Subject>, settings: &Settings) -> Self {
+        let (file, log) = (&settings.mesh.file, &settings.log);
+        let mesh = file.asset().map(|file| mesh::read_mesh(file).map(Some).map_err(|fault| ("mesh.file", fault)));
+        let measured = match [&log.pith_file, &log.radii_file, &log.knots_file].map(NamedFile::asset) {
+            [Some(pith), Some(radii), Some(knots)] => Some(measured_log::read_log([pith, radii, knots]).map(Some)),
+            _ => None,
+        };
+        let asked = |source| subject == Some(Subject::Wood) && log.source == source;
+        let picture = asked(LogSource::Picture).then(|| picture::read_picture(&settings.picture));
+        // What follows from a default in the place of a setting at fault is no fault of its own.
+        let slices = asked(LogSource::Slices) && !yaml.has_fault_of("slices");
+        let slices = slices.then(|| slices::read_slices(&settings.slices));
+        Self {
+            mesh: mesh.and_then(|read| shared(yaml, read)),
+            measured: measured.and_then(|read| shared(yaml, read)),
+            picture: picture.and_then(|read| shared(yaml, read)),
+            slices: slices.and_then(|read| shared(yaml, read)),
+        }
+    }
+}
+
+/// What was read, for all samples; a fault is noted at its key.
+fn shared<T>(yaml: &mut YamlReader, read: Result<Option<T>, (&'static str, AssetFault)>) -> Option<Arc<T>> {
+    match read {
+        Ok(found) => found.map(Arc::new),
+        Err((key, fault)) => {
+            yaml.joint_fault(&[key.to_owned()], fault.problem, fault.remedy);
+            None
+        }
+    }
+}
