@@ -21,6 +21,7 @@ mod json_frame;
 pub(crate) mod line_width;
 mod map_numbers;
 pub mod noise;
+mod number_text;
 mod plots;
 mod ply_frame;
 mod point_grid;

@@ -5,9 +5,11 @@ use std::path::PathBuf;
 use output_schema::ManifestSample;
 use serde_json::{Map, Value};
 
-use super::{Source, key};
+use super::key;
 use bench::split::Split;
-use dataset::{ExrMaps, Fault, Grey, JsonRow, Table, range_numbers, read_png_of, rounded8, rounded16, write_png};
+use dataset::{
+    Dataset, ExrMaps, Fault, Grey, JsonRow, Table, range_numbers, read_png_of, rounded8, rounded16, write_png,
+};
 
 /// One sample.
 #[derive(Debug)]
@@ -36,13 +38,13 @@ pub struct Sample {
 impl Sample {
     /// The sample of a row, which must be the one that the manifest lists; with the maps of its EXR file where asked.
     pub(super) fn new(
-        source: &Source,
+        dataset: &Dataset,
         table: &Table,
         row: JsonRow,
         listed: &ManifestSample,
         with_exr: bool,
     ) -> Result<Self, Fault> {
-        let head = source.head();
+        let head = dataset.head();
         let told = |what: String| table.damaged(what).of_part(format!("sample {}", listed.index));
         let facts = || {
             let is_listed = row.whole("index")? == listed.index
@@ -62,7 +64,7 @@ impl Sample {
         let (class, [cols, rows]) = facts().map_err(told)?;
         let split = Split::ALL.into_iter().find(|split| split.name() == listed.split);
         let split = split.ok_or_else(|| told(format!("there is no split `{}`", listed.split)))?;
-        let exr = if with_exr { Some(source.dataset.exr(table.shard, &listed.id)?) } else { None };
+        let exr = if with_exr { Some(dataset.exr(table.shard, &listed.id)?) } else { None };
         Ok(Self {
             index: listed.index,
             key: key(listed.index),

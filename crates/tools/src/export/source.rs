@@ -226,7 +226,7 @@ impl Source {
                     .into_par_iter()
                     .map(|(row, listed)| {
                         let row = row?.json(0).map_err(|what| table.damaged(what))?;
-                        let sample = Sample::new(self, &table, row, &listed, with_exr)?;
+                        let sample = Sample::new(&self.dataset, &table, row, &listed, with_exr)?;
                         work(&sample).map(|result| (sample, result))
                     })
                     .collect();
