@@ -5,11 +5,23 @@ use std::path::PathBuf;
 use output_schema::ManifestSample;
 use serde_json::{Map, Value};
 
-use super::key;
 use bench::split::Split;
 use dataset::{
     Dataset, ExrMaps, Fault, Grey, JsonRow, Table, range_numbers, read_png_of, rounded8, rounded16, write_png,
 };
+
+/// A part of an image.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Region {
+    /// First row [px].
+    pub top: usize,
+    /// First column [px].
+    pub left: usize,
+    /// Rows [px].
+    pub rows: usize,
+    /// Columns [px].
+    pub cols: usize,
+}
 
 /// One sample.
 #[derive(Debug)]
@@ -160,4 +172,9 @@ impl Sample {
         let object = |value| Value::as_object(value).ok_or_else(|| self.fault("`objects` holds no structs"));
         objects.iter().map(object).collect()
     }
+}
+
+/// The name of a sample's files: its index, with as many digits for all, so that names sort as numbers do.
+pub(super) fn key(index: u64) -> String {
+    format!("{index:08}")
 }
