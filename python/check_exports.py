@@ -1,6 +1,6 @@
 """Opens exports of a dataset with the tools they are made for and compares them with the dataset, number by number.
 
-    check_exports.py coco|mvtec|webdataset|png DATASET EXPORT [options that `gen export` was given]
+    check_exports.py FORMAT DATASET EXPORT [options that `gen export` was given]
 """
 
 import io
@@ -211,10 +211,25 @@ def png(asked, export, head, rows, told):
     return f"{len(seen)} rows, {len(colours)} colours"
 
 
+def pictures(asked):
+    return {"image": asked.image, "range": asked.range_ends, "scatter": asked.scatter_ends}
+
+
+# Each format: its check, and the options that `export.json` holds.
+FORMATS = {
+    "coco": (coco, lambda asked, _: pictures(asked) | {"bits": asked.bits, "mask": asked.mask, "plain": asked.plain_rle}),
+    "mvtec": (mvtec, lambda asked, _: pictures(asked) | {"good": asked.good, "patch_px": asked.patch_px}),
+    "webdataset": (
+        webdataset,
+        lambda asked, rows: {"maps": exports_asked.maps(asked, rows), "most_bytes": asked.tar_mb * 1_000_000},
+    ),
+    "png": (png, lambda asked, rows: {"maps": exports_asked.maps(asked, rows), "colour": asked.colour}),
+}
+
 if __name__ == "__main__":
     asked = exports_asked.request(sys.argv[1:])
     dataset, export = Path(asked.dataset), Path(asked.export)
     head, rows = exports_asked.stored(dataset)
-    result = check_document(asked, dataset, export, head, rows)
-    check = {"coco": coco, "mvtec": mvtec, "webdataset": webdataset, "png": png}[asked.format]
+    check, wanted = FORMATS[asked.format]
+    result = check_document(asked, wanted(asked, rows), dataset, export, head)
     print(f"{asked.format}: {check(asked, export, head, rows, result)}")

@@ -97,7 +97,7 @@ digest() {
         note "$name-report" report "$name-0" --no-timing
         note "$name-preview" preview --recipe "$recipe" --out "$name-preview.png"
         local format
-        for format in coco mvtec webdataset png icon; do
+        for format in $("$gen" export --help | sed -n '/^Commands:/,/^$/s/^  \([a-z][a-z]*\) .*/\1/p' | grep -v help); do
             note "$name-$format" export "$format" "$name-0" --out "$name-export-$format"
         done
     done

@@ -104,7 +104,7 @@ enum Command {
     Fit(Box<fit::FitArgs>),
     /// Run a trained model (ONNX) over a dataset: confusion, accuracy, calibration, slices, the worst answers
     Check(check::CheckArgs),
-    /// Write a dataset in other people's formats: COCO, MVTec AD folders, WebDataset, PNG, files of the real camera
+    // The list of exports has its help.
     Export {
         /// Which format
         #[command(subcommand)]

@@ -10,6 +10,7 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use test_support::program::{Place, Run, assert_same, until};
+use tools::export::EXPORTS;
 
 /// What takes that long hangs: far longer than any of these commands takes on the slowest machine.
 const PATIENCE: Duration = Duration::from_secs(600);
@@ -130,15 +131,12 @@ fn pipes_hang_no_command() {
             ("validate set --rerender 0", true),
             ("validate set --rerender 0 --save", true),
             ("report set --no-timing --out page.html", false),
-            ("export png set --out exported", false),
-            ("export coco set --out exported-coco", false),
-            ("export mvtec set --out exported-mvtec", false),
-            ("export webdataset set --out exported-webdataset", false),
-            ("export icon set --out exported-icon", false),
             ("compare set set", false),
         ];
-        for (order, tells) in orders {
-            let run = ends(&place, order);
+        let exports = EXPORTS.iter().map(|format| format!("export {0} set --out exported-{0}", format.name));
+        let orders = orders.map(|(order, tells)| (order.to_owned(), tells)).into_iter();
+        for (order, tells) in orders.chain(exports.map(|order| (order, false))) {
+            let run = ends(&place, &order);
             let told = format!("{}{}", run.out, run.err);
             assert!(!tells || run.code == 1 && told.contains(relative), "{order} of {relative}: {told}");
         }

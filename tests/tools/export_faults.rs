@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use test_support::program::{Place, assert_same, recipe, sawtooth_recipe, until};
-use tools::export::{GivenEnds, PictureContent, Selection, Source, coco};
+use tools::export::{EXPORTS, Selection, Source};
 
 /// A dataset of eight samples in shards of four, in `set`.
 fn dataset(text: String) -> Place {
@@ -88,17 +88,13 @@ fn a_marker_that_was_left_is_removed() {
 fn shards_that_are_finished_later_change_no_scale() {
     let place = dataset(recipe(&[]));
     let (later, hidden) = (place.path("set/shards/00001.json"), place.path("later.json"));
-    let options = coco::CocoOptions {
-        show: PictureContent::Range,
-        stored: false,
-        mask: coco::MaskExtent::Whole,
-        plain: false,
-        ends: GivenEnds::default(),
-    };
+    let coco = EXPORTS.iter().find(|format| format.name == "coco").expect("it is there");
+    let options = (coco.add_options)(clap::Command::new("coco")).get_matches_from(["coco", "--image", "range"]);
+    let coco = (coco.read)(&options).expect("they are its own");
     let export = |out: &str, while_it_runs: &dyn Fn()| {
         let source = Source::open(&place.path("set"), Selection::default()).expect("a shard is finished");
         while_it_runs();
-        coco::export(&source, &place.path(out), &options, &|_, _| ()).expect("it is whole");
+        coco.write(&source, &place.path(out), &|_, _| ()).expect("it is whole");
         place.json(&format!("{out}/export.json"))
     };
     let whole = export("whole", &|| ());

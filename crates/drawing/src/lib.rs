@@ -1,7 +1,8 @@
-//! Raster pictures: a page with text, lines, colour scales and charts.
+//! What is shown to people: raster pictures with text, lines, colour scales and charts, and pages of HTML.
 
 pub mod chart;
 mod classes;
+pub mod html;
 mod ticks;
 
 pub use classes::class_colour;

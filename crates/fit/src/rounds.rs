@@ -1,5 +1,7 @@
 //! Rounds: simulate, emulate, infer, and again nearer to the real scans.
 
+mod findings;
+
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -16,7 +18,7 @@ use crate::emulator::{Emulator, ScoreRegion, Simulation};
 use crate::observation::{RealScan, half_spreads, measured_pixels};
 use crate::posterior::{Posterior, ScoreLayout};
 use crate::prior::{FitKey, MOST_SCORE};
-use crate::result::{Fit, Prediction};
+use crate::result::Fit;
 use crate::simulator::ScanSimulator;
 use crate::store::{KeptScan, ScanStore};
 
@@ -158,25 +160,34 @@ pub fn fit(
 }
 
 /// What inference ended with.
-pub(crate) struct InferenceOutcome<'a> {
-    pub draws: Vec<Vec<f64>>,
-    pub widening: Vec<f64>,
-    pub predictions: Vec<Prediction>,
-    pub rounds: usize,
-    pub options: &'a FitOptions,
+struct InferenceOutcome<'a> {
+    draws: Vec<Vec<f64>>,
+    widening: Vec<f64>,
+    predictions: Vec<Prediction>,
+    rounds: usize,
+    options: &'a FitOptions,
+}
+
+/// A scan that a fitted recipe made.
+#[derive(Debug, Clone)]
+struct Prediction {
+    /// The real scan that it stands beside.
+    scan: usize,
+    /// Its statistics.
+    statistics: Vec<Option<f64>>,
 }
 
 /// A fit on its way.
-pub(crate) struct Fitter<'a> {
-    pub keys: &'a [FitKey],
-    pub simulator: &'a ScanSimulator<'a>,
-    pub layout: ScoreLayout,
+struct Fitter<'a> {
+    keys: &'a [FitKey],
+    simulator: &'a ScanSimulator<'a>,
+    layout: ScoreLayout,
     store: ScanStore,
-    pub observed: Vec<Vec<Option<f64>>>,
+    observed: Vec<Vec<Option<f64>>>,
     spreads: Vec<Vec<Option<f64>>>,
     /// Measured pixels of each real scan that count.
     pixels: Vec<usize>,
-    pub simulations: Vec<Simulation>,
+    simulations: Vec<Simulation>,
     stream: Stream,
 }
 

@@ -1,10 +1,10 @@
 //! The keys: what was believed, what is known now, and which of them cannot be told apart.
 
+use drawing::html::format::{behind, counted, ends, short};
 use maud::{Markup, html};
 use output_schema::unit_of;
 use recipe::Distribution;
 
-use super::format::{behind, counted, ends, short};
 use super::svg::{self, DrawnAxis};
 use crate::result::{Fit, FittedKey, KeyState};
 

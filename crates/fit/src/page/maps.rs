@@ -4,23 +4,17 @@
 //! median distance is least (least median of squares, Rousseeuw 1984); then least squares over what lies within [`NEAR`] robust
 //! deviations of it, [`PASSES`] times; then the median is taken off. Colours go from 2 to 98 % of the real map.
 
-use base64::Engine;
-use base64::engine::general_purpose::STANDARD;
-use drawing::{inferno, viridis};
+use drawing::html::{ColourMap, MAP_LEVELS, colour_scale, data_url, hex, indexed_png, map_palette};
 use maud::{Markup, html};
 use nalgebra::{Matrix3, Vector3};
-use png::{BitDepth, ColorType, Compression, Encoder};
 use tools::compare::ScanMaps;
 
-use super::svg;
 use crate::result::{Fit, ScanFit};
 
 /// Most columns and profiles of a picture [px].
 const MOST: usize = 320;
 /// Scans whose maps are shown.
 const MOST_SCANS: usize = 8;
-/// Colours of a map; level 0 stands for a missing pixel.
-const LEVELS: u8 = 128;
 /// Colour of missing pixels, far from those of all ramps.
 const MISSING: [u8; 3] = [255, 0, 160];
 /// Its name in captions.
@@ -55,11 +49,11 @@ impl MapKind {
         }
     }
 
-    fn colour(self, t: f32) -> [u8; 3] {
+    fn ramp(self) -> ColourMap {
         match self {
-            Self::Range => viridis(t).0,
-            Self::Reflectance => [(255.0 * t.clamp(0.0, 1.0)) as u8; 3],
-            Self::Scatter => inferno(t).0,
+            Self::Range => ColourMap::Viridis,
+            Self::Reflectance => ColourMap::Grey,
+            Self::Scatter => ColourMap::Inferno,
         }
     }
 
@@ -103,7 +97,7 @@ pub(super) fn section(fit: &Fit) -> Markup {
                 "Rows grow downwards in the order of exposure. Range is shown less the plane of its surface."
             }
             ul.key aria-label="Colours" {
-                li { span.swatch style={ "background:" (svg::hex(MISSING)) } {} (MISSING_WORD) ": nothing measured" }
+                li { span.swatch style={ "background:" (hex(MISSING)) } {} (MISSING_WORD) ": nothing measured" }
             }
         }
         @for scan in fit.scans.iter().take(MOST_SCANS) { (of_scan(scan)) }
@@ -156,7 +150,7 @@ fn row(kind: MapKind, sides: [(&str, &ScanMaps); 3]) -> Markup {
                 }
             }
         }
-        (svg::scale(&|t| kind.colour(t), low, high, unit))
+        (colour_scale(kind.ramp(), low, high, unit))
     }
 }
 
@@ -173,7 +167,7 @@ struct MapPicture {
 fn picture(kind: MapKind, numbers: &[f64], maps: &ScanMaps, low: f64, high: f64) -> Option<MapPicture> {
     let (cols, rows) = (maps.cols.min(MOST), maps.rows.min(MOST));
     let (left, top) = ((maps.cols - cols) / 2, (maps.rows - rows) / 2);
-    let most = f64::from(LEVELS - 2);
+    let most = f64::from(MAP_LEVELS - 2);
     let level = |value: f64| {
         if value.is_finite() { 1 + ((value - low) / (high - low) * most).round().clamp(0.0, most) as u8 } else { 0 }
     };
@@ -185,25 +179,8 @@ fn picture(kind: MapKind, numbers: &[f64], maps: &ScanMaps, low: f64, high: f64)
     } else {
         format!("the middle {cols} \u{d7} {rows} px of {} \u{d7} {}", maps.cols, maps.rows)
     };
-    let png = indexed(&levels, cols, rows, kind)?;
-    Some(MapPicture { cols, rows, part, url: format!("data:image/png;base64,{}", STANDARD.encode(png)) })
-}
-
-/// Levels as a PNG with the palette of a kind of map.
-fn indexed(levels: &[u8], cols: usize, rows: usize, kind: MapKind) -> Option<Vec<u8>> {
-    let most = f32::from(LEVELS - 2);
-    let mut palette = MISSING.to_vec();
-    (1..LEVELS).for_each(|level| palette.extend(kind.colour(f32::from(level - 1) / most)));
-    let mut bytes = Vec::new();
-    let mut encoder = Encoder::new(&mut bytes, u32::try_from(cols).ok()?, u32::try_from(rows).ok()?);
-    encoder.set_color(ColorType::Indexed);
-    encoder.set_depth(BitDepth::Eight);
-    encoder.set_compression(Compression::High);
-    encoder.set_palette(palette);
-    let mut writer = encoder.write_header().ok()?;
-    writer.write_image_data(levels).ok()?;
-    writer.finish().ok()?;
-    Some(bytes)
+    let png = indexed_png(&levels, cols as u32, map_palette(MISSING, kind.ramp()), Vec::new()).ok()?;
+    Some(MapPicture { cols, rows, part, url: data_url(&png) })
 }
 
 /// 2 and 98 % of the numbers that are there, apart from each other.
@@ -286,6 +263,9 @@ fn median(numbers: &[f64]) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use base64::Engine;
+    use base64::engine::general_purpose::STANDARD;
+
     use super::*;
 
     /// A tilted plate becomes level though a third of the scan is a block and a belt far below, with holes in both; a single line of
@@ -324,7 +304,7 @@ mod tests {
     fn missing_pixels_stand_out() {
         for kind in MapKind::ALL {
             for i in 0..=100_u8 {
-                let colour = kind.colour(f32::from(i) / 100.0);
+                let colour = kind.ramp().at(f32::from(i) / 100.0);
                 let apart: f64 = colour.iter().zip(MISSING).map(|(a, b)| (f64::from(*a) - f64::from(b)).powi(2)).sum();
                 assert!(apart.sqrt() > 90.0, "{kind:?} at {i} %: {colour:?}");
             }

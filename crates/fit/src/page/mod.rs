@@ -1,7 +1,6 @@
 //! The page of a fit: one HTML file without scripts, in the order in which an engineer asks. All text is escaped where it is put in;
 //! nothing of it depends on a clock or a machine.
 
-mod format;
 mod keys;
 mod maps;
 mod reach;
@@ -11,55 +10,27 @@ mod svg;
 #[cfg(test)]
 mod tests;
 
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use drawing::html::format::{counted, list};
+use drawing::html::{HtmlPage, sections};
+use maud::{Markup, html};
 
-use self::format::{counted, list};
 use crate::result::{Fit, KeyState};
 
 const STYLE: &str = include_str!("page.css");
-/// What a browser may load: what is in the page.
-const POLICY: &str = "default-src 'none'; img-src data:; style-src 'unsafe-inline'";
 
 impl Fit {
     /// One HTML file; `before` and `after` are the texts of the recipe as it was and of the fitted one.
     pub fn page(&self, before: &str, after: &str) -> String {
-        let sections = [
+        let content = [
             ("maps", "Maps", maps::section(self)),
             ("keys", "Keys", keys::section(self)),
             ("statistics", "Statistics", statistics::section(self)),
             ("reach", "Out of reach", reach::section(self)),
             ("recipe", "Recipe", recipe_lines::section(before, after)),
         ];
-        let page = html! {
-            (DOCTYPE)
-            html lang="en" {
-                head {
-                    meta charset="utf-8";
-                    meta http-equiv="Content-Security-Policy" content=(POLICY);
-                    meta name="viewport" content="width=device-width, initial-scale=1";
-                    meta name="color-scheme" content="light dark";
-                    title { (self.recipe) " fitted to " (counted(self.scans.len(), "real scan")) }
-                    link rel="icon" href="data:,";
-                    style { (PreEscaped(STYLE)) }
-                }
-                body {
-                    (header(self))
-                    nav aria-label="Sections" { @for (id, name, _) in &sections { a href={ "#" (id) } { (name) } } }
-                    main {
-                        @for (id, name, content) in &sections {
-                            section id=(id) aria-labelledby={ (id) "-title" } {
-                                h2 id={ (id) "-title" } { (name) }
-                                (content)
-                            }
-                        }
-                    }
-                    footer {
-                        p { "Made by gen " (env!("CARGO_PKG_VERSION")) ". Nothing on this page comes from a network." }
-                    }
-                }
-            }
-        };
-        page.into_string()
+        let title = format!("{} fitted to {}", self.recipe, counted(self.scans.len(), "real scan"));
+        let body = sections(header(self), html! {}, &content, "");
+        HtmlPage { title: &title, style: &[STYLE], script: None }.around(body).into_string()
     }
 
     /// Statistics out of reach over all scans, and those that the real scans tell.

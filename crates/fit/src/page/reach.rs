@@ -1,8 +1,8 @@
 //! What the model does not reach, in words, and what to do.
 
+use drawing::html::format::{behind, ends, short};
 use maud::{Markup, html};
 
-use super::format::{behind, ends, short};
 use crate::result::{Fit, FittedKey, KeyState, ScanFit, StatisticFit};
 
 /// The section.

@@ -1,8 +1,7 @@
 //! The fitted recipe's text, with the lines that the fit changed.
 
+use drawing::html::format::counted;
 use maud::{Markup, html};
-
-use super::format::counted;
 
 /// Most pairs of lines that are compared.
 const MOST_PAIRS: usize = 4_000_000;

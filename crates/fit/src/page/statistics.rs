@@ -1,8 +1,8 @@
 //! Statistics of each real scan beside those of simulated ones.
 
+use drawing::html::format::{counted, ends, short, signed};
 use maud::{Markup, html};
 
-use super::format::{counted, ends, short, signed};
 use super::svg;
 use crate::result::{Fit, ScanFit, StatisticFit};
 

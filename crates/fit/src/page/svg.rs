@@ -1,11 +1,9 @@
-//! SVG drawings: an axis of numbers, a histogram of draws, a strip of intervals, a bar of colours.
+//! SVG drawings: an axis of numbers, a histogram of draws, a strip of intervals.
 
 use std::fmt::Write;
 
-use drawing::round_ticks;
+use drawing::html::format::{number, short};
 use maud::{Markup, html};
-
-use super::format::{number, short};
 
 /// Bars of a histogram.
 const BARS: usize = 40;
@@ -137,28 +135,6 @@ pub(super) fn strip(
             }
         }
     }
-}
-
-/// A bar of colours with round numbers below it.
-pub(super) fn scale(colour: &dyn Fn(f32) -> [u8; 3], low: f64, high: f64, unit: &str) -> Markup {
-    let place = |value: f64| 4.0 + (value - low) / (high - low) * 252.0;
-    html! {
-        svg.scale viewBox="0 0 260 34" role="img"
-            aria-label={ "Colours from " (number(low)) " to " (number(high)) " " (unit) } {
-            @for i in 0..84_u8 {
-                rect x=(4 + 3 * u32::from(i)) y="0" width="3.5" height="12" fill=(hex(colour(f32::from(i) / 83.0))) {}
-            }
-            @for tick in round_ticks(low, high) {
-                line.axis x1=(format!("{:.1}", place(tick))) x2=(format!("{:.1}", place(tick))) y1="12" y2="17" {}
-                text x=(format!("{:.1}", place(tick).clamp(12.0, 246.0))) y="29" text-anchor="middle" { (number(tick)) }
-            }
-        }
-    }
-}
-
-/// A colour as a style sheet writes it.
-pub(super) fn hex([red, green, blue]: [u8; 3]) -> String {
-    format!("#{red:02x}{green:02x}{blue:02x}")
 }
 
 #[cfg(test)]

@@ -2,12 +2,11 @@
 
 use std::fmt::Write;
 
-use image::RgbImage;
 use serde_json::{Value, json};
 
 use super::distribution::{DistributionDistance, EmpiricalDistribution};
 use super::noise::ScanDirection;
-use super::{Gap, ScanStatistics, plots};
+use super::{Gap, ScanStatistics};
 
 /// What stands in place of noise that interpolated heights do not tell.
 const UNTOLD: &str = "can't be told";
@@ -151,11 +150,6 @@ impl Comparison {
             document["gap"] = gap.json();
         }
         document
-    }
-
-    /// The page of plots.
-    pub fn page(&self) -> RgbImage {
-        plots::draw(self)
     }
 }
 

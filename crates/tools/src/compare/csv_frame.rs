@@ -16,9 +16,10 @@
 
 use std::path::Path;
 
-use super::gocator_frame::{self, GocatorSurface};
+use super::gocator_frame;
 use super::map_numbers::{MAX_PIXELS, MapNumbers, ScanPoints};
-use super::stated_scale::CsvForm;
+use super::number_text::{Refusal, Separator, number};
+use super::scan_format::{CsvForm, FileEnding, ScanContent, ScanFormat, StatedForm};
 use dataset::{Fault, atomic_file};
 
 /// Longest file that is read [bytes].
@@ -28,60 +29,34 @@ const GRAMMAR: &str = "docs/guide/compare.md says how such a file is written";
 /// Fields of a point: x, y, z, Reflectance, Scatter.
 const FIELDS: usize = 5;
 
-/// What a file holds.
-#[derive(Debug, PartialEq)]
-pub(super) enum CsvContent {
-    /// Heights, or another map.
-    Grid(MapNumbers),
-    /// Points.
-    Points(ScanPoints),
-    /// A surface that says its scale itself.
-    Surface(GocatorSurface),
-}
+/// Numbers as text.
+pub(super) struct NumberText;
 
-/// Reads a file; `form` is what the user says of its lines.
-pub(super) fn read(path: &Path, form: Option<CsvForm>) -> Result<CsvContent, Fault> {
-    let bytes = atomic_file::read(path, MAX_FILE_BYTES);
-    let bytes =
-        bytes.map_err(|e| Fault::at(path, format!("it cannot be read: {e}"), "give a file of numbers as text"))?;
-    let Ok(text) = std::str::from_utf8(&bytes) else {
-        return Err(Fault::at(path, "it is no text in UTF-8", "save it as text in UTF-8"));
-    };
-    let is_cloud = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("xyz"));
-    content(text, form, is_cloud).map_err(|(what, remedy)| Fault::at(path, what, remedy))
-}
-
-/// What is wrong, and what to do.
-pub(super) type Refusal = (String, &'static str);
-
-/// How fields of a line are divided.
-#[derive(Debug, Clone, Copy)]
-pub(super) enum Separator {
-    Sign(char),
-    Blanks,
-}
-
-impl Separator {
-    pub(super) fn of(line: &str) -> Self {
-        ['\t', ';', ','].into_iter().find(|sign| line.contains(*sign)).map_or(Self::Blanks, Self::Sign)
+impl ScanFormat for NumberText {
+    fn endings(&self) -> &'static [FileEnding] {
+        &[
+            FileEnding::new(".csv"),
+            FileEnding::named(".tsv"),
+            FileEnding::named(".txt"),
+            FileEnding::named(".asc"),
+            FileEnding::named(".xyz"),
+        ]
     }
 
-    pub(super) fn fields(self, line: &str) -> impl Iterator<Item = &str> {
-        let (signs, blanks) = match self {
-            Self::Sign(sign) => (Some(line.split(sign)), None),
-            Self::Blanks => (None, Some(line.split_whitespace())),
+    fn stated(&self) -> Option<StatedForm> {
+        Some(StatedForm::Csv)
+    }
+
+    fn read(&self, path: &Path, form: Option<CsvForm>) -> Result<ScanContent, Fault> {
+        let bytes = atomic_file::read(path, MAX_FILE_BYTES);
+        let bytes =
+            bytes.map_err(|e| Fault::at(path, format!("it cannot be read: {e}"), "give a file of numbers as text"))?;
+        let Ok(text) = std::str::from_utf8(&bytes) else {
+            return Err(Fault::at(path, "it is no text in UTF-8", "save it as text in UTF-8"));
         };
-        let fields = signs.into_iter().flatten().chain(blanks.into_iter().flatten());
-        fields.map(|field| field.trim().trim_matches('"').trim())
+        let is_cloud = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("xyz"));
+        content(text, form, is_cloud).map_err(|(what, remedy)| Fault::at(path, what, remedy))
     }
-}
-
-/// A number; NaN where it is missing, `None` where the field is something else.
-pub(super) fn number(field: &str) -> Option<f64> {
-    if field.is_empty() || ["nan", "na", "null"].iter().any(|word| field.eq_ignore_ascii_case(word)) {
-        return Some(f64::NAN);
-    }
-    field.parse().ok()
 }
 
 /// The numbers of a line.
@@ -111,10 +86,10 @@ fn number_with_comma(field: &str) -> bool {
     field.replacen(',', ".", 1).parse::<f64>().is_ok()
 }
 
-fn content(text: &str, form: Option<CsvForm>, is_cloud: bool) -> Result<CsvContent, Refusal> {
+fn content(text: &str, form: Option<CsvForm>, is_cloud: bool) -> Result<ScanContent, Refusal> {
     if gocator_frame::is_export(text) {
         return match form {
-            None => gocator_frame::surface(text).map(CsvContent::Surface),
+            None => gocator_frame::surface(text).map(ScanContent::Surface),
             Some(_) => Err(("it is a Gocator's export, which says what its lines are".into(), "leave --csv away")),
         };
     }
@@ -150,8 +125,8 @@ fn content(text: &str, form: Option<CsvForm>, is_cloud: bool) -> Result<CsvConte
         }
     };
     match places {
-        Some(columns) => points(lines, separator, &columns).map(CsvContent::Points),
-        None => grid(lines, separator).map(CsvContent::Grid),
+        Some(columns) => points(lines, separator, &columns).map(ScanContent::Points),
+        None => grid(lines, separator).map(ScanContent::Grid),
     }
 }
 
@@ -288,14 +263,14 @@ mod tests {
 
     fn map(text: &str, form: Option<CsvForm>) -> MapNumbers {
         match content(text, form, false) {
-            Ok(CsvContent::Grid(map)) => map,
+            Ok(ScanContent::Grid(map)) => map,
             other => panic!("{other:?} is no grid of {text}"),
         }
     }
 
     fn cloud(text: &str, form: Option<CsvForm>) -> ScanPoints {
         match content(text, form, false) {
-            Ok(CsvContent::Points(points)) => points,
+            Ok(ScanContent::Points(points)) => points,
             other => panic!("{other:?} are no points of {text}"),
         }
     }
@@ -334,14 +309,14 @@ mod tests {
     #[test]
     fn clouds_are_points_by_nature() {
         let places = |text: &str| match content(text, None, true) {
-            Ok(CsvContent::Points(points)) => (points.places[0], points.reflectance),
+            Ok(ScanContent::Points(points)) => (points.places[0], points.reflectance),
             other => panic!("{other:?} are no points of {text}"),
         };
         assert_eq!(places("1 2 3\n4 5 6\n"), ([1.0, 2.0, 3.0], None));
         assert_eq!(places("1 2 3 77\n"), ([1.0, 2.0, 3.0], Some(vec![77.0])));
         assert_eq!(places("1 2 3 255 0 9\n"), ([1.0, 2.0, 3.0], None));
         assert_eq!(places("1,2,3,0,0,1,9,9\n"), ([1.0, 2.0, 3.0], None));
-        assert!(matches!(content("1 2 3\n4 5 6\n", Some(CsvForm::Grid), true), Ok(CsvContent::Grid(_))));
+        assert!(matches!(content("1 2 3\n4 5 6\n", Some(CsvForm::Grid), true), Ok(ScanContent::Grid(_))));
         assert!(content("1 2\n", None, true).is_err());
     }
 

@@ -2,18 +2,28 @@
 
 use std::path::Path;
 
+use super::scan_format::{CsvForm, FileEnding, ScanContent, ScanFormat};
 use super::{RangeUnit, ScanMaps, to_eight_bits};
 use dataset::{ExrChannel, ExrMaps, Fault, atomic_file};
 
 /// Most bytes of a file that is read.
 const MAX_FILE_BYTES: u64 = 4 << 30;
 
-/// Reads a file.
-pub(super) fn read(path: &Path) -> Result<ScanMaps, Fault> {
-    let bytes = atomic_file::read(path, MAX_FILE_BYTES);
-    let bytes = bytes.map_err(|e| Fault::at(path, format!("it cannot be read: {e}"), "allow it"))?;
-    let maps = ExrMaps::decode(path, &bytes);
-    frame(&maps.map_err(|what| Fault::at(path, what, "copy it again, or have it made again"))?)
+/// OpenEXR.
+pub(super) struct ExrScan;
+
+impl ScanFormat for ExrScan {
+    fn endings(&self) -> &'static [FileEnding] {
+        &[FileEnding::new(".exr")]
+    }
+
+    fn read(&self, path: &Path, _: Option<CsvForm>) -> Result<ScanContent, Fault> {
+        let bytes = atomic_file::read(path, MAX_FILE_BYTES);
+        let bytes = bytes.map_err(|e| Fault::at(path, format!("it cannot be read: {e}"), "allow it"))?;
+        let maps = ExrMaps::decode(path, &bytes);
+        let maps = frame(&maps.map_err(|what| Fault::at(path, what, "copy it again, or have it made again"))?)?;
+        Ok(ScanContent::Scan(Box::new(maps)))
+    }
 }
 
 /// The maps of an EXR file.

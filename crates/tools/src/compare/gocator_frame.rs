@@ -11,8 +11,8 @@
 //! tolerantly as can be: every block is looked through for the resolution, in columns under names or beside them, and
 //! every grid is read. A grid of a block named after intensity is Reflectance in 8 bits.
 
-use super::csv_frame::{Refusal, Separator, number};
 use super::map_numbers::{MAX_PIXELS, MapNumbers};
+use super::number_text::{Refusal, Separator, number};
 
 /// What the first line of a grid begins with.
 const CORNER: &str = "Y\\X";

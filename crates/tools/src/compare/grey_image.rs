@@ -13,6 +13,7 @@ use tiff::decoder::DecodingResult;
 use tiff::tags::Tag;
 
 use super::map_numbers::{MAX_PIXELS, MapNumbers};
+use super::scan_format::{CsvForm, FileEnding, ScanContent, ScanFormat, StatedForm};
 use dataset::{Fault, atomic_file};
 
 /// Longest file that is read [bytes]: every pixel as eight bytes, and something around them.
@@ -22,13 +23,26 @@ const DECODER_BYTES: usize = 64 << 20;
 /// TIFF's word for "0 is black".
 const BLACK_IS_ZERO: u16 = 1;
 
-/// Reads a file.
-pub(super) fn read(path: &Path) -> Result<MapNumbers, Fault> {
-    let bytes = atomic_file::read(path, MAX_FILE_BYTES);
-    let bytes = bytes.map_err(|e| Fault::at(path, format!("it cannot be read: {e}"), "give a grey PNG or TIFF"))?;
-    let is_png = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("png"));
-    let read = if is_png { png(&bytes) } else { tiff(&bytes) };
-    read.map_err(|what| Fault::at(path, what, "give one map as a grey PNG or TIFF (docs/guide/compare.md)"))
+/// PNG and TIFF.
+pub(super) struct GreyImage;
+
+impl ScanFormat for GreyImage {
+    fn endings(&self) -> &'static [FileEnding] {
+        &[FileEnding::new(".png"), FileEnding::new(".tif"), FileEnding::new(".tiff")]
+    }
+
+    fn stated(&self) -> Option<StatedForm> {
+        Some(StatedForm::Image)
+    }
+
+    fn read(&self, path: &Path, _: Option<CsvForm>) -> Result<ScanContent, Fault> {
+        let bytes = atomic_file::read(path, MAX_FILE_BYTES);
+        let bytes = bytes.map_err(|e| Fault::at(path, format!("it cannot be read: {e}"), "give a grey PNG or TIFF"))?;
+        let is_png = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("png"));
+        let read = if is_png { png(&bytes) } else { tiff(&bytes) };
+        let map = read.map_err(|what| Fault::at(path, what, "give one map as a grey PNG or TIFF (docs/guide/compare.md)"));
+        map.map(ScanContent::Grid)
+    }
 }
 
 /// The size of an image, where that many pixels are read.

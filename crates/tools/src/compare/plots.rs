@@ -18,49 +18,52 @@ const HISTOGRAM_BARS: usize = 60;
 /// Colours of the two sides.
 const SIDE_COLOURS: [Rgb<u8>; 2] = [Rgb([200, 80, 20]), Rgb([20, 90, 160])];
 
-/// Draws it.
-pub(super) fn draw(comparison: &Comparison) -> RgbImage {
-    let sides = [&comparison.sim, &comparison.real];
-    let mut charts = vec![
-        histogram(sides, "Range noise along the line", comparison.thousandth(), |side| &side.noise_sample),
-        histogram(sides, "Reflectance, unsaturated", "DN", |side| &side.light_sample),
-        histogram(sides, "Speckle contrast of patches", "", |side| &side.contrast_sample),
-    ];
-    for (i, direction) in ScanDirection::BOTH.into_iter().enumerate() {
-        charts.push(lags(sides, &format!("Correlation of range noise, {}", direction.describe()), move |side| {
-            &side.noise_correlation[i]
-        }));
-    }
-    charts.push(lags(sides, "Correlation of reflectance, along the line", |side| &side.grain[0]));
-    for (i, direction) in ScanDirection::BOTH.into_iter().enumerate() {
-        charts.push(spectrum(
-            sides,
-            &format!("Power of heights, {}", direction.describe()),
-            i,
-            comparison.thousandth(),
-        ));
-    }
-    let widths = histogram(sides, "Width of the laser line", "px", |side| &side.width_sample);
-    let across = || lags(sides, "Correlation of reflectance, across profiles", |side| &side.grain[1]);
-    charts.push(widths.or_else(across));
-    let (width, height) = (3 * (PLOT_PX.0 + MARGIN) + MARGIN, HEADING_PX + 3 * (PLOT_PX.1 + MARGIN) + MARGIN);
-    let mut page = Page::new(width, height);
-    for (i, (side, colour)) in sides.into_iter().zip(SIDE_COLOURS).enumerate() {
-        let y = 18 + 16 * i as u32;
-        page.line((f64::from(MARGIN), f64::from(y) - 4.0), (f64::from(MARGIN) + 24.0, f64::from(y) - 4.0), colour, 2);
-        let scans = if side.frames == 1 { "1 scan".into() } else { format!("{} scans", side.frames) };
-        page.words_in(MARGIN + 32, y, &format!("{}, {scans}", side.name), colour);
-    }
-    for (i, chart) in charts.into_iter().enumerate() {
-        let place = (MARGIN + i as u32 % 3 * (PLOT_PX.0 + MARGIN), HEADING_PX + i as u32 / 3 * (PLOT_PX.1 + MARGIN));
-        match chart {
-            Some(chart) => {
-                chart.draw(&mut page, Area { left: place.0, top: place.1, width: PLOT_PX.0, height: PLOT_PX.1 })
-            }
-            None => page.words(place.0, place.1 + 12, "(neither side has it)"),
+impl Comparison {
+    /// The page of plots.
+    pub fn page(&self) -> RgbImage {
+        let sides = [&self.sim, &self.real];
+        let mut charts = vec![
+            histogram(sides, "Range noise along the line", self.thousandth(), |side| &side.noise_sample),
+            histogram(sides, "Reflectance, unsaturated", "DN", |side| &side.light_sample),
+            histogram(sides, "Speckle contrast of patches", "", |side| &side.contrast_sample),
+        ];
+        for (i, direction) in ScanDirection::BOTH.into_iter().enumerate() {
+            charts.push(lags(sides, &format!("Correlation of range noise, {}", direction.describe()), move |side| {
+                &side.noise_correlation[i]
+            }));
         }
+        charts.push(lags(sides, "Correlation of reflectance, along the line", |side| &side.grain[0]));
+        for (i, direction) in ScanDirection::BOTH.into_iter().enumerate() {
+            charts.push(spectrum(sides, &format!("Power of heights, {}", direction.describe()), i, self.thousandth()));
+        }
+        let widths = histogram(sides, "Width of the laser line", "px", |side| &side.width_sample);
+        let across = || lags(sides, "Correlation of reflectance, across profiles", |side| &side.grain[1]);
+        charts.push(widths.or_else(across));
+        let (width, height) = (3 * (PLOT_PX.0 + MARGIN) + MARGIN, HEADING_PX + 3 * (PLOT_PX.1 + MARGIN) + MARGIN);
+        let mut page = Page::new(width, height);
+        for (i, (side, colour)) in sides.into_iter().zip(SIDE_COLOURS).enumerate() {
+            let y = 18 + 16 * i as u32;
+            page.line(
+                (f64::from(MARGIN), f64::from(y) - 4.0),
+                (f64::from(MARGIN) + 24.0, f64::from(y) - 4.0),
+                colour,
+                2,
+            );
+            let scans = if side.frames == 1 { "1 scan".into() } else { format!("{} scans", side.frames) };
+            page.words_in(MARGIN + 32, y, &format!("{}, {scans}", side.name), colour);
+        }
+        for (i, chart) in charts.into_iter().enumerate() {
+            let place =
+                (MARGIN + i as u32 % 3 * (PLOT_PX.0 + MARGIN), HEADING_PX + i as u32 / 3 * (PLOT_PX.1 + MARGIN));
+            match chart {
+                Some(chart) => {
+                    chart.draw(&mut page, Area { left: place.0, top: place.1, width: PLOT_PX.0, height: PLOT_PX.1 })
+                }
+                None => page.words(place.0, place.1 + 12, "(neither side has it)"),
+            }
+        }
+        page.0
     }
-    page.0
 }
 
 fn series(points: Vec<(f64, f64)>, side: usize) -> Series {

@@ -12,6 +12,7 @@ use ply_rs_bw::ply::{
 };
 
 use super::map_numbers::{MAX_PIXELS, ScanPoints};
+use super::scan_format::{CsvForm, FileEnding, ScanContent, ScanFormat, StatedForm};
 use dataset::{Fault, atomic_file};
 
 /// Longest file that is read [bytes].
@@ -49,11 +50,25 @@ fn place_of(property: &str) -> Option<usize> {
     NAMES.iter().position(|names| names.contains(&property))
 }
 
-/// Reads a file.
-pub(super) fn read(path: &Path) -> Result<ScanPoints, Fault> {
-    let bytes = atomic_file::read(path, MAX_FILE_BYTES);
-    let bytes = bytes.map_err(|e| Fault::at(path, format!("it cannot be read: {e}"), "give a PLY file"))?;
-    points(&bytes).map_err(|what| Fault::at(path, what, "give a PLY file with x, y and z of each `vertex`"))
+/// PLY.
+pub(super) struct PlyCloud;
+
+impl ScanFormat for PlyCloud {
+    fn endings(&self) -> &'static [FileEnding] {
+        &[FileEnding::new(".ply")]
+    }
+
+    fn stated(&self) -> Option<StatedForm> {
+        Some(StatedForm::Ply)
+    }
+
+    fn read(&self, path: &Path, _: Option<CsvForm>) -> Result<ScanContent, Fault> {
+        let bytes = atomic_file::read(path, MAX_FILE_BYTES);
+        let bytes = bytes.map_err(|e| Fault::at(path, format!("it cannot be read: {e}"), "give a PLY file"))?;
+        let points =
+            points(&bytes).map_err(|what| Fault::at(path, what, "give a PLY file with x, y and z of each `vertex`"));
+        points.map(ScanContent::Points)
+    }
 }
 
 fn points(bytes: &[u8]) -> Result<ScanPoints, String> {

@@ -1,13 +1,14 @@
-//! Scans in files of bare numbers: a map in each file (grey images, grids as text), or a cloud of points. What their numbers
-//! are the user states ([`StatedScale`]).
+//! Scans in files. Those of bare numbers hold a map each (grey images, grids as text), or a cloud of points; what their
+//! numbers are the user states ([`StatedScale`]).
 
 use std::path::{Path, PathBuf};
 
-use super::csv_frame::CsvContent;
+use super::formats::{format_of, map_format, stated_form};
 use super::gocator_frame::GocatorSurface;
 use super::map_numbers::{MapNumbers, ScanPoints};
-use super::stated_scale::{self, CsvForm, StatedForm, StatedScale};
-use super::{RangeUnit, ScanMaps, csv_frame, grey_image, ply_frame, point_grid};
+use super::scan_format::{CsvForm, ScanContent, StatedForm};
+use super::stated_scale::{self, StatedScale};
+use super::{RangeUnit, ScanMaps, point_grid};
 use dataset::Fault;
 
 /// The files of one scan.
@@ -21,25 +22,26 @@ pub(super) struct MapFiles {
     pub(super) scatter: Option<PathBuf>,
 }
 
+impl MapFiles {
+    /// A file beside which there is no other.
+    pub(super) fn alone(range: PathBuf) -> Self {
+        Self { range, reflectance: None, scatter: None }
+    }
+}
+
 /// Reads a scan.
 pub(super) fn read(files: &MapFiles, stated: &StatedScale) -> Result<ScanMaps, Fault> {
     let path = &files.range;
-    let mut maps = match content(path, stated.csv)? {
-        CsvContent::Grid(map) => of_map(files, stated, &map, None)?,
-        CsvContent::Surface(surface) => of_surface(files, stated, &surface)?,
-        CsvContent::Points(points) => of_points(files, stated, &points)?,
+    let format = format_of(path).unwrap_or_else(|| map_format(path));
+    let mut maps = match format.read(path, stated.csv)? {
+        ScanContent::Scan(maps) => return Ok(*maps),
+        ScanContent::Grid(map) => of_map(files, stated, &map, None)?,
+        ScanContent::Surface(surface) => of_surface(files, stated, &surface)?,
+        ScanContent::Points(points) => of_points(files, stated, &points)?,
     };
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     maps.name = stem.strip_suffix(".range").unwrap_or(&stem).into();
     Ok(maps)
-}
-
-fn content(path: &Path, csv: Option<CsvForm>) -> Result<CsvContent, Fault> {
-    match StatedForm::of(path) {
-        Some(StatedForm::Csv) => csv_frame::read(path, csv),
-        Some(StatedForm::Ply) => Ok(CsvContent::Points(ply_frame::read(path)?)),
-        Some(StatedForm::Image) | None => Ok(CsvContent::Grid(grey_image::read(path)?)),
-    }
 }
 
 /// A surface that says itself how it is scaled.
@@ -68,14 +70,14 @@ fn of_surface(files: &MapFiles, stated: &StatedScale, surface: &GocatorSurface) 
 /// A map; `unit_mm` is what the file says of one of its numbers [mm].
 fn of_map(files: &MapFiles, stated: &StatedScale, map: &MapNumbers, unit_mm: Option<f64>) -> Result<ScanMaps, Fault> {
     let path = &files.range;
-    if stated.cols.is_some() && StatedForm::of(path) == Some(StatedForm::Csv) {
+    if stated.cols.is_some() && stated_form(path) == Some(StatedForm::Csv) {
         return Err(Fault::at(path, "it is a map, which says its columns itself", "leave --cols away"));
     }
     let (unit, scale) = stated.height_scale(path, unit_mm)?;
     let range = stated.heights(path, &map.numbers, scale, map.bits.is_some())?;
     let beside = |other: &Option<PathBuf>| -> Result<Option<(PathBuf, MapNumbers)>, Fault> {
         let Some(other) = other else { return Ok(None) };
-        let CsvContent::Grid(found) = content(other, Some(CsvForm::Grid))? else {
+        let ScanContent::Grid(found) = map_format(other).read(other, Some(CsvForm::Grid))? else {
             return Err(Fault::at(other, "it is no map alone", "give a map on the grid of Range"));
         };
         if (found.cols, found.rows) != (map.cols, map.rows) {

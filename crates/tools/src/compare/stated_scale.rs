@@ -4,6 +4,8 @@
 
 use std::path::Path;
 
+use super::formats::stated_words;
+use super::scan_format::{CsvForm, StatedForm};
 use super::{RangeUnit, to_eight_bits};
 use dataset::Fault;
 
@@ -26,53 +28,6 @@ pub enum MissingNumber {
     None,
     /// This one, as the file holds it.
     Number(f64),
-}
-
-/// What the lines of a CSV file are.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum CsvForm {
-    /// A profile each, a number for each column.
-    Grid,
-    /// A point each: x, y, z.
-    Points,
-}
-
-/// What files of bare numbers are.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum StatedForm {
-    /// Grey PNG or TIFF.
-    Image,
-    /// Numbers as text.
-    Csv,
-    /// A cloud of points.
-    Ply,
-}
-
-impl StatedForm {
-    /// Endings of such files, and whether a folder of them is looked through for scans.
-    pub(super) const ENDINGS: [(&'static str, Self, bool); 9] = [
-        ("png", Self::Image, true),
-        ("tif", Self::Image, true),
-        ("tiff", Self::Image, true),
-        ("csv", Self::Csv, true),
-        ("tsv", Self::Csv, false),
-        ("txt", Self::Csv, false),
-        ("asc", Self::Csv, false),
-        ("xyz", Self::Csv, false),
-        ("ply", Self::Ply, true),
-    ];
-
-    /// That of a file by its ending.
-    pub(super) fn of(path: &Path) -> Option<Self> {
-        let ending = path.extension()?.to_str()?;
-        let known = |(known, ..): &&(&str, Self, bool)| known.eq_ignore_ascii_case(ending);
-        Self::ENDINGS.iter().find(known).map(|(_, form, _)| *form)
-    }
-
-    /// Their endings, in words.
-    pub(super) fn words() -> String {
-        Self::ENDINGS.map(|(ending, ..)| format!(".{ending}")).join(", ")
-    }
 }
 
 /// What is stated; `None` where nothing is said.
@@ -113,7 +68,7 @@ impl StatedScale {
         {
             return Some(format!(
                 "{name}: no effect, for both sides say their scale themselves (it is of {}); {remedy}",
-                StatedForm::words()
+                stated_words()
             ));
         }
         if self.csv.is_some() && !forms.contains(&StatedForm::Csv) {

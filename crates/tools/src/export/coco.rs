@@ -7,40 +7,48 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use clap::{Args, ValueEnum};
+use output_schema::DatasetHead;
 use serde_json::{Map, Value, json};
 
 use super::classes::{Category, categories};
-use super::export_folder::GrowingFile;
+use super::export_folder::{ExportFolder, ExportSummary, GrowingFile};
+use super::format::{Export, ExportFormat};
+use super::map_scale::MapScales;
 use super::picture::TrainingPicture;
-use super::{
-    ExportFolder, ExportProgress, ExportSummary, GivenEnds, MapScales, PictureContent, Region, RunLengthMask, Sample,
-    Source,
-};
+use super::picture_options::{PictureContent, PictureOptions};
+use super::run_length::RunLengthMask;
+use super::sample::{Region, Sample};
+use super::source::{ExportProgress, Source};
 use bench::split::Split;
 use dataset::Fault;
 
-/// Whether the mask of an object includes the objects within it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum MaskExtent {
-    /// Its own and those of all that lies in it: a pocket with its defects, as `objects` of the dataset counts.
-    Whole,
-    /// Its own alone: masks of one picture never overlap.
-    Own,
+pub(super) const FORMAT: ExportFormat =
+    ExportFormat::of::<Coco>("coco", "COCO", ["coco planks --out planks-coco", "boxes and masks, 8-bit pictures"]);
+
+/// COCO instances: pictures, boxes, run-length masks, one document for each split
+#[derive(Debug, Args)]
+struct Coco {
+    #[command(flatten)]
+    pictures: PictureOptions,
+    /// 16 writes one map as it is stored instead of scaling it to 8 bits
+    #[arg(long, default_value = "8", value_parser = ["8", "16"])]
+    bits: String,
+    /// Pixels of an object that others lie in: with them, or its own alone
+    #[arg(long, value_enum, default_value_t = MaskExtent::Whole)]
+    mask: MaskExtent,
+    /// Masks as lists of run lengths instead of packed strings
+    #[arg(long)]
+    plain_rle: bool,
 }
 
-/// Options of the export.
-#[derive(Debug, Clone, PartialEq)]
-pub struct CocoOptions {
-    /// What pictures show.
-    pub show: PictureContent,
-    /// One map as it is stored, with up to 16 bits, instead of 8 bits.
-    pub stored: bool,
-    /// What masks hold.
-    pub mask: MaskExtent,
-    /// Masks as lists of lengths instead of packed strings.
-    pub plain: bool,
-    /// Ends of the grey scales.
-    pub ends: GivenEnds,
+/// Whether the mask of an object includes the objects within it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum MaskExtent {
+    // Its own and those of all that lies in it: a pocket with its defects, as `objects` of the dataset counts.
+    Whole,
+    // Its own alone: masks of one picture never overlap.
+    Own,
 }
 
 /// Annotations and images of one split while they grow.
@@ -50,64 +58,86 @@ struct CocoDocument {
     counts: [u64; 2],
 }
 
-/// Writes the export.
-///
-/// # Errors
-/// Where the dataset is damaged or lacks images, or the folder cannot be written.
-pub fn export(
-    source: &Source,
-    out: &Path,
-    options: &CocoOptions,
-    progress: ExportProgress,
-) -> Result<ExportSummary, Fault> {
-    let maps = options.show.maps();
-    if options.stored && options.show == PictureContent::Rgb {
-        let what = "colours of 16 bits are read by few";
-        return Err(Fault::at("--bits 16".as_ref(), what, "choose one map with --image, or leave --bits away"));
+impl Coco {
+    /// Whether pictures are a map as it is stored, instead of 8 bits.
+    fn is_stored(&self) -> bool {
+        self.bits == "16"
     }
-    let images = [maps, &["instance"]].concat();
-    source.needs(&images)?;
-    let classes = categories(source.head());
-    if classes.is_empty() {
-        let what = format!("its subject `{}` has no classes to tell apart", source.head().subject);
-        return Err(Fault::at(source.root(), what, "export it as png or webdataset"));
-    }
-    let asked = json!({
-        "image": options.show.name(), "bits": if options.stored { 16 } else { 8 },
-        "mask": if options.mask == MaskExtent::Whole { "whole" } else { "own" }, "plain": options.plain,
-        "range": options.ends.range, "scatter": options.ends.scatter,
-    });
-    ExportFolder::write(out, "coco", asked, source, |out| {
-        let found = || MapScales::of(source, maps, options.ends, progress);
-        let scalings = (!options.stored).then(found).transpose().map_err(|e| out.withdrawn(e))?;
-        let scaling = scalings.as_ref().map_or(Value::Null, |scalings| scalings.json(source.head().range_unit()));
-        let head = header(source, &classes, &scaling);
-        let mut documents: BTreeMap<Split, CocoDocument> = BTreeMap::new();
-        let work = |sample: &Sample| {
-            out.put(&format!("images/{}/{}.png", sample.split.name(), sample.key), || match &scalings {
-                Some(scalings) => Ok(TrainingPicture::of(sample, scalings)?.png()),
-                None => sample.png(maps[0]),
-            })?;
-            annotations(sample, &classes, options)
-        };
-        let take = |sample: &Sample, annotations: Vec<Value>| {
-            let document = match documents.entry(sample.split) {
-                std::collections::btree_map::Entry::Occupied(entry) => entry.into_mut(),
-                std::collections::btree_map::Entry::Vacant(entry) => {
-                    entry.insert(CocoDocument::begin(&out, sample.split, &head)?)
-                }
-            };
-            document.push(sample, annotations)
-        };
-        source.each(&images, work, take, progress)?;
-        let mut counted = Map::new();
-        for (split, document) in documents {
-            let [images, annotations] = document.counts;
-            counted.insert(split.name().into(), json!({"images": images, "annotations": annotations}));
-            document.finish(&out)?;
+}
+
+impl Export for Coco {
+    fn check(&self) -> Result<(), String> {
+        let PictureOptions { image, range_ends, scatter_ends } = self.pictures;
+        if !self.is_stored() {
+            return self.pictures.check();
         }
-        out.finish(&json!({"splits": counted, "scaling": scaling}), Vec::new())
-    })
+        if image == PictureContent::Rgb {
+            let what =
+                "--bits 16: colours of 16 bits are read by few; choose one map with --image, or leave --bits away";
+            return Err(what.into());
+        }
+        if range_ends.is_some() || scatter_ends.is_some() {
+            let what = "--bits 16 writes a map as it is stored, and ends have no effect; leave them or --bits away";
+            return Err(what.into());
+        }
+        Ok(())
+    }
+
+    fn check_for(&self, head: &DatasetHead) -> Result<(), String> {
+        if self.is_stored() && self.pictures.image == PictureContent::Reflectance && head.images.bits <= 8 {
+            let what = "--bits 16 has no effect: the dataset stores reflectance with 8 bits; leave it away, or give \
+                another --image";
+            return Err(what.into());
+        }
+        Ok(())
+    }
+
+    fn write(&self, source: &Source, out: &Path, progress: ExportProgress) -> Result<ExportSummary, Fault> {
+        let maps = self.pictures.image.maps();
+        let images = [maps, &["instance"]].concat();
+        source.needs(&images)?;
+        let classes = categories(source.head());
+        if classes.is_empty() {
+            let what = format!("its subject `{}` has no classes to tell apart", source.head().subject);
+            return Err(Fault::at(source.root(), what, "export it as png or webdataset"));
+        }
+        let asked = json!({
+            "image": self.pictures.image.name(), "bits": if self.is_stored() { 16 } else { 8 },
+            "mask": if self.mask == MaskExtent::Whole { "whole" } else { "own" }, "plain": self.plain_rle,
+            "range": self.pictures.range_ends, "scatter": self.pictures.scatter_ends,
+        });
+        ExportFolder::write(out, FORMAT.name, asked, source, |out| {
+            let found = || MapScales::of(source, &self.pictures, progress);
+            let scalings = (!self.is_stored()).then(found).transpose().map_err(|e| out.withdrawn(e))?;
+            let scaling = scalings.as_ref().map_or(Value::Null, |scalings| scalings.json(source.head().range_unit()));
+            let head = header(source, &classes, &scaling);
+            let mut documents: BTreeMap<Split, CocoDocument> = BTreeMap::new();
+            let work = |sample: &Sample| {
+                out.put(&format!("images/{}/{}.png", sample.split.name(), sample.key), || match &scalings {
+                    Some(scalings) => Ok(TrainingPicture::of(sample, scalings)?.png()),
+                    None => sample.png(maps[0]),
+                })?;
+                annotations(sample, &classes, self)
+            };
+            let take = |sample: &Sample, annotations: Vec<Value>| {
+                let document = match documents.entry(sample.split) {
+                    std::collections::btree_map::Entry::Occupied(entry) => entry.into_mut(),
+                    std::collections::btree_map::Entry::Vacant(entry) => {
+                        entry.insert(CocoDocument::begin(&out, sample.split, &head)?)
+                    }
+                };
+                document.push(sample, annotations)
+            };
+            source.each(&images, work, take, progress)?;
+            let mut counted = Map::new();
+            for (split, document) in documents {
+                let [images, annotations] = document.counts;
+                counted.insert(split.name().into(), json!({"images": images, "annotations": annotations}));
+                document.finish(&out)?;
+            }
+            out.finish(&json!({"splits": counted, "scaling": scaling}), Vec::new())
+        })
+    }
 }
 
 /// What comes before the images of every document.
@@ -184,7 +214,7 @@ fn image(sample: &Sample) -> Result<Value, Fault> {
 }
 
 /// The objects of a sample, each with its mask from the instance image.
-fn annotations(sample: &Sample, classes: &[Category], options: &CocoOptions) -> Result<Vec<Value>, Fault> {
+fn annotations(sample: &Sample, classes: &[Category], options: &Coco) -> Result<Vec<Value>, Fault> {
     let objects = sample.objects()?;
     let pixels = sample.grey("instance")?.numbers();
     let whole = |object: &Map<String, Value>, name: &str| whole(object, name).map_err(|what| sample.fault(what));
@@ -227,7 +257,7 @@ fn annotations(sample: &Sample, classes: &[Category], options: &CocoOptions) -> 
         if !classes.iter().any(|known| known.value as u64 == class) {
             return Err(sample.fault(format!("instance {number} is of class {class}, which has no objects")));
         }
-        found.push(annotation(sample, object, class, tight, &runs, options.plain));
+        found.push(annotation(sample, object, class, tight, &runs, options.plain_rle));
     }
     Ok(found)
 }

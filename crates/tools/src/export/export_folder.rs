@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use output_schema::file::{TEMPORARY, temporary};
 use serde_json::{Value, json};
 
-use super::Source;
+use super::source::Source;
 use dataset::atomic_file::FileError;
 use dataset::{Fault, GENERATOR_VERSION, enclosed, own_remedy};
 

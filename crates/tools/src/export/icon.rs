@@ -2,10 +2,14 @@
 
 use std::path::Path;
 
-use output_schema::Manifest;
+use clap::Args;
+use output_schema::{DatasetHead, Manifest};
 use serde_json::json;
 
-use super::{ExportFolder, ExportProgress, ExportSummary, Source, key};
+use super::export_folder::{ExportFolder, ExportSummary};
+use super::format::{Export, ExportFormat};
+use super::sample::key;
+use super::source::{ExportProgress, Source};
 use crate::compare::{RangeUnit, ScanMaps, frame_of};
 use crate::icon::{
     IconScan, PeakLight, ProfileMark, RangeValues, ScanWriter, Scatter, SensorImage, SensorTraits, Traits, WorldTraits,
@@ -16,61 +20,95 @@ use dataset::Fault;
 /// Rows that are handled at a time.
 const CHUNK_ROWS: usize = 256;
 
-/// Options of the export.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct IconOptions {
-    /// Heights as WORD instead of FLOAT.
-    pub words: bool,
-    /// Profiles a second, for the timestamps in Mark [Hz].
-    pub rate: f64,
-    /// The middle one of the kept sensor frames instead of the scan.
-    pub sensor: bool,
+pub(super) const FORMAT: ExportFormat = ExportFormat::of::<Icon>(
+    "icon",
+    "files of the real camera",
+    ["icon planks --out scans --index 3", "files of the real camera"],
+);
+
+/// Files of the real camera (iCon .dat and .xml), one pair for each sample
+#[derive(Debug, Args)]
+struct Icon {
+    /// Heights as WORD instead of FLOAT
+    #[arg(long)]
+    words: bool,
+    /// Profiles a second, for the timestamps in Mark [default: 1000]
+    #[arg(long, value_name = "HZ", value_parser = rate)]
+    rate: Option<f64>,
+    /// The middle sensor frame of each sample instead of its scan
+    #[arg(long)]
+    sensor: bool,
 }
 
-/// Writes the export.
-///
-/// # Errors
-/// Where the dataset is damaged or holds what no camera writes, or the folder cannot be written.
-pub fn export(
-    source: &Source,
-    out: &Path,
-    options: &IconOptions,
-    progress: ExportProgress,
-) -> Result<ExportSummary, Fault> {
-    let images = &source.head().images;
-    if images.bits > 8 {
-        let what = format!("its numbers have {} bits, and the camera's files hold 8", images.bits);
-        return Err(Fault::at(source.root(), what, "set `exposure: {bits: 8}` in the recipe and make it anew"));
+/// A number of profiles a second.
+fn rate(text: &str) -> Result<f64, String> {
+    let rate: f64 = text.parse().map_err(|_| "it is no number".to_owned())?;
+    if (0.001..=1e6).contains(&rate) { Ok(rate) } else { Err("give 0.001 to 1000000 Hz".into()) }
+}
+
+impl Icon {
+    /// Profiles a second [Hz].
+    fn rate_hz(&self) -> f64 {
+        self.rate.unwrap_or(1000.0)
     }
-    if source.head().range_unit() == "px" && images.binned_columns() > 1 {
-        let what = "its sensor rows are means of several columns, which no camera writes";
-        return Err(Fault::at(source.root(), what, "make it anew without `output: {bin: ..}`"));
+}
+
+impl Export for Icon {
+    fn check(&self) -> Result<(), String> {
+        let idle = [(self.words, "--words", "heights"), (self.rate.is_some(), "--rate", "marks")];
+        match idle.into_iter().find(|(given, ..)| self.sensor && *given) {
+            Some((_, option, what)) => Err(format!(
+                "{option} is of the {what} of scans, and --sensor writes sensor frames; leave one of them away"
+            )),
+            None => Ok(()),
+        }
     }
-    if options.sensor && images.stack_every.is_none() {
-        let remedy = "set `output: {sensor_stack: {every: 100}}` in the recipe and make it anew";
-        return Err(Fault::at(source.root(), "no sensor frame was kept", remedy));
+
+    fn check_for(&self, head: &DatasetHead) -> Result<(), String> {
+        if self.words && head.range_unit() == "px" {
+            let what = "--words has no effect: heights of an uncalibrated dataset are sensor rows, which always are WORD; \
+                leave it away";
+            return Err(what.into());
+        }
+        Ok(())
     }
-    let asked = json!({"words": options.words, "rate_hz": options.rate, "sensor": options.sensor});
-    ExportFolder::write(out, "icon", asked, source, |out| {
-        let work = |manifest: &Manifest, index: u64| {
-            let name = out.root().join(key(index));
-            let [data, description] = ["dat", "xml"].map(|extension| format!("{}.{extension}", key(index)));
-            // The description comes last.
-            if out.length(&description)?.is_none() {
-                let frame = frame_of(&source.dataset, manifest, index, options.sensor)?;
-                match options.sensor {
-                    true => write_sensor_image(&name, &frame)?,
-                    false => write_scan(&name, &frame, options)?,
+
+    fn write(&self, source: &Source, out: &Path, progress: ExportProgress) -> Result<ExportSummary, Fault> {
+        let images = &source.head().images;
+        if images.bits > 8 {
+            let what = format!("its numbers have {} bits, and the camera's files hold 8", images.bits);
+            return Err(Fault::at(source.root(), what, "set `exposure: {bits: 8}` in the recipe and make it anew"));
+        }
+        if source.head().range_unit() == "px" && images.binned_columns() > 1 {
+            let what = "its sensor rows are means of several columns, which no camera writes";
+            return Err(Fault::at(source.root(), what, "make it anew without `output: {bin: ..}`"));
+        }
+        if self.sensor && images.stack_every.is_none() {
+            let remedy = "set `output: {sensor_stack: {every: 100}}` in the recipe and make it anew";
+            return Err(Fault::at(source.root(), "no sensor frame was kept", remedy));
+        }
+        let asked = json!({"words": self.words, "rate_hz": self.rate_hz(), "sensor": self.sensor});
+        ExportFolder::write(out, FORMAT.name, asked, source, |out| {
+            let work = |manifest: &Manifest, index: u64| {
+                let name = out.root().join(key(index));
+                let [data, description] = ["dat", "xml"].map(|extension| format!("{}.{extension}", key(index)));
+                // The description comes last.
+                if out.length(&description)?.is_none() {
+                    let frame = frame_of(&source.dataset, manifest, index, self.sensor)?;
+                    match self.sensor {
+                        true => write_sensor_image(&name, &frame)?,
+                        false => write_scan(&name, &frame, self)?,
+                    }
                 }
-            }
-            for file in [data, description] {
-                out.count(out.length(&file)?.unwrap_or(0));
-            }
-            Ok(())
-        };
-        source.each_index(work, progress)?;
-        out.finish(&json!({"samples": source.samples}), Vec::new())
-    })
+                for file in [data, description] {
+                    out.count(out.length(&file)?.unwrap_or(0));
+                }
+                Ok(())
+            };
+            source.each_index(work, progress)?;
+            out.finish(&json!({"samples": source.samples}), Vec::new())
+        })
+    }
 }
 
 /// Mark of one profile: an encoder that counts micrometres of travel, and a clock that counts microseconds.
@@ -81,7 +119,7 @@ fn mark(profile: usize, row_mm: f64, rate: f64) -> ProfileMark {
     ProfileMark { encoder, timestamp, ..ProfileMark::default() }
 }
 
-fn write_scan(out: &Path, frame: &ScanMaps, options: &IconOptions) -> Result<(), Fault> {
+fn write_scan(out: &Path, frame: &ScanMaps, options: &Icon) -> Result<(), Fault> {
     let valid = || frame.range.iter().filter(|z| z.is_finite());
     let low = valid().copied().reduce(f64::min).unwrap_or(0.0);
     let high = valid().copied().reduce(f64::max).unwrap_or(0.0);
@@ -114,7 +152,7 @@ fn write_scan(out: &Path, frame: &ScanMaps, options: &IconOptions) -> Result<(),
                 .map(|map| PeakLight::Reflectance(map.into_iter().map(|dn| dn.round() as u8).collect())),
             scatter: part(&frame.scatter)
                 .map(|map| Scatter::Word(map.into_iter().map(|dn| dn.round() as u16).collect())),
-            marks: Some((from..to).map(|profile| mark(profile, row_mm, options.rate)).collect()),
+            marks: Some((from..to).map(|profile| mark(profile, row_mm, options.rate_hz())).collect()),
         }
     };
     let mut writer = ScanWriter::create(out, &rows(0, 0), frame.rows)?;

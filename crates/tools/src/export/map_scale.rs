@@ -4,7 +4,9 @@ use std::collections::BTreeMap;
 
 use serde_json::{Value, json};
 
-use super::{ExportProgress, Sample, Source};
+use super::picture_options::PictureOptions;
+use super::sample::Sample;
+use super::source::{ExportProgress, Source};
 use dataset::Fault;
 
 /// Samples that a scale is found from.
@@ -40,15 +42,6 @@ impl MapScale {
     }
 }
 
-/// Ends of grey scales that the user gives; the others are found from samples.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct GivenEnds {
-    /// Of Range [mm or px].
-    pub range: Option<[f64; 2]>,
-    /// Of Scatter [DN].
-    pub scatter: Option<[f64; 2]>,
-}
-
 /// The scales of a dataset.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct MapScales {
@@ -63,13 +56,9 @@ impl MapScales {
     ///
     /// # Errors
     /// Where these samples are damaged, or no pixel shows the object.
-    pub(super) fn of(
-        source: &Source,
-        maps: &'static [&'static str],
-        given: GivenEnds,
-        progress: ExportProgress,
-    ) -> Result<Self, Fault> {
-        let unknown: Vec<&str> = [("range", given.range), ("scatter", given.scatter)]
+    pub(super) fn of(source: &Source, given: &PictureOptions, progress: ExportProgress) -> Result<Self, Fault> {
+        let maps = given.image.maps();
+        let unknown: Vec<&str> = [("range", given.range_ends), ("scatter", given.scatter_ends)]
             .into_iter()
             .filter(|(name, ends)| ends.is_none() && maps.contains(name))
             .map(|(name, _)| name)
@@ -100,8 +89,8 @@ impl MapScales {
                 })
             };
             let ends = match name {
-                "range" => given.range.map_or_else(|| found(BINS_PER_UNIT), Ok)?,
-                "scatter" => given.scatter.map_or_else(|| found(1.0), Ok)?,
+                "range" => given.range_ends.map_or_else(|| found(BINS_PER_UNIT), Ok)?,
+                "scatter" => given.scatter_ends.map_or_else(|| found(1.0), Ok)?,
                 _ => [1.0, f64::from(source.head().images.most_dn()).max(255.0)],
             };
             Ok((name, MapScale::between(ends)))

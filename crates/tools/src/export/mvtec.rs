@@ -10,88 +10,104 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use clap::Args;
 use serde_json::json;
 
 use super::classes::{folder_name, good};
+use super::export_folder::{ExportFolder, ExportSummary};
+use super::format::{Export, ExportFormat};
+use super::map_scale::MapScales;
 use super::picture::TrainingPicture;
-use super::{
-    ExportFolder, ExportProgress, ExportSummary, GivenEnds, MapScales, PictureContent, Region, Sample, Source,
-};
+use super::picture_options::PictureOptions;
+use super::sample::{Region, Sample};
+use super::source::{ExportProgress, Source};
 use bench::split::Split;
 use dataset::{Fault, Grey, write_png};
 
 /// Folder of pictures with defects of several classes, as MVTec AD names it.
 const COMBINED_FOLDER: &str = "combined";
 
-/// Options of the export.
-#[derive(Debug, Clone, PartialEq)]
-pub struct MvtecOptions {
-    /// What pictures show.
-    pub show: PictureContent,
-    /// Pixel classes that count as good; empty for the subject's own.
-    pub good: Vec<String>,
-    /// Side of the patches that pictures are cut into; none for whole ones [px].
-    pub patch_px: Option<usize>,
-    /// Ends of the grey scales.
-    pub ends: GivenEnds,
+pub(super) const FORMAT: ExportFormat = ExportFormat::of::<Mvtec>(
+    "mvtec",
+    "MVTec AD folders",
+    ["mvtec packs --out packs-mvtec --patch-px 256", "folders for anomaly detection"],
+);
+
+/// Folders as MVTec AD has them: train/good, test/good, test/<defect>, ground_truth/<defect>
+#[derive(Debug, Args)]
+struct Mvtec {
+    #[command(flatten)]
+    pictures: PictureOptions,
+    /// Pixel classes that count as good [default: clear of wood, flange and pocket of packs; none of others]
+    #[arg(long, value_name = "CLASS", value_delimiter = ',')]
+    good: Vec<String>,
+    /// Cut pictures into square patches of this side, good or not by their own pixels
+    #[arg(long, value_name = "PX", value_parser = clap::value_parser!(u32).range(8..=65536))]
+    patch_px: Option<u32>,
 }
 
-/// Writes the export.
-///
-/// # Errors
-/// Where the dataset is damaged or lacks images, its subject has no defects, a split that is asked for has no samples,
-/// or the folder cannot be written.
-pub fn export(
-    source: &Source,
-    out: &Path,
-    options: &MvtecOptions,
-    progress: ExportProgress,
-) -> Result<ExportSummary, Fault> {
-    let head = source.head();
-    let maps = options.show.maps();
-    let images = [maps, &["label"]].concat();
-    let good = good(head, &options.good)?;
-    source.needs(&images)?;
-    let least = head.images.cols.min(head.images.rows);
-    if let Some(side) = options.patch_px.filter(|side| *side as u64 > least) {
-        let what = format!("{side} px is larger than the images of {} x {} px", head.images.cols, head.images.rows);
-        return Err(Fault::at("--patch-px".as_ref(), what, format!("give up to {least}")));
-    }
-    has_splits(source)?;
-    let asked = json!({
-        "image": options.show.name(), "good": options.good, "patch_px": options.patch_px,
-        "range": options.ends.range, "scatter": options.ends.scatter,
-    });
-    ExportFolder::write(out, "mvtec", asked, source, |out| {
-        let scalings = MapScales::of(source, maps, options.ends, progress);
-        let scalings = scalings.map_err(|e| out.withdrawn(e))?;
-        let mut counts: BTreeMap<String, u64> = BTreeMap::new();
-        let mut left_out = 0;
-        let work = |sample: &Sample| pictures(sample, &out, options, &scalings, &good);
-        let take = |_: &Sample, folders: Vec<Option<String>>| {
-            for folder in folders {
-                match folder {
-                    Some(folder) => *counts.entry(folder).or_default() += 1,
-                    None => left_out += 1,
-                }
+impl Export for Mvtec {
+    fn splits(&self, given: Option<Split>) -> Result<Vec<Split>, String> {
+        match given {
+            None => Ok(vec![Split::Train, Split::Test]),
+            Some(Split::Validation) => {
+                Err("the layout has no folder for validation: give --split train, test or all".into())
             }
-            Ok(())
-        };
-        source.each(&images, work, take, progress)?;
-        if counts.is_empty() {
-            let what = format!(
-                "there is nothing to write: all {left_out} pictures are of the split train and have defects, and methods learn \
-             from good ones"
-            );
-            let remedy = "try --patch-px, --good, --split all or more samples";
-            return Err(out.withdrawn(Fault::at(source.root(), what, remedy)));
+            Some(split) => Ok(vec![split]),
         }
-        let notes = notes(source, left_out, &counts);
-        let good: Vec<&str> =
-            head.shown_classes().filter(|(value, _)| good[value & 255]).map(|(_, name)| name).collect();
-        let scaling = scalings.json(head.range_unit());
-        out.finish(&json!({"pictures": counts, "left_out": left_out, "good": good, "scaling": scaling}), notes)
-    })
+    }
+
+    fn check(&self) -> Result<(), String> {
+        self.pictures.check()
+    }
+
+    fn write(&self, source: &Source, out: &Path, progress: ExportProgress) -> Result<ExportSummary, Fault> {
+        let head = source.head();
+        let maps = self.pictures.image.maps();
+        let images = [maps, &["label"]].concat();
+        let good = good(head, &self.good)?;
+        source.needs(&images)?;
+        let least = head.images.cols.min(head.images.rows);
+        if let Some(side) = self.patch_px.filter(|side| u64::from(*side) > least) {
+            let what = format!("{side} px is larger than the images of {} x {} px", head.images.cols, head.images.rows);
+            return Err(Fault::at("--patch-px".as_ref(), what, format!("give up to {least}")));
+        }
+        has_splits(source)?;
+        let asked = json!({
+            "image": self.pictures.image.name(), "good": self.good, "patch_px": self.patch_px,
+            "range": self.pictures.range_ends, "scatter": self.pictures.scatter_ends,
+        });
+        ExportFolder::write(out, FORMAT.name, asked, source, |out| {
+            let scalings = MapScales::of(source, &self.pictures, progress);
+            let scalings = scalings.map_err(|e| out.withdrawn(e))?;
+            let mut counts: BTreeMap<String, u64> = BTreeMap::new();
+            let mut left_out = 0;
+            let work = |sample: &Sample| pictures(sample, &out, self.patch_px, &scalings, &good);
+            let take = |_: &Sample, folders: Vec<Option<String>>| {
+                for folder in folders {
+                    match folder {
+                        Some(folder) => *counts.entry(folder).or_default() += 1,
+                        None => left_out += 1,
+                    }
+                }
+                Ok(())
+            };
+            source.each(&images, work, take, progress)?;
+            if counts.is_empty() {
+                let what = format!(
+                    "there is nothing to write: all {left_out} pictures are of the split train and have defects, and methods learn \
+                 from good ones"
+                );
+                let remedy = "try --patch-px, --good, --split all or more samples";
+                return Err(out.withdrawn(Fault::at(source.root(), what, remedy)));
+            }
+            let notes = notes(source, left_out, &counts);
+            let good: Vec<&str> =
+                head.shown_classes().filter(|(value, _)| good[value & 255]).map(|(_, name)| name).collect();
+            let scaling = scalings.json(head.range_unit());
+            out.finish(&json!({"pictures": counts, "left_out": left_out, "good": good, "scaling": scaling}), notes)
+        })
+    }
 }
 
 /// The splits of the layout that are asked for.
@@ -145,14 +161,14 @@ fn notes(source: &Source, left_out: u64, counts: &BTreeMap<String, u64>) -> Vec<
 fn pictures(
     sample: &Sample,
     out: &ExportFolder,
-    options: &MvtecOptions,
+    patch_px: Option<u32>,
     scalings: &MapScales,
     good: &[bool; 256],
 ) -> Result<Vec<Option<String>>, Fault> {
     let Grey::Eight(labels) = sample.grey("label")? else { return Err(sample.fault("`label` has 16 bits")) };
     let picture = TrainingPicture::of(sample, scalings)?;
     let mut folders = Vec::new();
-    for part in parts(sample, options.patch_px) {
+    for part in parts(sample, patch_px.map(|side| side as usize)) {
         let Region { top, left, rows, cols } = part;
         let line = |row: usize| &labels[row * sample.cols + left..][..cols];
         let mut seen = [false; 256];
@@ -163,7 +179,7 @@ fn pictures(
             (Some(one), None) => Some(folder_name(sample.pixel_class(one as u64))?),
             _ => Some(COMBINED_FOLDER),
         };
-        let name = match options.patch_px {
+        let name = match patch_px {
             Some(_) => format!("{}_r{top:05}_c{left:05}", sample.key),
             None => sample.key.clone(),
         };

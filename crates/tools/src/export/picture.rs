@@ -5,42 +5,9 @@ use std::io::Cursor;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};
 
-use super::map_scale::physical_scale;
-use super::{MapScales, Region, Sample};
+use super::map_scale::{MapScales, physical_scale};
+use super::sample::{Region, Sample};
 use dataset::{Fault, Grey, write_png};
-
-/// What a picture shows.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum PictureContent {
-    /// Brightness at the peak.
-    Reflectance,
-    /// Light beside the peak.
-    Scatter,
-    /// Height.
-    Range,
-    /// Range, Reflectance and Scatter as red, green and blue.
-    Rgb,
-}
-
-impl PictureContent {
-    /// The maps that it takes, in the order of channels.
-    pub fn maps(self) -> &'static [&'static str] {
-        match self {
-            Self::Reflectance => &["reflectance"],
-            Self::Scatter => &["scatter"],
-            Self::Range => &["range"],
-            Self::Rgb => &["range", "reflectance", "scatter"],
-        }
-    }
-
-    /// Name of the choice.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Rgb => "rgb",
-            one => one.maps()[0],
-        }
-    }
-}
 
 /// Pixels of a picture with 8 bits, channels together `[rows, cols, channels]`.
 #[derive(Debug, Clone)]

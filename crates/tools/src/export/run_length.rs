@@ -1,6 +1,6 @@
 //! COCO run-length encoding of masks: column after column, zeros first, and the string that packs the runs.
 
-use super::Region;
+use super::sample::Region;
 
 /// Lengths of runs of zeros and ones in turn, beginning with zeros [px].
 #[derive(Debug, Clone, Default, PartialEq, Eq)]

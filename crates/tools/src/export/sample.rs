@@ -5,9 +5,23 @@ use std::path::PathBuf;
 use output_schema::ManifestSample;
 use serde_json::{Map, Value};
 
-use super::{Source, key};
 use bench::split::Split;
-use dataset::{ExrMaps, Fault, Grey, JsonRow, Table, range_numbers, read_png_of, rounded8, rounded16, write_png};
+use dataset::{
+    Dataset, ExrMaps, Fault, Grey, JsonRow, Table, range_numbers, read_png_of, rounded8, rounded16, write_png,
+};
+
+/// A part of an image.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Region {
+    /// First row [px].
+    pub top: usize,
+    /// First column [px].
+    pub left: usize,
+    /// Rows [px].
+    pub rows: usize,
+    /// Columns [px].
+    pub cols: usize,
+}
 
 /// One sample.
 #[derive(Debug)]
@@ -36,13 +50,13 @@ pub struct Sample {
 impl Sample {
     /// The sample of a row, which must be the one that the manifest lists; with the maps of its EXR file where asked.
     pub(super) fn new(
-        source: &Source,
+        dataset: &Dataset,
         table: &Table,
         row: JsonRow,
         listed: &ManifestSample,
         with_exr: bool,
     ) -> Result<Self, Fault> {
-        let head = source.head();
+        let head = dataset.head();
         let told = |what: String| table.damaged(what).of_part(format!("sample {}", listed.index));
         let facts = || {
             let is_listed = row.whole("index")? == listed.index
@@ -62,7 +76,7 @@ impl Sample {
         let (class, [cols, rows]) = facts().map_err(told)?;
         let split = Split::ALL.into_iter().find(|split| split.name() == listed.split);
         let split = split.ok_or_else(|| told(format!("there is no split `{}`", listed.split)))?;
-        let exr = if with_exr { Some(source.dataset.exr(table.shard, &listed.id)?) } else { None };
+        let exr = if with_exr { Some(dataset.exr(table.shard, &listed.id)?) } else { None };
         Ok(Self {
             index: listed.index,
             key: key(listed.index),
@@ -158,4 +172,9 @@ impl Sample {
         let object = |value| Value::as_object(value).ok_or_else(|| self.fault("`objects` holds no structs"));
         objects.iter().map(object).collect()
     }
+}
+
+/// The name of a sample's files: its index, with as many digits for all, so that names sort as numbers do.
+pub(super) fn key(index: u64) -> String {
+    format!("{index:08}")
 }

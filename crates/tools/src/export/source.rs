@@ -11,11 +11,15 @@ use output_schema::{DatasetHead, Manifest, ManifestSample};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
-use super::{ExportProgress, Sample};
+use super::sample::Sample;
 use bench::split::Split;
 use dataset::{Dataset, DatasetSums, Fault, RowQuery, Table};
 
 pub(super) use part::Done;
+
+/// Called with samples done and samples in all; first for those that scales are found from, where they are, and then for
+/// those that are written.
+pub type ExportProgress<'a> = &'a (dyn Fn(u64, u64) + Sync);
 
 /// Which samples.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -226,7 +230,7 @@ impl Source {
                     .into_par_iter()
                     .map(|(row, listed)| {
                         let row = row?.json(0).map_err(|what| table.damaged(what))?;
-                        let sample = Sample::new(self, &table, row, &listed, with_exr)?;
+                        let sample = Sample::new(&self.dataset, &table, row, &listed, with_exr)?;
                         work(&sample).map(|result| (sample, result))
                     })
                     .collect();

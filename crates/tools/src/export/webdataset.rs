@@ -13,26 +13,35 @@ use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
 
+use clap::Args;
 use serde_json::{Map, json};
 use tar::{Archive, EntryType, Header};
 
-use super::export_folder::GrowingFile;
-use super::png::chosen;
-use super::source::Done;
-use super::{ExportFolder, ExportProgress, ExportSummary, Sample, Source};
+use super::export_folder::{ExportFolder, ExportSummary, GrowingFile};
+use super::format::{Export, ExportFormat};
+use super::png::MapOptions;
+use super::sample::Sample;
+use super::source::{Done, ExportProgress, Source};
 use bench::split::Split;
 use dataset::Fault;
 
 /// What ends a tar: two empty blocks.
 const END_OF_TAR: [u8; 1024] = [0; 1024];
 
-/// Options of the export.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct WebDatasetOptions {
-    /// Maps by name; empty for all that the dataset has.
-    pub maps: Vec<String>,
-    /// A tar is closed before it grows beyond this; one sample is always in it [bytes].
-    pub most_bytes: u64,
+pub(super) const FORMAT: ExportFormat = ExportFormat::of::<WebDataset>(
+    "webdataset",
+    "WebDataset",
+    ["webdataset planks --out tars --tar-mb 1000", "tars for training that streams"],
+);
+
+/// WebDataset tars: every map as PNG and every number as JSON
+#[derive(Debug, Args)]
+struct WebDataset {
+    #[command(flatten)]
+    maps: MapOptions,
+    /// Largest tar, in MB; a sample that is larger has one for itself
+    #[arg(long, value_name = "MB", default_value_t = 500, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    tar_mb: u64,
 }
 
 /// The tars of one split: the one that grows, its size [bytes], how many are closed, and samples.
@@ -44,61 +53,56 @@ struct SplitTars {
     samples: u64,
 }
 
-/// Writes the export.
-///
-/// # Errors
-/// Where the dataset is damaged or lacks images, or the folder cannot be written.
-pub fn export(
-    source: &Source,
-    out: &Path,
-    options: &WebDatasetOptions,
-    progress: ExportProgress,
-) -> Result<ExportSummary, Fault> {
-    let maps = chosen(source, &options.maps)?;
-    let asked = json!({"maps": maps, "most_bytes": options.most_bytes});
-    ExportFolder::write(out, "webdataset", asked, source, |out| {
-        let mut splits: BTreeMap<Split, SplitTars> = BTreeMap::new();
-        let mut kept: BTreeMap<Split, Done> = BTreeMap::new();
-        for split in Split::ALL {
-            if let Some((tars, done)) = keep(&out, source, split, &maps)? {
-                kept.insert(split, done);
-                splits.insert(split, tars);
+impl Export for WebDataset {
+    fn write(&self, source: &Source, out: &Path, progress: ExportProgress) -> Result<ExportSummary, Fault> {
+        let maps = self.maps.chosen(source)?;
+        // A tar is closed before it grows beyond this; one sample is always in it.
+        let most_bytes = self.tar_mb * 1_000_000;
+        let asked = json!({"maps": maps, "most_bytes": most_bytes});
+        ExportFolder::write(out, FORMAT.name, asked, source, |out| {
+            let mut splits: BTreeMap<Split, SplitTars> = BTreeMap::new();
+            let mut kept: BTreeMap<Split, Done> = BTreeMap::new();
+            for split in Split::ALL {
+                if let Some((tars, done)) = keep(&out, source, split, &maps)? {
+                    kept.insert(split, done);
+                    splits.insert(split, tars);
+                }
             }
-        }
-        let work = |sample: &Sample| {
-            let mut files = Vec::new();
-            for map in &maps {
-                entry(&mut files, sample, &format!("{}.{map}.png", sample.key), &sample.png(map)?)?;
-            }
-            entry(&mut files, sample, &format!("{}.json", sample.key), format!("{}\n", sample.json()).as_bytes())?;
-            Ok(files)
-        };
-        let take = |sample: &Sample, files: Vec<u8>| {
-            let tars = match splits.entry(sample.split) {
-                Entry::Occupied(entry) => entry.into_mut(),
-                Entry::Vacant(entry) => entry.insert(SplitTars::default()),
+            let work = |sample: &Sample| {
+                let mut files = Vec::new();
+                for map in &maps {
+                    entry(&mut files, sample, &format!("{}.{map}.png", sample.key), &sample.png(map)?)?;
+                }
+                entry(&mut files, sample, &format!("{}.json", sample.key), format!("{}\n", sample.json()).as_bytes())?;
+                Ok(files)
             };
-            if tars.size + files.len() as u64 + END_OF_TAR.len() as u64 > options.most_bytes {
+            let take = |sample: &Sample, files: Vec<u8>| {
+                let tars = match splits.entry(sample.split) {
+                    Entry::Occupied(entry) => entry.into_mut(),
+                    Entry::Vacant(entry) => entry.insert(SplitTars::default()),
+                };
+                if tars.size + files.len() as u64 + END_OF_TAR.len() as u64 > most_bytes {
+                    tars.close(&out)?;
+                }
+                if tars.open.is_none() {
+                    tars.open = Some(out.create(&name(sample.split, tars.closed))?);
+                }
+                if let Some(tar) = &mut tars.open {
+                    tar.push(&files)?;
+                }
+                tars.size += files.len() as u64;
+                tars.samples += 1;
+                Ok(())
+            };
+            source.after(&kept).each(&maps, work, take, progress)?;
+            let mut counts = Map::new();
+            for (split, mut tars) in splits {
                 tars.close(&out)?;
+                counts.insert(split.name().into(), json!({"tars": tars.closed, "samples": tars.samples}));
             }
-            if tars.open.is_none() {
-                tars.open = Some(out.create(&name(sample.split, tars.closed))?);
-            }
-            if let Some(tar) = &mut tars.open {
-                tar.push(&files)?;
-            }
-            tars.size += files.len() as u64;
-            tars.samples += 1;
-            Ok(())
-        };
-        source.after(&kept).each(&maps, work, take, progress)?;
-        let mut counts = Map::new();
-        for (split, mut tars) in splits {
-            tars.close(&out)?;
-            counts.insert(split.name().into(), json!({"tars": tars.closed, "samples": tars.samples}));
-        }
-        out.finish(&json!({"splits": counts}), Vec::new())
-    })
+            out.finish(&json!({"splits": counts}), Vec::new())
+        })
+    }
 }
 
 /// Name of a tar.

@@ -2,50 +2,24 @@
 
 use image::Rgb;
 use output_schema::DatasetHead;
-use png::{BitDepth, ColorType, Compression, Encoder};
 
 use dataset::Fault;
-use drawing::{class_colour, inferno, viridis};
+use drawing::class_colour;
+use drawing::html::{ColourMap, MAP_LEVELS, hex, indexed_png, map_palette};
 
-/// Colours of a map; number 0 stands for a missing value.
-pub(super) const MAP_LEVELS: u8 = 128;
 /// Colour of what is missing.
 const MISSING_COLOUR: [u8; 3] = [70, 110, 190];
 /// Opacity of the labels inside and along their borders, of 255.
 const INSIDE_OPACITY: u8 = 78;
 
-/// How numbers become colours.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum ColourMap {
-    /// From violet over green to yellow.
-    Viridis,
-    /// From black to white.
-    Grey,
-    /// From black over red to pale yellow.
-    Inferno,
-}
-
-impl ColourMap {
-    /// The colour of a number in [0, 1].
-    pub fn at(self, t: f32) -> [u8; 3] {
-        match self {
-            Self::Viridis => viridis(t).0,
-            Self::Grey => [(255.0 * t.clamp(0.0, 1.0)) as u8; 3],
-            Self::Inferno => inferno(t).0,
-        }
-    }
-}
-
 /// A map as PNG: level 0 is missing, 1 to 127 go from `low` to `high`.
 pub(super) fn map_png(map: &[f32], width: u32, (low, high): (f32, f32), ramp: ColourMap) -> Result<Vec<u8>, Fault> {
     let most = f32::from(MAP_LEVELS - 2);
-    let mut palette = MISSING_COLOUR.to_vec();
-    (1..MAP_LEVELS).for_each(|level| palette.extend(ramp.at(f32::from(level - 1) / most)));
     let level = |&value: &f32| {
         if value.is_nan() { 0 } else { 1 + ((value - low) / (high - low).max(1e-9) * most).clamp(0.0, most) as u8 }
     };
     let levels: Vec<u8> = map.iter().map(level).collect();
-    indexed(&levels, width, palette, Vec::new())
+    indexed(&levels, width, map_palette(MISSING_COLOUR, ramp), Vec::new())
 }
 
 /// Labels as PNG to be laid over a map: borders between classes solid, the inside of all but plain surfaces tinted.
@@ -81,25 +55,9 @@ pub(super) fn frame_png(dn: &[u16], width: u32, most: u16) -> Result<Vec<u8>, Fa
 }
 
 fn indexed(levels: &[u8], width: u32, palette: Vec<u8>, opacity: Vec<u8>) -> Result<Vec<u8>, Fault> {
-    let mut bytes = Vec::new();
-    let height = levels.len() as u32 / width.max(1);
-    let write = || {
-        let mut encoder = Encoder::new(&mut bytes, width, height);
-        encoder.set_color(ColorType::Indexed);
-        encoder.set_depth(BitDepth::Eight);
-        encoder.set_compression(Compression::High);
-        encoder.set_palette(palette);
-        if !opacity.is_empty() {
-            encoder.set_trns(opacity);
-        }
-        let mut writer = encoder.write_header()?;
-        writer.write_image_data(levels)?;
-        writer.finish()
-    };
-    write().map_err(|error| {
+    indexed_png(levels, width, palette, opacity).map_err(|error| {
         Fault::new("a picture of the page", error.to_string(), "report it with recipe, seed and index")
-    })?;
-    Ok(bytes)
+    })
 }
 
 /// Colours of the recipe's classes in CSS: that of the pixel class of the same name, or else a hue that is far from those of
@@ -139,9 +97,4 @@ fn class_rgb(class: usize) -> Rgb<u8> {
 /// A pixel class as `#rrggbb`.
 pub(super) fn class_hex(class: usize) -> String {
     hex(class_rgb(class).0)
-}
-
-/// A colour as `#rrggbb`.
-pub(super) fn hex([r, g, b]: [u8; 3]) -> String {
-    format!("#{r:02x}{g:02x}{b:02x}")
 }

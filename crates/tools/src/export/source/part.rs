@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use super::{Selection, Source};
-use crate::export::{ExportProgress, Sample};
+use super::{ExportProgress, Selection, Source};
+use crate::export::sample::Sample;
 use bench::split::Split;
 use dataset::Fault;
 

@@ -2,12 +2,12 @@
 
 use maud::{Markup, html};
 
-use super::format::{count, name, number, percent};
 use super::svg;
 use crate::report::histogram::DRAWN_ROUNDING;
 use crate::report::page_data::PageData;
 use crate::report::palette::class_hex;
 use bench::split::Split;
+use drawing::html::format::{count, name, number, percent};
 
 /// The section.
 pub(super) fn section(facts: &PageData) -> Markup {

@@ -3,13 +3,15 @@
 use maud::{Markup, html};
 use output_schema::DatasetHead;
 
-use super::elements::{data_url, plain_classes};
-use super::format::{count, name, number, percent, with_unit};
-use super::svg;
+use super::elements::plain_classes;
 use crate::report::page_data::PageData;
-use crate::report::palette::{ColourMap, class_hex, labels_png, map_png};
+use crate::report::palette::{class_hex, labels_png, map_png};
 use crate::report::sheet_sample::{MAPS, SheetSample};
 use bench::split::Split;
+use drawing::html::{
+    ColourMap, colour_scale, data_url,
+    format::{count, name, number, percent, with_unit},
+};
 
 /// Titles and colours of the maps.
 const PANELS: [(&str, ColourMap); 3] =
@@ -45,7 +47,7 @@ pub(super) fn section(facts: &PageData) -> Markup {
                                 _ => { "[DN], sum beside the peak, dark level included" }
                             }
                         }
-                        (svg::scale(*ramp, scale.low.into(), scale.high.into(), if map == 0 { facts.head.range_unit() } else { "DN" }))
+                        (colour_scale(*ramp, scale.low.into(), scale.high.into(), if map == 0 { facts.head.range_unit() } else { "DN" }))
                     }
                 }
             }

@@ -1,7 +1,5 @@
 //! Elements that several sections of the page share.
 
-use base64::Engine;
-use base64::engine::general_purpose::STANDARD;
 use maud::{Markup, html};
 use output_schema::DatasetHead;
 
@@ -14,11 +12,6 @@ pub(crate) fn plain_classes(head: &DatasetHead) -> Vec<u8> {
         .filter(|(_, name)| sound.contains(name))
         .filter_map(|(value, _)| value.try_into().ok())
         .collect()
-}
-
-/// Bytes of a PNG as a data URL.
-pub(super) fn data_url(png: &[u8]) -> String {
-    format!("data:image/png;base64,{}", STANDARD.encode(png))
 }
 
 /// Notice above a kept result that belongs to another state of the dataset, or cannot be read.

@@ -3,13 +3,13 @@
 use maud::{Markup, html};
 use output_schema::DatasetHead;
 
-use super::format::{bytes, count, number, shell_word};
 use crate::report::dataset_counts::ShortSamples;
 use crate::report::folder::unfinished;
 use crate::report::histogram::RunningRange;
 use crate::report::page_data::PageData;
 use crate::report::sheet_sample::MAPS;
 use dataset::{objects_in_words, samples_per_shard};
+use drawing::html::format::{bytes, count, number, shell_word};
 use recipe::Recipe;
 
 /// The head.

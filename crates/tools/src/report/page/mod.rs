@@ -4,7 +4,6 @@
 mod classes;
 mod contact_sheet;
 mod elements;
-mod format;
 mod header;
 mod model_checks;
 mod numbers;
@@ -13,7 +12,8 @@ mod size;
 mod svg;
 mod validation;
 
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use drawing::html::{HtmlPage, sections};
+use maud::{Markup, html};
 use output_schema::DatasetHead;
 
 pub(super) use elements::plain_classes;
@@ -23,12 +23,10 @@ use super::palette::class_colours;
 
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
-/// What a browser may load: what is in the page.
-const POLICY: &str = "default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'unsafe-inline'";
 
 /// The page of a dataset.
 pub(super) fn page(facts: &PageData) -> Markup {
-    let sections = [
+    let content = [
         ("samples", "Samples", contact_sheet::section(facts)),
         ("classes", "Classes", classes::section(facts)),
         ("numbers", "Numbers", numbers::section(facts)),
@@ -39,66 +37,24 @@ pub(super) fn page(facts: &PageData) -> Markup {
         ("recipe", "Recipe", recipe(facts)),
     ];
     let title = format!("{}: {} samples", facts.head.recipe.name, facts.head.samples);
-    document(
-        &title,
-        &colours(facts.head),
-        html! {
-            (header::header(facts))
-            nav aria-label="Sections" { @for (id, name, _) in &sections { a href={ "#" (id) } { (name) } } }
-            main {
-                (header::troubles(facts))
-                (header::warnings(facts))
-                @for (id, name, content) in &sections {
-                    section id=(id) aria-labelledby={ (id) "-title" } {
-                        h2 id={ (id) "-title" } { (name) }
-                        (content)
-                    }
-                }
-            }
-            footer {
-                p { "Made by gen " (env!("CARGO_PKG_VERSION")) " from the folder alone. Nothing on this page comes from a network." }
-            }
-        },
-    )
+    let before = html! { (header::troubles(facts)) (header::warnings(facts)) };
+    let body = sections(header::header(facts), before, &content, " from the folder alone");
+    HtmlPage { title: &title, style: &[STYLE, &colours(facts.head)], script: Some(SCRIPT) }.around(body)
 }
 
 /// The page of a folder that cannot be opened.
 pub(super) fn unreadable(place: &str, what: &str) -> Markup {
-    document(
-        "No dataset",
-        "",
-        html! {
-            header.front { h1 { "No dataset can be read here" } }
-            main {
-                section.trouble {
-                    p { code { (place) } }
-                    pre { (what) }
-                    p { code { "gen validate" } " says what is damaged; a copy of " code { "dataset.json" } " brings the rest back." }
-                }
-            }
-        },
-    )
-}
-
-fn document(title: &str, colours: &str, body: Markup) -> Markup {
-    html! {
-        (DOCTYPE)
-        html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta http-equiv="Content-Security-Policy" content=(POLICY);
-                meta name="viewport" content="width=device-width, initial-scale=1";
-                meta name="color-scheme" content="light dark";
-                title { (title) }
-                link rel="icon" href="data:,";
-                style { (PreEscaped(STYLE)) (PreEscaped(colours)) }
-            }
-            body {
-                (body)
-                script { (PreEscaped(SCRIPT)) }
+    let body = html! {
+        header.front { h1 { "No dataset can be read here" } }
+        main {
+            section.trouble {
+                p { code { (place) } }
+                pre { (what) }
+                p { code { "gen validate" } " says what is damaged; a copy of " code { "dataset.json" } " brings the rest back." }
             }
         }
-    }
+    };
+    HtmlPage { title: "No dataset", style: &[STYLE], script: Some(SCRIPT) }.around(body)
 }
 
 /// Styles that give what belongs to a class of the recipe its colour: `c0` for the first one, and so on.

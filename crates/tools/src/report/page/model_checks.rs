@@ -5,10 +5,13 @@ use std::path::Path;
 use maud::{Markup, html};
 use serde_json::Value;
 
-use super::elements::{data_url, staleness};
-use super::format::{count, name, number, percent, shell_word};
+use super::elements::staleness;
 use crate::report::kept_documents::{KeptDocument, checks, picture};
 use crate::report::page_data::PageData;
+use drawing::html::{
+    data_url,
+    format::{count, name, number, percent, shell_word},
+};
 
 /// Wrong answers that are shown.
 const MAX_MISCLASSIFIED: usize = 24;

@@ -2,10 +2,10 @@
 
 use maud::{Markup, html};
 
-use super::format::{count, number, with_unit};
 use super::svg;
 use crate::report::dataset_counts::NumberCounts;
 use crate::report::page_data::PageData;
+use drawing::html::format::{count, number, with_unit};
 
 /// The section.
 pub(super) fn section(facts: &PageData) -> Markup {

@@ -4,11 +4,14 @@ use std::fmt::Write;
 
 use maud::{Markup, html};
 
-use super::elements::data_url;
-use super::format::{name, number};
+use crate::report::exposed_profile::ExposedProfile;
+use crate::report::page_data::PageData;
 use crate::report::palette::frame_png;
-use crate::report::{ExposedProfile, PageData};
 use bench::split::Split;
+use drawing::html::{
+    data_url,
+    format::{name, number},
+};
 
 /// The section.
 pub(super) fn section(facts: &PageData) -> Markup {

@@ -2,8 +2,8 @@
 
 use maud::{Markup, html};
 
-use super::format::{bytes, count, time};
 use crate::report::page_data::PageData;
+use drawing::html::format::{bytes, count, time};
 
 /// The section.
 pub(super) fn section(facts: &PageData) -> Markup {

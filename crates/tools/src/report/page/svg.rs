@@ -1,13 +1,11 @@
-//! SVG drawings: histograms, colour scales, axis ticks.
+//! SVG drawings: histograms stacked by class.
 
 use std::fmt::Write;
 
-use drawing::round_ticks;
 use maud::{Markup, html};
 
-use super::format::number;
 use crate::report::histogram::{Histogram, HistogramAxis};
-use crate::report::palette::{ColourMap, hex};
+use drawing::html::format::number;
 
 /// Size of a histogram's drawing, and of its bars.
 const HISTOGRAM_WIDTH: f64 = 200.0;
@@ -64,22 +62,6 @@ pub(super) fn histogram(cells: &Histogram, curve: &[f64], declared: Option<(f64,
             text x="0" y="78" { (number(left)) }
             text x="200" y="78" text-anchor="end" { (number(right)) }
             @if matches!(cells.axis, HistogramAxis::Log(..)) { text.dim x="100" y="78" text-anchor="middle" { "logarithmic" } }
-        }
-    }
-}
-
-/// A bar of colours with about five round numbers below it.
-pub(super) fn scale(ramp: ColourMap, low: f64, high: f64, unit: &str) -> Markup {
-    let place = |value: f64| 4.0 + (value - low) / (high - low) * 252.0;
-    html! {
-        svg.scale viewBox="0 0 260 34" role="img" aria-label={ "Colours from " (number(low)) " to " (number(high)) " " (unit) } {
-            @for i in 0..84u8 {
-                rect x=(4 + 3 * u32::from(i)) y="0" width="3.5" height="12" fill=(hex(ramp.at(f32::from(i) / 83.0))) {}
-            }
-            @for tick in round_ticks(low, high) {
-                line.axis x1=(format!("{:.1}", place(tick))) x2=(format!("{:.1}", place(tick))) y1="12" y2="17" {}
-                text x=(format!("{:.1}", place(tick).clamp(12.0, 246.0))) y="29" text-anchor="middle" { (number(tick)) }
-            }
         }
     }
 }

@@ -4,9 +4,9 @@ use maud::{Markup, html};
 use serde_json::{Map, Value};
 
 use super::elements::staleness;
-use super::format::{bytes, count, name, number, shell_word};
 use crate::report::kept_documents::{VALIDATION, kept};
 use crate::report::page_data::PageData;
+use drawing::html::format::{bytes, count, name, number, shell_word};
 
 /// Name of the document.
 const DOCUMENT_NAME: &str = "validation.json";

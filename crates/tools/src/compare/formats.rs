@@ -1,0 +1,64 @@
+//! List of the formats of scans, and which of them a file is of.
+
+use std::path::{Path, PathBuf};
+
+use super::csv_frame::NumberText;
+use super::exr_frame::ExrScan;
+use super::grey_image::GreyImage;
+use super::icon_frame::IconFile;
+use super::json_frame::JsonScan;
+use super::ply_frame::PlyCloud;
+use super::scan_format::{FileEnding, ScanFormat, StatedForm};
+
+/// Every format, in the order in which lists name them.
+const FORMATS: [&dyn ScanFormat; 6] = [&ExrScan, &IconFile, &JsonScan, &GreyImage, &NumberText, &PlyCloud];
+
+/// Every ending with its format.
+fn endings() -> impl Iterator<Item = (&'static FileEnding, &'static dyn ScanFormat)> {
+    FORMATS.into_iter().flat_map(|format| format.endings().iter().map(move |ending| (ending, format)))
+}
+
+/// The format of a file by its ending; a name without one may stand for the two files of the camera.
+pub(super) fn format_of(path: &Path) -> Option<&'static dyn ScanFormat> {
+    let letters = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
+    let known = endings().find(|(ending, _)| ending.letters.eq_ignore_ascii_case(letters));
+    known.map(|(_, format)| format).or_else(|| described_by(path).is_file().then_some(&IconFile as _))
+}
+
+/// What a file of bare numbers is.
+pub(super) fn stated_form(path: &Path) -> Option<StatedForm> {
+    format_of(path)?.stated()
+}
+
+/// The format of a map beside Range: one of bare numbers, grey images unless its ending says else.
+pub(super) fn map_format(path: &Path) -> &'static dyn ScanFormat {
+    format_of(path).filter(|format| format.stated().is_some()).unwrap_or(&GreyImage)
+}
+
+/// `NAME.xml` of a file of the camera that is given as `NAME`.
+pub(super) fn described_by(path: &Path) -> PathBuf {
+    PathBuf::from(format!("{}.xml", path.display()))
+}
+
+/// Whether a folder is looked through for files with this ending, of bare numbers or of such as say what these are.
+pub(super) fn is_looked_for(letters: &str, is_stated: bool) -> bool {
+    let wanted = |(ending, format): (&FileEnding, &dyn ScanFormat)| {
+        ending.in_folders && format.stated().is_some() == is_stated && letters.eq_ignore_ascii_case(ending.letters)
+    };
+    endings().any(wanted)
+}
+
+/// The endings of all files that can be read, in words; of folders those that are looked for in them.
+pub(super) fn readable(in_folders: bool) -> String {
+    words(|ending, _| ending.in_folders || !in_folders)
+}
+
+/// The endings of files of bare numbers, in words.
+pub(super) fn stated_words() -> String {
+    words(|_, format| format.stated().is_some())
+}
+
+fn words(is_named: impl Fn(&FileEnding, &dyn ScanFormat) -> bool) -> String {
+    let named = endings().filter(|(ending, format)| !ending.words.is_empty() && is_named(ending, *format));
+    named.map(|(ending, _)| ending.words).collect::<Vec<_>>().join(", ")
+}
