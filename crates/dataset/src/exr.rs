@@ -48,7 +48,7 @@ fn stepped(height: f32) -> f32 {
 
 /// Samples of one channel, row-major.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Samples {
+pub enum ChannelValues {
     /// 16-bit floats, given as 32-bit ones.
     Half(Vec<f32>),
     /// 32-bit floats.
@@ -63,7 +63,7 @@ pub struct ExrChannel {
     /// Name in the file.
     pub name: String,
     /// Its samples.
-    pub samples: Samples,
+    pub samples: ChannelValues,
 }
 
 impl ExrChannel {
@@ -75,17 +75,17 @@ impl ExrChannel {
     /// The same without a copy, where samples are floats.
     pub(crate) fn as_numbers(&self) -> Cow<'_, [f32]> {
         match &self.samples {
-            Samples::Half(v) | Samples::Float(v) => Cow::Borrowed(v),
-            Samples::Uint(v) => v.iter().map(|&n| n as f32).collect(),
+            ChannelValues::Half(v) | ChannelValues::Float(v) => Cow::Borrowed(v),
+            ChannelValues::Uint(v) => v.iter().map(|&n| n as f32).collect(),
         }
     }
 
     /// Type of the samples.
     pub(crate) fn sample_type(&self) -> SampleType {
         match self.samples {
-            Samples::Half(_) => SampleType::Half,
-            Samples::Float(_) => SampleType::Float,
-            Samples::Uint(_) => SampleType::Uint,
+            ChannelValues::Half(_) => SampleType::Half,
+            ChannelValues::Float(_) => SampleType::Float,
+            ChannelValues::Uint(_) => SampleType::Uint,
         }
     }
 }
@@ -163,9 +163,9 @@ fn map_channel(maps: &Maps, labels: &Labels, truth: Option<&TruthMaps>, c: &Chan
         _ => maps.reflectance.clone(),
     };
     let samples = match c.samples {
-        SampleType::Half => Samples::Half(numbers),
-        SampleType::Float => Samples::Float(numbers),
-        SampleType::Uint => Samples::Uint(numbers.iter().map(|&n| n as u32).collect()),
+        SampleType::Half => ChannelValues::Half(numbers),
+        SampleType::Float => ChannelValues::Float(numbers),
+        SampleType::Uint => ChannelValues::Uint(numbers.iter().map(|&n| n as u32).collect()),
     };
     ExrChannel { name: c.name.into(), samples }
 }
@@ -328,11 +328,11 @@ fn empty(samples: SampleType) -> FlatSamples {
     }
 }
 
-fn samples(samples: Samples) -> FlatSamples {
+fn samples(samples: ChannelValues) -> FlatSamples {
     match samples {
-        Samples::Half(v) => FlatSamples::F16(v.into_iter().map(f16::from_f32).collect()),
-        Samples::Float(v) => FlatSamples::F32(v),
-        Samples::Uint(v) => FlatSamples::U32(v),
+        ChannelValues::Half(v) => FlatSamples::F16(v.into_iter().map(f16::from_f32).collect()),
+        ChannelValues::Float(v) => FlatSamples::F32(v),
+        ChannelValues::Uint(v) => FlatSamples::U32(v),
     }
 }
 
@@ -500,9 +500,9 @@ pub(crate) fn read_exr_of(bytes: &[u8], size: &ExrSize) -> Result<ExrContent, St
     let channel = |channel: AnyChannel<FlatSamples>| ExrChannel {
         name: channel.name.to_string(),
         samples: match channel.sample_data {
-            FlatSamples::F16(v) => Samples::Half(v.into_iter().map(f16::to_f32).collect()),
-            FlatSamples::F32(v) => Samples::Float(v),
-            FlatSamples::U32(v) => Samples::Uint(v),
+            FlatSamples::F16(v) => ChannelValues::Half(v.into_iter().map(f16::to_f32).collect()),
+            FlatSamples::F32(v) => ChannelValues::Float(v),
+            FlatSamples::U32(v) => ChannelValues::Uint(v),
         },
     };
     let Vec2(cols, rows) = image.layer_data.size;

@@ -48,7 +48,7 @@ pub use differences::differences;
 pub(crate) use encoding::channel_name;
 pub use encoding::{Encoded, encode, encode_numbers};
 pub(crate) use encoding::{image_of, maps_sha256};
-pub use exr::{ExrChannel, Samples, read_exr, write_exr, write_exr_as};
+pub use exr::{ChannelValues, ExrChannel, read_exr, write_exr, write_exr_as};
 pub(crate) use exr::{ExrDescription, ExrSize, channel_types, expected_header, exr_header, read_exr_of};
 pub(crate) use exr::{map_channels, truth_channel};
 pub use fault::{Fault, describe_bytes, one_line, own_remedy};

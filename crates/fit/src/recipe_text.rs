@@ -19,7 +19,7 @@ pub struct NewValue {
 }
 
 /// Where a value stands: line and column of its key and of itself, in characters from 1.
-struct Place {
+struct TextPlace {
     /// Line of the section's key.
     section: usize,
     key: (usize, usize),
@@ -86,17 +86,17 @@ fn entry<'n>(node: &'n YamlNode, name: &str) -> Option<((usize, usize), &'n Yaml
     Some(((key.place.line, key.place.column), value))
 }
 
-fn place(root: &YamlNode, path: &str) -> Option<Place> {
+fn place(root: &YamlNode, path: &str) -> Option<TextPlace> {
     let (mut node, mut key, mut section) = (root, (1, 1), None);
     for name in path.split('.') {
         (key, node) = entry(node, name)?;
         section.get_or_insert(key.0);
     }
-    Some(Place { section: section?, key, value: (node.place.line, node.place.column) })
+    Some(TextPlace { section: section?, key, value: (node.place.line, node.place.column) })
 }
 
 /// Line (from 0) and column (from 0, exclusive) where the value at `place` ends.
-fn span(lines: &[String], place: &Place) -> Option<(usize, usize)> {
+fn span(lines: &[String], place: &TextPlace) -> Option<(usize, usize)> {
     let (first, column) = (place.value.0 - 1, place.value.1 - 1);
     let text: Vec<char> = lines.get(first)?.chars().collect();
     match text.get(column)? {

@@ -28,7 +28,7 @@ use numerics::chance::DrawLaw;
 use procedural::Parameter;
 use serde_json::{Value as Json, json};
 
-use super::class::Class;
+use super::class::SampleClass;
 use super::distribution::Distribution;
 use super::keys::alternatives::ALTERNATIVES;
 use super::keys::{self, SECTIONS};
@@ -257,10 +257,10 @@ pub(super) fn mixtures(
     pairs: &[WrittenPair],
     subject: Option<Subject>,
     base: &BTreeMap<String, Distribution>,
-    classes: &[Class],
+    classes: &[SampleClass],
 ) -> Vec<ScoreMixture> {
     let keys: BTreeSet<&String> = pairs.iter().flat_map(|written| &written.pair.keys).collect();
-    let is_drawn = |class: &Class, path: &String| {
+    let is_drawn = |class: &SampleClass, path: &String| {
         let distribution = class.overrides.get(path).or_else(|| base.get(path));
         let law = keys::parameter(subject, path).zip(distribution).map(|(parameter, own)| own.law(parameter));
         matches!(law, Some(DrawLaw::Continuous { .. }))

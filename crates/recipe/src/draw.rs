@@ -22,7 +22,7 @@ use super::balance::{self, ClassRotation};
 use super::distribution::Distribution;
 use super::log_group::{self, LogBoard};
 use super::sampling::{self, Sampling};
-use super::{Class, Plan, Recipe, Scene, keys};
+use super::{Plan, Recipe, SampleClass, Scene, keys};
 use bench::parameters::Bench;
 use bench::split::Split;
 
@@ -111,7 +111,7 @@ impl Recipe {
     pub fn cut_off(&self) -> BTreeMap<String, f64> {
         let share = |parameter: &'static Parameter| {
             let path = parameter.path();
-            let cut = |class: &Class| {
+            let cut = |class: &SampleClass| {
                 let distribution = class.overrides.get(&path).or_else(|| self.parameters.get(&path))?;
                 Some(class.share * (1.0 - distribution.chance_inside(parameter)))
             };
@@ -122,7 +122,7 @@ impl Recipe {
     }
 
     /// The class of sample `index`.
-    pub fn class_of(&self, seed: u64, index: u64) -> &Class {
+    pub fn class_of(&self, seed: u64, index: u64) -> &SampleClass {
         &self.classes[self.rotation(seed).class(index / self.boards_per_log())]
     }
 

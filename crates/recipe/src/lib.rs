@@ -51,7 +51,7 @@ use bench::split::Split;
 
 pub use self::canonical::differences;
 pub use self::changes::{Change, changed_text};
-pub use self::class::Class;
+pub use self::class::SampleClass;
 pub use self::constraints::of_samples::SampleNeeds;
 pub use self::distribution::Distribution;
 pub use self::embedded::{BuiltInRecipe, RecipeError};
@@ -75,7 +75,7 @@ pub struct Recipe {
     /// Every parameter's distribution by path.
     parameters: BTreeMap<String, Distribution>,
     /// By name.
-    classes: Vec<Class>,
+    classes: Vec<SampleClass>,
     sampling: Sampling,
     /// What correlations do in each class.
     mixtures: Vec<ScoreMixture>,
@@ -293,7 +293,7 @@ impl Recipe {
     }
 
     /// The classes by name; their shares sum to 1.
-    pub fn classes(&self) -> &[Class] {
+    pub fn classes(&self) -> &[SampleClass] {
         &self.classes
     }
 

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::changes::{self, SET};
-use super::class::Class;
+use super::class::SampleClass;
 use super::constraints::{self, RecipeObject, needs};
 use super::correlation::{self, CORRELATIONS, Correlation, ScoreMixture, WrittenPair};
 use super::distribution::{self, Distribution};
@@ -34,7 +34,7 @@ pub(super) struct Resolved {
     pub subject: Subject,
     pub settings: Settings,
     pub parameters: BTreeMap<String, Distribution>,
-    pub classes: Vec<Class>,
+    pub classes: Vec<SampleClass>,
     pub sampling: Sampling,
     /// Pairs of keys, in their order.
     pub correlations: Vec<Correlation>,
@@ -112,7 +112,7 @@ struct WrittenKeys {
     parameters: BTreeMap<String, Distribution>,
     sampling: Option<Sampling>,
     pairs: Vec<WrittenPair>,
-    classes: Vec<Class>,
+    classes: Vec<SampleClass>,
 }
 
 /// Reads every key, each in its own range. The subject comes first, by which sections are known; classes come last,
@@ -263,7 +263,7 @@ fn classes(
     node: &YamlNode,
     subject: Option<Subject>,
     base: &BTreeMap<String, Distribution>,
-) -> Vec<Class> {
+) -> Vec<SampleClass> {
     let entries = yaml.mapping(node, "classes").take_all();
     if entries.is_empty() || entries.len() > MAX_CLASSES {
         let problem = format!("has {} classes", entries.len());
@@ -306,7 +306,7 @@ fn class(
     path: &str,
     subject: Option<Subject>,
     base: &BTreeMap<String, Distribution>,
-) -> Option<Class> {
+) -> Option<SampleClass> {
     let mut map = yaml.mapping(node, path);
     let range = NumberRange { min: 0.0, max: MAX_SHARE, whole: false, unit: "" };
     let share = required(yaml, &mut map, node, "share").and_then(|node| {
@@ -332,7 +332,7 @@ fn class(
     });
     // What repeats the top level has no meaning of its own and leaves the hash as it is.
     overrides.retain(|path, distribution| base.get(path) != Some(distribution));
-    Some(Class { name: name.to_owned(), share: share?, overrides })
+    Some(SampleClass { name: name.to_owned(), share: share?, overrides })
 }
 
 /// The value of a key that has no default.

@@ -83,7 +83,7 @@ fn level(angle: f32) -> Mat3 {
 }
 
 /// A cavity and what lies in it.
-pub struct Cavity<'a> {
+pub struct TabletRoom<'a> {
     /// Middle of the pocket [mm].
     pub middle: Vec2,
     /// Its long axis [1].
@@ -96,7 +96,7 @@ pub struct Cavity<'a> {
     pub margin: f32,
 }
 
-impl Cavity<'_> {
+impl TabletRoom<'_> {
     /// Whether a pose lies inside.
     pub fn holds(&self, pose: &Pose, probes: &[Vec3]) -> bool {
         probes.iter().all(|&probe| {

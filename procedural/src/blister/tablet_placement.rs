@@ -11,7 +11,7 @@ use super::damage::{Damage, damage};
 use super::pack_point::TabletDamage;
 use super::parameters::{Blister, Tablet};
 use super::plan::{self, PlannedDefect, graded};
-use super::pose::{Cavity, DrawnPose, Pose};
+use super::pose::{DrawnPose, Pose, TabletRoom};
 use super::solid::{CutPlane, Solid};
 use super::tablet::{self, TabletForm};
 use super::{Pack, flange};
@@ -199,7 +199,7 @@ impl Pack {
                 leaf.low(lay.warp(p).1) - BESIDE_MM * leaf.slope.length()
             };
             let margin = MARGIN_MM + self.slack + more;
-            let cavity = Cavity { middle, axis: web.formed.axis, floor, ceiling: &ceiling, margin };
+            let cavity = TabletRoom { middle, axis: web.formed.axis, floor, ceiling: &ceiling, margin };
             if let Some(pose) = cavity.settle(form, probes, wish) {
                 // Bumps between the probes take what the probes must then keep in addition.
                 let room = room(form, &pose, &ceiling) - self.slack;

@@ -54,7 +54,7 @@ pub(super) struct Decay {
     edge: Option<(f32, u16)>,
     /// Mean distance of the front from the pith [mm], and its instance.
     heart: Option<(f32, u16)>,
-    pockets: Vec<Pocket>,
+    pockets: Vec<RotPocket>,
     /// Severity behind the front, 0 to 1 [1].
     severity: f32,
     /// Half width of the front [mm].
@@ -77,7 +77,7 @@ pub(super) struct Decay {
 
 /// A spindle of decay.
 #[derive(Debug, Clone, Copy)]
-struct Pocket {
+struct RotPocket {
     /// Distance from the pith, azimuth [rad] and place along the log of its middle [mm].
     r: f32,
     azimuth: f32,
@@ -135,7 +135,7 @@ impl Decay {
             let place = trunk.place(spot.x, spot.y, face.height);
             let half = 0.5 * length as f32;
             let id = note(Class::Rot, f64::from(spot.x), f64::from(spot.y), length);
-            Pocket { r: place.r, azimuth: place.phi, along: place.l, half: [half / POCKET_LENGTHS, half], id }
+            RotPocket { r: place.r, azimuth: place.phi, along: place.l, half: [half / POCKET_LENGTHS, half], id }
         });
         let pockets = pockets.collect();
         let incipient_id = match asked.incipient_mm > 0.0 {

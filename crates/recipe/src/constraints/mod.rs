@@ -15,7 +15,7 @@ pub(super) mod transport;
 use std::collections::BTreeMap;
 
 use self::bounds::DrawBounds;
-use super::class::Class;
+use super::class::SampleClass;
 use super::distribution::Distribution;
 use super::file_contents::FileContents;
 use super::keys::settings::Settings;
@@ -51,7 +51,7 @@ pub(super) fn check(
     yaml: &mut YamlReader,
     object: RecipeObject,
     parameters: &BTreeMap<String, Distribution>,
-    classes: &[Class],
+    classes: &[SampleClass],
 ) {
     settings(yaml, object.subject, object.settings);
     scenes(parameters, classes, &mut |own| scene(yaml, object, own));
@@ -61,7 +61,7 @@ pub(super) fn check(
 pub(super) fn notes(
     object: RecipeObject,
     parameters: &BTreeMap<String, Distribution>,
-    classes: &[Class],
+    classes: &[SampleClass],
 ) -> Vec<String> {
     let mut notes = Vec::new();
     scenes(parameters, classes, &mut |own| {
@@ -74,7 +74,7 @@ pub(super) fn notes(
 }
 
 /// The parameters of the top level, then of each class.
-fn scenes(parameters: &BTreeMap<String, Distribution>, classes: &[Class], each: &mut dyn FnMut(&DrawBounds)) {
+fn scenes(parameters: &BTreeMap<String, Distribution>, classes: &[SampleClass], each: &mut dyn FnMut(&DrawBounds)) {
     each(&DrawBounds { prefix: "", base: parameters, overrides: &BTreeMap::new() });
     for class in classes {
         let prefix = format!("classes.{}.", class.name);

@@ -7,7 +7,7 @@
 use std::collections::BTreeMap;
 
 use super::bounds::DrawBounds;
-use crate::class::Class;
+use crate::class::SampleClass;
 use crate::distribution::Distribution;
 use crate::keys;
 use crate::keys::idle::{Idle, Wording};
@@ -29,7 +29,7 @@ pub(crate) fn refuse(
     subject: Option<Subject>,
     settings: &Settings,
     base: &BTreeMap<String, Distribution>,
-    classes: &[Class],
+    classes: &[SampleClass],
 ) {
     idle(Unmet::Refused, (subject, settings, base, classes), &mut |key, problem, remedy| {
         yaml.joint_fault(&[key], problem, remedy);
@@ -41,7 +41,7 @@ pub(crate) fn notes(
     subject: Option<Subject>,
     settings: &Settings,
     base: &BTreeMap<String, Distribution>,
-    classes: &[Class],
+    classes: &[SampleClass],
 ) -> Vec<String> {
     let mut notes = Vec::new();
     idle(Unmet::Noted, (subject, settings, base, classes), &mut |key, problem, remedy| {
@@ -61,7 +61,7 @@ pub(super) fn not_zero(settings: &Settings, scene: &DrawBounds, path: &str) -> V
 }
 
 /// Notes tubes of wood that can be drawn wider than so many have room for.
-fn narrowed(base: &BTreeMap<String, Distribution>, classes: &[Class], notes: &mut Vec<String>) {
+fn narrowed(base: &BTreeMap<String, Distribution>, classes: &[SampleClass], notes: &mut Vec<String>) {
     for (count, width, tubes) in [
         ("anatomy.canals_per_mm2", "anatomy.canal_um", "canals"),
         ("anatomy.pores_per_mm2", "anatomy.pore_um", "vessels"),
@@ -88,7 +88,7 @@ fn narrowed(base: &BTreeMap<String, Distribution>, classes: &[Class], notes: &mu
 /// The keys that have no effect, at the top level and in each class, with the reason and the remedy.
 fn idle(
     unmet: Unmet,
-    (subject, settings, base, classes): (Option<Subject>, &Settings, &BTreeMap<String, Distribution>, &[Class]),
+    (subject, settings, base, classes): (Option<Subject>, &Settings, &BTreeMap<String, Distribution>, &[SampleClass]),
     tell: &mut dyn FnMut(String, String, String),
 ) {
     let none = BTreeMap::new();

@@ -18,7 +18,7 @@ use procedural::Body;
 use transport::kernel::film_stack::FACET_TURN;
 
 use super::enclosure::{Facet, Mirror, arrives, exchange, settle};
-use super::room::{BodyTop, Cell, Foil, Grid, Sample, Tops, cells, rooms};
+use super::room::{BodyTop, Cell, CellFoil, CellGrid, FilmSample, Tops, cells, rooms};
 
 /// Cells of the card around a pocket that its walls light.
 const CARD_CELLS: usize = 5;
@@ -28,14 +28,14 @@ const LANES: usize = 16;
 /// A pocket whose light is worked out once somebody asks: many a card reaches beyond what is scanned of it.
 #[derive(Debug)]
 pub(crate) struct Pocket {
-    samples: Vec<Sample>,
-    grid: Grid,
+    samples: Vec<FilmSample>,
+    grid: CellGrid,
     cavity: OnceLock<Arc<Cavity>>,
 }
 
 impl Pocket {
-    fn of(samples: Vec<Sample>) -> Self {
-        let grid = Grid::over(&samples);
+    fn of(samples: Vec<FilmSample>) -> Self {
+        let grid = CellGrid::over(&samples);
         Self { samples, grid, cavity: OnceLock::new() }
     }
 
@@ -49,7 +49,7 @@ impl Pocket {
 /// What a pocket does to light.
 #[derive(Debug)]
 pub(crate) struct Cavity {
-    grid: Grid,
+    grid: CellGrid,
     /// The facet of film in each cell; beside the pocket, the nearest.
     film: Vec<u16>,
     /// Whether a cell or one beside it has film: other pockets may stand in the rest of the grid.
@@ -68,7 +68,7 @@ pub(crate) struct Cavity {
 /// The card around a pocket.
 #[derive(Debug)]
 struct Card {
-    grid: Grid,
+    grid: CellGrid,
     /// Its cells beside the film, and at most one cell under that.
     cells: Vec<usize>,
     /// The facets of film that light it.
@@ -105,16 +105,16 @@ fn lobes(cells: &[Cell], mirror: Mirror, pitch: f32) -> Vec<f32> {
 }
 
 impl Cavity {
-    fn of(samples: &[Sample]) -> Self {
-        let grid = Grid::over(samples);
+    fn of(samples: &[FilmSample]) -> Self {
+        let grid = CellGrid::over(samples);
         Self::solve(samples, grid, cells(samples, &grid))
     }
 
     /// The cavity of these samples in cells.
-    fn solve(samples: &[Sample], grid: Grid, cells: Vec<Cell>) -> Self {
+    fn solve(samples: &[FilmSample], grid: CellGrid, cells: Vec<Cell>) -> Self {
         let films = cells.len();
-        let foil: Vec<Foil> = cells.iter().filter_map(|cell| cell.foil).collect();
-        let mean = |value: &dyn Fn(&Foil) -> f32| foil.iter().map(value).sum::<f32>() / foil.len() as f32;
+        let foil: Vec<CellFoil> = cells.iter().filter_map(|cell| cell.foil).collect();
+        let mean = |value: &dyn Fn(&CellFoil) -> f32| foil.iter().map(value).sum::<f32>() / foil.len() as f32;
         let bodies: Vec<usize> = (0..films).filter(|&film| cells[film].body.is_some()).collect();
         let tops = || bodies.iter().filter_map(|&cell| cells[cell].body.as_ref());
         let mirror = match foil.is_empty() {
@@ -148,8 +148,8 @@ impl Cavity {
 }
 
 impl Card {
-    fn around(film: &Grid, cells: &[Cell]) -> Self {
-        let grid = Grid {
+    fn around(film: &CellGrid, cells: &[Cell]) -> Self {
+        let grid = CellGrid {
             corner: film.corner - CARD_CELLS as f32 * film.pitch,
             cells: film.cells.map(|cells| cells + 2 * CARD_CELLS),
             ..*film
@@ -187,7 +187,7 @@ impl Card {
 }
 
 /// The facet of film nearest to each cell.
-fn nearest(grid: &Grid, cells: &[Cell]) -> Vec<u16> {
+fn nearest(grid: &CellGrid, cells: &[Cell]) -> Vec<u16> {
     let distance = |cell: usize, other: &Cell| grid.middle(cell).distance_squared(grid.middle(other.number));
     (0..grid.cells[0] * grid.cells[1])
         .map(|cell| {
@@ -199,7 +199,7 @@ fn nearest(grid: &Grid, cells: &[Cell]) -> Vec<u16> {
 }
 
 /// Whether each cell, or one beside it, has film.
-fn near(grid: &Grid, cells: &[Cell]) -> Vec<bool> {
+fn near(grid: &CellGrid, cells: &[Cell]) -> Vec<bool> {
     let mut near = vec![false; grid.cells[0] * grid.cells[1]];
     cells.iter().flat_map(|cell| grid.beside(cell.number)).for_each(|number| near[number] = true);
     near
@@ -273,7 +273,7 @@ impl CavityLight {
                 let leaves = shares.out * arrived + shares.straight_out * lobe;
                 let top = |top: &BodyTop| top.shares.seen_below * tops.next().copied().unwrap_or(0.0);
                 // Foil shows the film's lower side.
-                let foil = |foil: &Foil| foil.part * foil.reflectance * shares.held * arrived;
+                let foil = |foil: &CellFoil| foil.part * foil.reflectance * shares.held * arrived;
                 let below = cell.body.as_ref().map_or(0.0, top) + cell.foil.as_ref().map_or(0.0, foil);
                 (leaves / level, below / level)
             })
@@ -350,7 +350,7 @@ mod tests {
         }
 
         /// Its film's samples, as thin as nothing.
-        fn samples(&self, medium: Medium, under: Medium) -> Vec<Sample> {
+        fn samples(&self, medium: Medium, under: Medium) -> Vec<FilmSample> {
             let count = (2.0 * self.radius / SAMPLE_MM) as usize + 1;
             let at = |n: usize| (n as f32 - 0.5 * (count - 1) as f32) * SAMPLE_MM;
             let places = (0..count * count).map(|n| Vec2::new(at(n % count), at(n / count)));
@@ -359,7 +359,7 @@ mod tests {
                 let surface = Surface { z: z + self.middle().z, slope_x: -place.x / z, slope_y: -place.y / z };
                 let (gap_mm, under_slope) = (Some(surface.z), [0.0; 2]);
                 let film = Film { thickness_mm: 1e-6, gap_mm, room_mm: [self.radius; 2], under, under_slope };
-                Sample { place, surface, medium, film }
+                FilmSample { place, surface, medium, film }
             };
             places.filter(|place| place.length() < self.radius).map(sample).collect()
         }
@@ -387,7 +387,7 @@ mod tests {
         let foil = Gloss { share: 1.0, reflectance: 0.9, roughness: [0.1; 2], matte: 0.0 };
         let medium = Medium::isotropic(0.0, 20.0, 1.5, Gloss::NONE);
         let samples = cap.samples(medium, Medium::opaque(foil));
-        let aslant: Vec<Sample> =
+        let aslant: Vec<FilmSample> =
             samples.into_iter().filter(|sample| (sample.place.x - sample.place.y).abs() < 1.5).collect();
         let cavity = Cavity::of(&aslant);
         assert!(aslant.iter().all(|sample| cavity.holds(sample.place)));
@@ -416,7 +416,7 @@ mod tests {
             let foil = Gloss { share: 1.0, reflectance, roughness: [0.1; 2], matte: 0.0 };
             let medium = Medium::isotropic(0.0, 1.0, 1.5, Gloss::NONE);
             let samples = cap.samples(medium, Medium::opaque(foil));
-            let grid = Grid::over(&samples);
+            let grid = CellGrid::over(&samples);
             let mut cells = cells(&samples, &grid);
             // What film this thin would not do.
             let [held, out] = [rng.random_range(0.2..0.7), 0.25];

@@ -25,7 +25,7 @@ const HIDES_MM: f32 = 0.1;
 
 /// A grid of square cells, seen from above.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Grid {
+pub(super) struct CellGrid {
     /// Corner of the first cell [mm].
     pub corner: Vec2,
     /// Side of a cell [mm].
@@ -33,9 +33,9 @@ pub(super) struct Grid {
     pub cells: [usize; 2],
 }
 
-impl Grid {
+impl CellGrid {
     /// Over the samples of a pocket.
-    pub fn over(samples: &[Sample]) -> Self {
+    pub fn over(samples: &[FilmSample]) -> Self {
         let places = || samples.iter().map(|sample| sample.place);
         let corner = places().fold(Vec2::INFINITY, Vec2::min) - 0.5 * SAMPLE_MM;
         let end = places().fold(Vec2::NEG_INFINITY, Vec2::max) + 0.5 * SAMPLE_MM;
@@ -90,14 +90,14 @@ impl Grid {
 
 /// Film at a place over air.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Sample {
+pub(super) struct FilmSample {
     pub place: Vec2,
     pub surface: Surface,
     pub medium: Medium,
     pub film: Film,
 }
 
-impl Sample {
+impl FilmSample {
     fn is_over_foil(&self) -> bool {
         self.film.under.gloss.is_metal()
     }
@@ -117,7 +117,7 @@ pub(super) struct Cell {
     pub shares: FilmShares,
     /// What lies below it in whole or in part.
     pub body: Option<BodyTop>,
-    pub foil: Option<Foil>,
+    pub foil: Option<CellFoil>,
 }
 
 /// The part of a cell that stands over a tablet, or over something else that scatters.
@@ -134,7 +134,7 @@ pub(super) struct BodyTop {
 
 /// The part of a cell that stands over foil.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Foil {
+pub(super) struct CellFoil {
     /// Its height [mm].
     pub z: f32,
     /// Part of the cell [1].
@@ -145,7 +145,7 @@ pub(super) struct Foil {
 }
 
 /// Samples of the film of each pocket.
-pub(super) fn rooms(body: &Body) -> Vec<Vec<Sample>> {
+pub(super) fn rooms(body: &Body) -> Vec<Vec<FilmSample>> {
     let (low, high) = body.bounds();
     let (low, size) = (low.truncate(), (high - low).truncate() / SAMPLE_MM);
     let [columns, rows] = [size.x as usize + 1, size.y as usize + 1];
@@ -155,7 +155,7 @@ pub(super) fn rooms(body: &Body) -> Vec<Vec<Sample>> {
         let surface = slice.surface(place.x)?;
         let matter = slice.matter(place.x, surface.z);
         let film = matter.film.filter(Film::is_over_room)?;
-        Some(Sample { place, surface, medium: matter.medium, film })
+        Some(FilmSample { place, surface, medium: matter.medium, film })
     };
     let mut seen = vec![false; columns * rows];
     let mut rooms = Vec::new();
@@ -185,7 +185,7 @@ pub(super) fn rooms(body: &Body) -> Vec<Vec<Sample>> {
 }
 
 /// The cells of a pocket's film, on its grid.
-pub(super) fn cells(samples: &[Sample], grid: &Grid) -> Vec<Cell> {
+pub(super) fn cells(samples: &[FilmSample], grid: &CellGrid) -> Vec<Cell> {
     let mut members = vec![Vec::new(); grid.cells[0] * grid.cells[1]];
     for sample in samples {
         members[grid.cell(sample.place)].push(sample);
@@ -201,13 +201,14 @@ pub(super) fn cells(samples: &[Sample], grid: &Grid) -> Vec<Cell> {
 
 impl Cell {
     /// Of these samples.
-    fn of(number: usize, samples: &[&Sample], kernel: &mut FilmStackKernel) -> Self {
-        let (bodies, foil): (Vec<&Sample>, Vec<&Sample>) = samples.iter().partition(|sample| !sample.is_over_foil());
-        let part = |of: &[&Sample]| of.len() as f32 / samples.len() as f32;
+    fn of(number: usize, samples: &[&FilmSample], kernel: &mut FilmStackKernel) -> Self {
+        let (bodies, foil): (Vec<&FilmSample>, Vec<&FilmSample>) =
+            samples.iter().partition(|sample| !sample.is_over_foil());
+        let part = |of: &[&FilmSample]| of.len() as f32 / samples.len() as f32;
         let level = SAMPLE_MM * SAMPLE_MM;
-        let below = |sample: &Sample| height_below(&sample.surface, &sample.film);
-        let mut shares = |sample: &Sample| kernel.shares(&sample.medium, &sample.film);
-        let film_at = |sample: &Sample| below(sample) + sample.film.gap_mm.unwrap_or(0.0).max(LEAST_GAP_MM);
+        let below = |sample: &FilmSample| height_below(&sample.surface, &sample.film);
+        let mut shares = |sample: &FilmSample| kernel.shares(&sample.medium, &sample.film);
+        let film_at = |sample: &FilmSample| below(sample) + sample.film.gap_mm.unwrap_or(0.0).max(LEAST_GAP_MM);
         let normal = |[x, y]: [f32; 2]| Vec3::new(-x, -y, 1.0) * level;
         Self {
             number,
@@ -221,7 +222,7 @@ impl Cell {
                 part: part(&bodies),
                 shares: shares(bodies[bodies.len() / 2]),
             }),
-            foil: (!foil.is_empty()).then(|| Foil {
+            foil: (!foil.is_empty()).then(|| CellFoil {
                 z: mean_place(&foil, below).z,
                 part: part(&foil),
                 reflectance: foil[0].film.under.gloss.reflectance,
@@ -232,23 +233,23 @@ impl Cell {
 }
 
 /// Mean place of samples at these heights [mm].
-fn mean_place(samples: &[&Sample], z: impl Fn(&Sample) -> f32) -> Vec3 {
+fn mean_place(samples: &[&FilmSample], z: impl Fn(&FilmSample) -> f32) -> Vec3 {
     samples.iter().map(|sample| sample.place.extend(z(sample))).sum::<Vec3>() / samples.len() as f32
 }
 
 /// Heights of bodies at the samples of a pocket; nothing where those show foil.
 pub(super) struct Tops {
     /// Where the samples stand.
-    pub grid: Grid,
+    pub grid: CellGrid,
     pub z: Vec<f32>,
     /// The highest of them.
     pub highest: f32,
 }
 
 impl Tops {
-    pub fn of(samples: &[Sample], cells: &Grid) -> Self {
+    pub fn of(samples: &[FilmSample], cells: &CellGrid) -> Self {
         let times = (cells.pitch / SAMPLE_MM).round() as usize;
-        let grid = Grid { pitch: SAMPLE_MM, cells: cells.cells.map(|cells| cells * times), ..*cells };
+        let grid = CellGrid { pitch: SAMPLE_MM, cells: cells.cells.map(|cells| cells * times), ..*cells };
         let mut z = vec![f32::MIN; grid.cells[0] * grid.cells[1]];
         for sample in samples.iter().filter(|sample| !sample.is_over_foil()) {
             z[grid.cell(sample.place)] = height_below(&sample.surface, &sample.film);
@@ -270,7 +271,7 @@ impl Tops {
     }
 
     /// Upright sides of bodies, down to the `floor`: those of each cell of `cells` that look the same way together.
-    pub fn sides(&self, cells: &Grid, members: &[Cell], floor: f32) -> Vec<Facet> {
+    pub fn sides(&self, cells: &CellGrid, members: &[Cell], floor: f32) -> Vec<Facet> {
         let [columns, rows] = self.grid.cells.map(|cells| cells as isize);
         let mut sides = Vec::new();
         for (cell, body) in members.iter().filter_map(|cell| Some((cell, cell.body.as_ref()?))) {

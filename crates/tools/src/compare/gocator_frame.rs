@@ -33,7 +33,7 @@ pub(super) struct GocatorSurface {
 }
 
 /// A grid with the places beside it.
-struct Grid {
+struct FrameGrid {
     x: Vec<f64>,
     y: Vec<f64>,
     values: Vec<f64>,
@@ -51,7 +51,7 @@ pub(super) fn is_export(text: &str) -> bool {
 /// Reads the surface of an export.
 pub(super) fn surface(text: &str) -> Result<GocatorSurface, Refusal> {
     let mut lines = text.trim_start_matches('\u{feff}').lines().enumerate().peekable();
-    let mut grids: Vec<Grid> = Vec::new();
+    let mut grids: Vec<FrameGrid> = Vec::new();
     let mut resolution = [None; 2];
     let mut is_intensity = false;
     while let Some((i, line)) = lines.next() {
@@ -62,7 +62,7 @@ pub(super) fn surface(text: &str) -> Result<GocatorSurface, Refusal> {
         let mut in_line = separator.fields(line);
         if in_line.next().is_some_and(|corner| corner.eq_ignore_ascii_case(CORNER)) {
             let x = places(i + 1, &in_line.collect::<Vec<_>>())?;
-            let mut grid = Grid { x, y: Vec::new(), values: Vec::new(), is_intensity };
+            let mut grid = FrameGrid { x, y: Vec::new(), values: Vec::new(), is_intensity };
             while let Some((i, line)) = lines.next_if(|(_, line)| line.trim().is_empty() || is_row(line, separator)) {
                 if !line.trim().is_empty() {
                     grid.add(i + 1, separator.fields(line))?;
@@ -93,7 +93,8 @@ pub(super) fn surface(text: &str) -> Result<GocatorSurface, Refusal> {
             resolution[axis] = resolution[axis].or(found.filter(|mm| mm.is_finite() && *mm > 0.0));
         }
     }
-    let (intensity, mut range): (Vec<Grid>, Vec<Grid>) = grids.into_iter().partition(|grid| grid.is_intensity);
+    let (intensity, mut range): (Vec<FrameGrid>, Vec<FrameGrid>) =
+        grids.into_iter().partition(|grid| grid.is_intensity);
     let surfaces = range.len();
     let (Some(grid), 1) = (range.pop(), surfaces) else {
         let what = format!("it holds {surfaces} surfaces");
@@ -149,7 +150,7 @@ fn places(line: usize, fields: &[&str]) -> Result<Vec<f64>, Refusal> {
     Ok(found)
 }
 
-impl Grid {
+impl FrameGrid {
     /// Adds a row: its place, then a number for each column; what is missing at its end is missing.
     fn add<'a>(&mut self, line: usize, mut fields: impl Iterator<Item = &'a str>) -> Result<(), Refusal> {
         self.y.extend(fields.next().and_then(|place| place.parse::<f64>().ok()));

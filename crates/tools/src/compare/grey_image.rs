@@ -40,7 +40,8 @@ impl ScanFormat for GreyImage {
         let bytes = bytes.map_err(|e| Fault::at(path, format!("it cannot be read: {e}"), "give a grey PNG or TIFF"))?;
         let is_png = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("png"));
         let read = if is_png { png(&bytes) } else { tiff(&bytes) };
-        let map = read.map_err(|what| Fault::at(path, what, "give one map as a grey PNG or TIFF (docs/guide/compare.md)"));
+        let map =
+            read.map_err(|what| Fault::at(path, what, "give one map as a grey PNG or TIFF (docs/guide/compare.md)"));
         map.map(ScanContent::Grid)
     }
 }

@@ -18,7 +18,7 @@ use super::map_scale::MapScales;
 use super::picture::TrainingPicture;
 use super::picture_options::{PictureContent, PictureOptions};
 use super::run_length::RunLengthMask;
-use super::sample::{Region, Sample};
+use super::sample::{ExportSample, Region};
 use super::source::{ExportProgress, Source};
 use bench::split::Split;
 use dataset::Fault;
@@ -112,14 +112,14 @@ impl Export for Coco {
             let scaling = scalings.as_ref().map_or(Value::Null, |scalings| scalings.json(source.head().range_unit()));
             let head = header(source, &classes, &scaling);
             let mut documents: BTreeMap<Split, CocoDocument> = BTreeMap::new();
-            let work = |sample: &Sample| {
+            let work = |sample: &ExportSample| {
                 out.put(&format!("images/{}/{}.png", sample.split.name(), sample.key), || match &scalings {
                     Some(scalings) => Ok(TrainingPicture::of(sample, scalings)?.png()),
                     None => sample.png(maps[0]),
                 })?;
                 annotations(sample, &classes, self)
             };
-            let take = |sample: &Sample, annotations: Vec<Value>| {
+            let take = |sample: &ExportSample, annotations: Vec<Value>| {
                 let document = match documents.entry(sample.split) {
                     std::collections::btree_map::Entry::Occupied(entry) => entry.into_mut(),
                     std::collections::btree_map::Entry::Vacant(entry) => {
@@ -167,7 +167,7 @@ impl CocoDocument {
         Ok(Self { images, annotations: out.create(&format!("{name}.part"))?, counts: [0, 0] })
     }
 
-    fn push(&mut self, sample: &Sample, annotations: Vec<Value>) -> Result<(), Fault> {
+    fn push(&mut self, sample: &ExportSample, annotations: Vec<Value>) -> Result<(), Fault> {
         let entry = image(sample)?;
         self.images.push(format!("{}\n{entry}", if self.counts[0] == 0 { "" } else { "," }).as_bytes())?;
         self.counts[0] += 1;
@@ -191,7 +191,7 @@ impl CocoDocument {
 }
 
 /// The entry of an image: the keys that COCO defines, and the identity of the sample.
-fn image(sample: &Sample) -> Result<Value, Fault> {
+fn image(sample: &ExportSample) -> Result<Value, Fault> {
     let mut entry = json!({
         "id": sample.index, "file_name": format!("{}.png", sample.key), "width": sample.cols, "height": sample.rows,
     });
@@ -214,7 +214,7 @@ fn image(sample: &Sample) -> Result<Value, Fault> {
 }
 
 /// The objects of a sample, each with its mask from the instance image.
-fn annotations(sample: &Sample, classes: &[Category], options: &Coco) -> Result<Vec<Value>, Fault> {
+fn annotations(sample: &ExportSample, classes: &[Category], options: &Coco) -> Result<Vec<Value>, Fault> {
     let objects = sample.objects()?;
     let pixels = sample.grey("instance")?.numbers();
     let whole = |object: &Map<String, Value>, name: &str| whole(object, name).map_err(|what| sample.fault(what));
@@ -292,7 +292,7 @@ fn outer(objects: &[&Map<String, Value>]) -> Result<Vec<Option<u16>>, String> {
 }
 
 fn annotation(
-    sample: &Sample,
+    sample: &ExportSample,
     object: &Map<String, Value>,
     class: u64,
     bbox: Region,

@@ -67,7 +67,7 @@ impl MapScales {
         if !unknown.is_empty() {
             let mut images = unknown.clone();
             images.extend(Some("label").filter(|label| source.has(label)));
-            let work = |sample: &Sample| {
+            let work = |sample: &ExportSample| {
                 let labels = source.has("label").then(|| sample.grey("label")).transpose()?.map(|grey| grey.numbers());
                 unknown.iter().map(|name| histogram(sample, name, labels.as_deref())).collect::<Result<Vec<_>, _>>()
             };
@@ -114,12 +114,12 @@ impl MapScales {
 }
 
 /// What numbers of a stored map mean: `offset + scale * n`.
-pub(super) fn physical_scale(sample: &Sample, map: &str) -> Result<[f64; 2], Fault> {
+pub(super) fn physical_scale(sample: &ExportSample, map: &str) -> Result<[f64; 2], Fault> {
     if map == "range" { sample.range_scale() } else { Ok([0.0, 1.0]) }
 }
 
 /// How many pixels that show the object have each value of a map: whole DN, hundredths of a millimetre or of a row.
-fn histogram(sample: &Sample, map: &str, labels: Option<&[u16]>) -> Result<Vec<(i64, u64)>, Fault> {
+fn histogram(sample: &ExportSample, map: &str, labels: Option<&[u16]>) -> Result<Vec<(i64, u64)>, Fault> {
     let [offset, scale] = physical_scale(sample, map)?;
     let numbers = sample.grey(map)?.numbers();
     let mut pixels = vec![0_u64; 1 << 16];

@@ -19,7 +19,7 @@ use super::format::{Export, ExportFormat};
 use super::map_scale::MapScales;
 use super::picture::TrainingPicture;
 use super::picture_options::PictureOptions;
-use super::sample::{Region, Sample};
+use super::sample::{ExportSample, Region};
 use super::source::{ExportProgress, Source};
 use bench::split::Split;
 use dataset::{Fault, Grey, write_png};
@@ -82,8 +82,8 @@ impl Export for Mvtec {
             let scalings = scalings.map_err(|e| out.withdrawn(e))?;
             let mut counts: BTreeMap<String, u64> = BTreeMap::new();
             let mut left_out = 0;
-            let work = |sample: &Sample| pictures(sample, &out, self.patch_px, &scalings, &good);
-            let take = |_: &Sample, folders: Vec<Option<String>>| {
+            let work = |sample: &ExportSample| pictures(sample, &out, self.patch_px, &scalings, &good);
+            let take = |_: &ExportSample, folders: Vec<Option<String>>| {
                 for folder in folders {
                     match folder {
                         Some(folder) => *counts.entry(folder).or_default() += 1,
@@ -159,7 +159,7 @@ fn notes(source: &Source, left_out: u64, counts: &BTreeMap<String, u64>) -> Vec<
 
 /// Writes the pictures of a sample; gives the folder of each, none for those that are left out.
 fn pictures(
-    sample: &Sample,
+    sample: &ExportSample,
     out: &ExportFolder,
     patch_px: Option<u32>,
     scalings: &MapScales,
@@ -206,7 +206,7 @@ fn pictures(
 }
 
 /// The parts of a picture. Patches cover all of it, evenly apart, and overlap where its sides are no multiples of theirs.
-fn parts(sample: &Sample, patch_px: Option<usize>) -> Vec<Region> {
+fn parts(sample: &ExportSample, patch_px: Option<usize>) -> Vec<Region> {
     let Some(side) = patch_px else { return vec![Region { top: 0, left: 0, rows: sample.rows, cols: sample.cols }] };
     let starts = |length: usize| {
         let count = length.div_ceil(side);

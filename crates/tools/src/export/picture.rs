@@ -6,7 +6,7 @@ use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};
 
 use super::map_scale::{MapScales, physical_scale};
-use super::sample::{Region, Sample};
+use super::sample::{ExportSample, Region};
 use dataset::{Fault, Grey, write_png};
 
 /// Pixels of a picture with 8 bits, channels together `[rows, cols, channels]`.
@@ -19,7 +19,7 @@ pub(super) struct TrainingPicture {
 
 impl TrainingPicture {
     /// The picture of a sample, scaled as the whole dataset is.
-    pub(super) fn of(sample: &Sample, scalings: &MapScales) -> Result<Self, Fault> {
+    pub(super) fn of(sample: &ExportSample, scalings: &MapScales) -> Result<Self, Fault> {
         let channels = scalings.channels().count();
         let mut pixels = vec![0; sample.cols * sample.rows * channels];
         for (channel, (map, scaling)) in scalings.channels().enumerate() {

@@ -71,7 +71,7 @@ impl Export for Png {
         let asked = json!({"maps": maps, "colour": self.colour});
         ExportFolder::write(out, FORMAT.name, asked, source, |out| {
             let mut tables: BTreeMap<Split, (GrowingFile, u64)> = BTreeMap::new();
-            let work = |sample: &Sample| {
+            let work = |sample: &ExportSample| {
                 let mut files = Map::new();
                 let place = |map: &str| format!("{}/{map}/{}.png", sample.split.name(), sample.key);
                 for map in &maps {
@@ -91,7 +91,7 @@ impl Export for Png {
                 row["files"] = Value::Object(files);
                 Ok(format!("{row}\n"))
             };
-            let take = |sample: &Sample, line: String| {
+            let take = |sample: &ExportSample, line: String| {
                 let (table, rows) = match tables.entry(sample.split) {
                     Entry::Occupied(entry) => entry.into_mut(),
                     Entry::Vacant(entry) => {

@@ -25,7 +25,7 @@ pub(super) struct Region {
 
 /// One sample.
 #[derive(Debug)]
-pub struct Sample {
+pub struct ExportSample {
     /// Number in the dataset.
     pub index: u64,
     /// Name of its files.
@@ -47,7 +47,7 @@ pub struct Sample {
     pixel_classes: Vec<String>,
 }
 
-impl Sample {
+impl ExportSample {
     /// The sample of a row, which must be the one that the manifest lists; with the maps of its EXR file where asked.
     pub(super) fn new(
         dataset: &Dataset,

@@ -205,8 +205,8 @@ impl Source {
     pub(super) fn each<T: Send>(
         &self,
         images: &[&str],
-        work: impl Fn(&Sample) -> Result<T, Fault> + Sync,
-        mut take: impl FnMut(&Sample, T) -> Result<(), Fault>,
+        work: impl Fn(&ExportSample) -> Result<T, Fault> + Sync,
+        mut take: impl FnMut(&ExportSample, T) -> Result<(), Fault>,
         progress: ExportProgress,
     ) -> Result<(), Fault> {
         let stored: Vec<&str> =
@@ -230,7 +230,7 @@ impl Source {
                     .into_par_iter()
                     .map(|(row, listed)| {
                         let row = row?.json(0).map_err(|what| table.damaged(what))?;
-                        let sample = Sample::new(&self.dataset, &table, row, &listed, with_exr)?;
+                        let sample = ExportSample::new(&self.dataset, &table, row, &listed, with_exr)?;
                         work(&sample).map(|result| (sample, result))
                     })
                     .collect();

@@ -68,7 +68,7 @@ impl Export for WebDataset {
                     splits.insert(split, tars);
                 }
             }
-            let work = |sample: &Sample| {
+            let work = |sample: &ExportSample| {
                 let mut files = Vec::new();
                 for map in &maps {
                     entry(&mut files, sample, &format!("{}.{map}.png", sample.key), &sample.png(map)?)?;
@@ -76,7 +76,7 @@ impl Export for WebDataset {
                 entry(&mut files, sample, &format!("{}.json", sample.key), format!("{}\n", sample.json()).as_bytes())?;
                 Ok(files)
             };
-            let take = |sample: &Sample, files: Vec<u8>| {
+            let take = |sample: &ExportSample, files: Vec<u8>| {
                 let tars = match splits.entry(sample.split) {
                     Entry::Occupied(entry) => entry.into_mut(),
                     Entry::Vacant(entry) => entry.insert(SplitTars::default()),
@@ -144,7 +144,7 @@ impl SplitTars {
 }
 
 /// Appends a file with its header, filled up to whole blocks.
-fn entry(files: &mut Vec<u8>, sample: &Sample, name: &str, content: &[u8]) -> Result<(), Fault> {
+fn entry(files: &mut Vec<u8>, sample: &ExportSample, name: &str, content: &[u8]) -> Result<(), Fault> {
     let mut header = Header::new_ustar();
     header.set_path(name).map_err(|e| sample.fault(format!("{name} is no name for a tar: {e}")))?;
     header.set_entry_type(EntryType::Regular);

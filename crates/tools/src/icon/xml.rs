@@ -118,7 +118,7 @@ pub(super) fn read(text: &str) -> Result<XmlNode, XmlFault> {
     let mut reader = Reader::from_str(text);
     // Elements that are open, from the outermost.
     let mut open: Vec<XmlNode> = Vec::new();
-    let (mut lines, mut elements) = (Lines { rest: text.as_bytes(), line: 1 }, 0);
+    let (mut lines, mut elements) = (XmlLines { rest: text.as_bytes(), line: 1 }, 0);
     loop {
         let ahead = text.len() - reader.buffer_position() as usize;
         let line = lines.until(ahead);
@@ -177,14 +177,14 @@ pub(super) fn read(text: &str) -> Result<XmlNode, XmlFault> {
 }
 
 /// Counts lines once from the beginning to the end, however often it is asked.
-struct Lines<'a> {
+struct XmlLines<'a> {
     /// What was not looked at yet.
     rest: &'a [u8],
     /// Line where that begins, from 1.
     line: usize,
 }
 
-impl Lines<'_> {
+impl XmlLines<'_> {
     /// The line at which so many bytes lie ahead; those before are done with.
     fn until(&mut self, ahead: usize) -> usize {
         let (passed, rest) = self.rest.split_at(self.rest.len() - ahead);
@@ -244,7 +244,7 @@ mod tests {
     #[test]
     fn long_texts_take_no_more_work_than_they_are_long() {
         let text = b"\n\none\n";
-        let mut lines = Lines { rest: text, line: 1 };
+        let mut lines = XmlLines { rest: text, line: 1 };
         let told: Vec<(usize, usize)> = [6, 5, 5, 1, 0].map(|ahead| (lines.until(ahead), lines.rest.len())).to_vec();
         // Each byte is passed once: what is left is as long as what lies ahead.
         assert_eq!(told, [(1, 6), (2, 5), (2, 5), (3, 1), (4, 0)]);

@@ -76,7 +76,7 @@ pub(super) struct DatasetCounts {
 pub(super) struct RowPlace {
     /// Class of the recipe.
     pub class: usize,
-    /// Table in [`Folder::tables`].
+    /// Table in [`DatasetFolder::tables`].
     pub table: usize,
     /// Row of the table.
     pub row: usize,
@@ -97,7 +97,7 @@ impl DatasetCounts {
 /// Reads every row twice; the second pass calls `place` with each.
 pub(super) fn count(
     head: &DatasetHead,
-    folder: &mut Folder,
+    folder: &mut DatasetFolder,
     declared: &dyn Fn(&NumberColumn, &[u64]) -> Option<DeclaredDistribution>,
     step: &dyn Fn(u64),
     place: &mut dyn FnMut(&DatasetCounts, RowPlace),

@@ -38,7 +38,7 @@ impl DeclaredDistribution {
     /// Of a parameter, over classes with `samples` samples each.
     pub fn of(recipe: &Recipe, parameter: &Parameter, samples: &[u64]) -> Option<Self> {
         let path = parameter.path();
-        let of_class = |(class, &samples): (&recipe::Class, &u64)| {
+        let of_class = |(class, &samples): (&recipe::SampleClass, &u64)| {
             let law = recipe.distribution(&class.name, &path)?.clone();
             let (min, max) = law.bounds(parameter);
             Some(ClassLaw { law, min, max, samples })

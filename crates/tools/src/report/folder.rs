@@ -24,7 +24,7 @@ pub(super) struct Files {
 
 /// What lies in the folder.
 #[derive(Debug)]
-pub(super) struct Folder {
+pub(super) struct DatasetFolder {
     /// Tables in the order of shards, then of splits.
     pub tables: Vec<Table>,
     /// Shards with a manifest.
@@ -39,7 +39,7 @@ pub(super) struct Folder {
     pub damage: u64,
 }
 
-impl Folder {
+impl DatasetFolder {
     /// Looks at every file that the head and the manifests name, by size alone.
     pub fn look(dataset: &Dataset) -> Self {
         let (head, root) = (dataset.head(), dataset.root());
@@ -154,6 +154,6 @@ fn told(fault: Fault) -> String {
 }
 
 /// Samples that the head promises in the shards that are not finished.
-pub(super) fn unfinished(head: &DatasetHead, folder: &Folder) -> u64 {
+pub(super) fn unfinished(head: &DatasetHead, folder: &DatasetFolder) -> u64 {
     head.shards.saturating_sub(folder.finished)
 }

@@ -87,7 +87,7 @@ pub fn report(root: &Path, options: &ReportOptions) -> DatasetPage {
         Err(error) => return DatasetPage { html: unreadable(root, &error), shown: 0, troubles: 1, damage: 1 },
     };
     let head = folder.head();
-    let mut found = Folder::look(&folder);
+    let mut found = DatasetFolder::look(&folder);
     let parameters: Vec<_> = match &options.recipe {
         Ok(recipe) => recipe.draw(head.seed, 0).values().into_iter().map(|(parameter, _)| parameter).collect(),
         Err(_) => Vec::new(),

@@ -26,7 +26,7 @@ pub struct RenderTiming {
 pub(super) struct PageData<'a> {
     pub root: &'a Path,
     pub head: &'a DatasetHead,
-    pub folder: Folder,
+    pub folder: DatasetFolder,
     pub counts: DatasetCounts,
     pub samples: Vec<SheetSample>,
     pub exposures: Vec<(usize, ExposedProfile)>,

@@ -22,7 +22,7 @@ impl Source {
         &self,
         count: u64,
         images: &[&str],
-        work: impl Fn(&Sample) -> Result<T, Fault> + Sync,
+        work: impl Fn(&ExportSample) -> Result<T, Fault> + Sync,
         mut take: impl FnMut(T),
         progress: ExportProgress,
     ) -> Result<(), Fault> {
@@ -43,7 +43,7 @@ impl Source {
         let selection =
             Selection { splits: Vec::new(), indices: indices.into_iter().map(|index| index..=index).collect() };
         let chosen = Self { selection, shards, samples, done: BTreeMap::new(), done_samples: 0, ..self.clone() };
-        let take = |_: &Sample, result| {
+        let take = |_: &ExportSample, result| {
             take(result);
             Ok(())
         };
