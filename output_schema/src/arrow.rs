@@ -90,7 +90,7 @@ fn declared(column: &Column, head: &DatasetHead) -> (Field, Value) {
         ColumnKind::Int32 => (DataType::Int32, value("int32")),
         ColumnKind::Int64 => (DataType::Int64, value("int64")),
         ColumnKind::UInt64 => (DataType::UInt64, value("uint64")),
-        ColumnKind::Float64 => (DataType::Float64, value("float64")),
+        ColumnKind::Float64 | ColumnKind::RangeNumber => (DataType::Float64, value("float64")),
         ColumnKind::SampleClass => (DataType::Int64, labels(&head.classes)),
         ColumnKind::PixelClass => (DataType::Int64, labels(&head.pixel_classes)),
         ColumnKind::PixelClassNames => {

@@ -8,112 +8,33 @@
 //! z = yn d / (sin a + yn cos a)     x = xn (d - z cos a)
 //! ```
 
-use crate::column::{Column, ColumnKind};
+use crate::column::Column;
+use crate::column::ColumnKind::*;
+use crate::column::Source::*;
+use crate::column::Values::*;
 
 /// Fields of `calibration`.
 pub const CALIBRATION: [Column; 13] = [
-    Column {
-        name: "distance_mm",
-        kind: ColumnKind::Float64,
-        unit: "mm",
-        range: "above 0",
-        missing: "never",
-        doc: "From the lens to the origin.",
-    },
-    Column {
-        name: "tilt_deg",
-        kind: ColumnKind::Float64,
-        unit: "deg",
-        range: "0 to 90",
-        missing: "never",
-        doc: "Between the optical axis and the laser plane.",
-    },
-    Column {
-        name: "image_distance_mm",
-        kind: ColumnKind::Float64,
-        unit: "mm",
-        range: "above 0",
-        missing: "never",
-        doc: "From the lens to the sensor along the axis.",
-    },
-    Column {
-        name: "sensor_tilt_deg",
-        kind: ColumnKind::Float64,
-        unit: "deg",
-        range: "-90 to 90",
-        missing: "never",
-        doc: "Tilt of the sensor about its rows.",
-    },
-    Column {
-        name: "pixel_um",
-        kind: ColumnKind::Float64,
-        unit: "um",
-        range: "above 0",
-        missing: "never",
-        doc: "Pitch of the pixels.",
-    },
-    Column {
-        name: "centre_col_px",
-        kind: ColumnKind::Float64,
-        unit: "px",
-        range: "any",
-        missing: "never",
-        doc: "Sensor column of the optical axis.",
-    },
-    Column {
-        name: "centre_row_px",
-        kind: ColumnKind::Float64,
-        unit: "px",
-        range: "any",
-        missing: "never",
-        doc: "Sensor row of the optical axis.",
-    },
-    Column {
-        name: "k1",
-        kind: ColumnKind::Float64,
-        unit: "1",
-        range: "any",
-        missing: "never",
-        doc: "Radial distortion, r^2 (Brown and Conrady).",
-    },
-    Column {
-        name: "k2",
-        kind: ColumnKind::Float64,
-        unit: "1",
-        range: "any",
-        missing: "never",
-        doc: "Radial distortion, r^4.",
-    },
-    Column {
-        name: "k3",
-        kind: ColumnKind::Float64,
-        unit: "1",
-        range: "any",
-        missing: "never",
-        doc: "Radial distortion, r^6.",
-    },
-    Column {
-        name: "p1",
-        kind: ColumnKind::Float64,
-        unit: "1",
-        range: "any",
-        missing: "never",
-        doc: "Tangential distortion along the rows.",
-    },
-    Column {
-        name: "p2",
-        kind: ColumnKind::Float64,
-        unit: "1",
-        range: "any",
-        missing: "never",
-        doc: "Tangential distortion along the columns.",
-    },
-    Column {
-        name: "x_first_mm",
-        kind: ColumnKind::Float64,
-        unit: "mm",
-        range: "any",
-        missing: "null where Range is not rectified",
-        doc: "Place along the laser line of the middle of image column 0.",
-    },
+    Column::new("distance_mm", Float64, "mm", Positive).follows(Scene).means("From the lens to the origin."),
+    Column::new("tilt_deg", Float64, "deg", Within(0.0, 90.0))
+        .follows(Scene)
+        .means("Between the optical axis and the laser plane."),
+    Column::new("image_distance_mm", Float64, "mm", Positive)
+        .follows(Scene)
+        .means("From the lens to the sensor along the axis."),
+    Column::new("sensor_tilt_deg", Float64, "deg", Within(-90.0, 90.0))
+        .follows(Scene)
+        .means("Tilt of the sensor about its rows."),
+    Column::new("pixel_um", Float64, "um", Positive).follows(Scene).means("Pitch of the pixels."),
+    Column::new("centre_col_px", Float64, "px", Any).follows(Scene).means("Sensor column of the optical axis."),
+    Column::new("centre_row_px", Float64, "px", Any).follows(Scene).means("Sensor row of the optical axis."),
+    Column::new("k1", Float64, "1", Any).follows(Scene).means("Radial distortion, r^2 (Brown and Conrady)."),
+    Column::new("k2", Float64, "1", Any).follows(Scene).means("Radial distortion, r^4."),
+    Column::new("k3", Float64, "1", Any).follows(Scene).means("Radial distortion, r^6."),
+    Column::new("p1", Float64, "1", Any).follows(Scene).means("Tangential distortion along the rows."),
+    Column::new("p2", Float64, "1", Any).follows(Scene).means("Tangential distortion along the columns."),
+    Column::new("x_first_mm", Float64, "mm", Any)
+        .missing("null where Range is not rectified")
+        .follows(Scene)
+        .means("Place along the laser line of the middle of image column 0."),
 ];

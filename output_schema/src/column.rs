@@ -1,5 +1,7 @@
 //! The declaration of one column, and the rule that gives a drawn number its unit.
 
+use std::fmt;
+
 use serde::{Deserialize, Serialize};
 
 /// What a column holds.
@@ -15,6 +17,8 @@ pub enum ColumnKind {
     UInt64,
     /// Floating point, 64 bits.
     Float64,
+    /// The same, only in datasets whose Range has the column's unit.
+    RangeNumber,
     /// Number of a class of the recipe, 64 bits; the names are in `dataset.json`.
     SampleClass,
     /// Number of a pixel class, 64 bits; the names are [`crate::PIXEL_CLASSES`].
@@ -47,7 +51,7 @@ impl ColumnKind {
             Self::Int32 => "int32".into(),
             Self::Int64 => "int64".into(),
             Self::UInt64 => "uint64".into(),
-            Self::Float64 => "float64".into(),
+            Self::Float64 | Self::RangeNumber => "float64".into(),
             Self::SampleClass => "int64, ClassLabel of the recipe's classes".into(),
             Self::PixelClass => "int64, ClassLabel of the pixel classes".into(),
             Self::PixelClassNames => "list of string".into(),
@@ -60,6 +64,11 @@ impl ColumnKind {
             Self::List(_) => "list of struct".into(),
             Self::Tensor => "fixed list of uint8, `arrow.fixed_shape_tensor`".into(),
         }
+    }
+
+    /// Whether a row can have any number of values.
+    pub fn is_list(self) -> bool {
+        matches!(self, Self::PixelClassNames | Self::List(_))
     }
 
     /// Shape of one value, row-major.
@@ -76,6 +85,68 @@ impl ColumnKind {
     }
 }
 
+/// Values that a column may take.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Values {
+    /// Any.
+    Any,
+    /// Numbers above 0.
+    Positive,
+    /// Numbers from 0 on.
+    NotNegative,
+    /// Numbers between these two, both included.
+    Within(f64, f64),
+    /// Others, in words.
+    Words(&'static str),
+}
+
+impl Values {
+    /// Whether a number is one of them; what words say is not asked.
+    pub fn have(self, number: f64) -> bool {
+        number.is_finite()
+            && match self {
+                Self::Any | Self::Words(_) => true,
+                Self::Positive => number > 0.0,
+                Self::NotNegative => number >= 0.0,
+                Self::Within(least, most) => (least..=most).contains(&number),
+            }
+    }
+}
+
+impl fmt::Display for Values {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Any => f.write_str("any"),
+            Self::Positive => f.write_str("above 0"),
+            Self::NotNegative => f.write_str("0 or more"),
+            Self::Within(least, most) => write!(f, "{least} to {most}"),
+            Self::Words(words) => f.write_str(words),
+        }
+    }
+}
+
+/// What the values of a column follow from, which is what validation holds them to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Source {
+    /// The head and what the recipe draws.
+    Draws,
+    /// The scene, without light: made again and compared bit for bit.
+    Scene,
+    /// The images, by a rule of the column's own.
+    Images,
+}
+
+impl Source {
+    /// Name in the data dictionary.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Draws => "draws",
+            Self::Scene => "scene",
+            Self::Images => "images",
+        }
+    }
+}
+
 /// The declaration of one column.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Column {
@@ -86,11 +157,63 @@ pub struct Column {
     /// Unit; `1` for pure numbers, empty where a unit has no meaning.
     pub unit: &'static str,
     /// Values that it may take.
-    pub range: &'static str,
+    pub range: Values,
     /// How a missing value is written; `never` where none can be missing.
     pub missing: &'static str,
     /// What it means.
     pub doc: &'static str,
+    /// What its values follow from.
+    pub follows: Source,
+    /// Minor version of the schema from which on datasets have it.
+    pub since: u32,
+}
+
+impl Column {
+    /// A column that every dataset has, that is never empty and follows from the images.
+    pub const fn new(name: &'static str, kind: ColumnKind, unit: &'static str, range: Values) -> Self {
+        Self { name, kind, unit, range, missing: "never", doc: "", follows: Source::Images, since: 0 }
+    }
+
+    /// The same with its meaning.
+    #[must_use]
+    pub const fn means(self, doc: &'static str) -> Self {
+        Self { doc, ..self }
+    }
+
+    /// Whether every row has a value.
+    pub fn is_never_missing(&self) -> bool {
+        self.missing == "never"
+    }
+
+    /// The same with another rule for missing values.
+    #[must_use]
+    pub const fn missing(self, missing: &'static str) -> Self {
+        Self { missing, ..self }
+    }
+
+    /// The same with values that follow from something else.
+    #[must_use]
+    pub const fn follows(self, follows: Source) -> Self {
+        Self { follows, ..self }
+    }
+
+    /// The same in datasets of this minor version and newer ones alone.
+    #[must_use]
+    pub const fn since(self, since: u32) -> Self {
+        Self { since, ..self }
+    }
+}
+
+/// The newest of `minor` and the minor versions since which there are `columns`.
+pub(crate) const fn newest(columns: &[Column], mut minor: u32) -> u32 {
+    let mut place = 0;
+    while place < columns.len() {
+        if columns[place].since > minor {
+            minor = columns[place].since;
+        }
+        place += 1;
+    }
+    minor
 }
 
 /// The declaration of one drawn or derived number: known only together with a recipe, and so kept in `dataset.json`.

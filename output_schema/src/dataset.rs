@@ -3,17 +3,23 @@
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
+use crate::calibration::CALIBRATION;
 use crate::channel::{Channel, channels, range_form};
-use crate::column::{Column, ColumnKind, NumberColumn};
+use crate::column::{Column, ColumnKind, NumberColumn, newest};
 use crate::file::SHARDS_PER_FOLDER;
-use crate::row::SHARES;
+use crate::row::{OBJECT, ROW};
+use crate::stack::STACK;
 
 /// Value of `format`.
 pub const FORMAT: &str = "sheetlight-dataset";
 
 /// Version of everything in this crate: a new major number where old readers would misread, a new minor number where
-/// something was added.
-pub const SCHEMA_VERSION: [u32; 2] = [1, 7];
+/// something was added: that of the newest column, or [`NEWEST_OTHER`].
+pub const SCHEMA_VERSION: [u32; 2] =
+    [1, newest(&ROW, newest(&OBJECT, newest(&CALIBRATION, newest(&STACK, NEWEST_OTHER))))];
+
+/// The minor number with which something other than a column was added last: folders of a thousand shards.
+const NEWEST_OTHER: u32 = 6;
 
 /// Most samples of a dataset.
 pub const MAX_SAMPLES: u64 = 100_000_000;
@@ -285,17 +291,14 @@ impl DatasetHead {
         range_form(&self.images.range).map_or("mm", |form| form.unit)
     }
 
-    /// Whether the rows of this dataset have a column that rows of the newest version have.
+    /// Whether the rows of this dataset have a column, or a field of one, that rows of the newest version have.
     pub fn has(&self, column: &Column) -> bool {
-        match column.kind {
+        let is_asked_for = match column.kind {
             ColumnKind::Image(_) => self.images.png.iter().any(|name| name == column.name),
-            _ if SHARES.contains(&column.name) => self.schema_version >= [1, 4],
-            _ if column.name == "unseen_classes" => self.schema_version >= [1, 7],
-            _ => match column.name.strip_prefix("range_offset_").or(column.name.strip_prefix("range_scale_")) {
-                Some(unit) => unit == self.range_unit(),
-                None => true,
-            },
-        }
+            ColumnKind::RangeNumber => column.unit == self.range_unit(),
+            _ => true,
+        };
+        is_asked_for && self.schema_version >= [1, column.since]
     }
 
     /// Groups of drawn numbers in the order of columns, each with its columns.

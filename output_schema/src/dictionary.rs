@@ -55,6 +55,14 @@ pub fn dictionary() -> String {
     );
     line(&mut page, "a field for each of them.");
 
+    line(
+        &mut page,
+        "\n`follows from` says what `gen validate` holds a column to: what the head says and the recipe *draws*; the *scene*, made",
+    );
+    line(
+        &mut page,
+        "again without light and compared bit for bit; or the *images*. `since` is the oldest schema with it that is read.",
+    );
     table(&mut page, "Columns of `data/*.parquet`", &ROW);
     line(
         &mut page,
@@ -182,23 +190,26 @@ fn line(page: &mut String, text: &str) {
 }
 
 fn table(page: &mut String, title: &str, columns: &[Column]) {
+    let [major, _] = SCHEMA_VERSION;
     line(
         page,
         &format!(
-            "\n## {title}\n\n| column | type | shape | unit | values | missing | meaning |\n|---|---|---|---|---|---|---|"
+            "\n## {title}\n\n| column | type | shape | unit | values | missing | follows from | since | meaning |\n|---|---|---|---|---|---|---|---|---|"
         ),
     );
     for c in columns {
         line(
             page,
             &format!(
-                "| `{}` | {} | {} | {} | {} | {} | {} |",
+                "| `{}` | {} | {} | {} | {} | {} | {} | {major}.{} | {} |",
                 c.name,
                 c.kind.name(),
                 c.kind.shape(),
                 c.unit,
                 c.range,
                 c.missing,
+                c.follows.name(),
+                c.since.max(OLDEST_MINOR),
                 c.doc
             ),
         );

@@ -22,7 +22,7 @@ pub mod stack;
 pub mod subject;
 
 pub use channel::{CHANNELS, Channel, SampleType};
-pub use column::{Column, ColumnKind, NumberColumn, unit_of};
+pub use column::{Column, ColumnKind, NumberColumn, Source, unit_of};
 pub use dataset::{
     AssetHead, DatasetHead, FORMAT, Generator, Images, MAX_SAMPLES, MAX_SHARDS, OLDEST_MINOR, RecipeHead, RigWarning,
     SCHEMA_VERSION, SplitShares, refuse_version,

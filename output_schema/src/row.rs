@@ -1,7 +1,10 @@
 //! The columns of `data/*.parquet`: one row for each sample.
 
 pub use crate::calibration::CALIBRATION;
-use crate::column::{Column, ColumnKind};
+use crate::column::Column;
+use crate::column::ColumnKind::*;
+use crate::column::Source::*;
+use crate::column::Values::*;
 
 /// Names of the pixel classes; the position is the value in label images.
 pub const PIXEL_CLASSES: [&str; 46] = [
@@ -64,368 +67,162 @@ pub const IMAGES: [&str; 5] = ["range", "reflectance", "scatter", "label", "inst
 /// `seed` is unsigned because it is: a signed column would change seeds from 2^63 on, and every reader that is tested
 /// here knows uint64. `index` is signed because frameworks index with int64.
 pub const ROW: [Column; 28] = [
-    Column {
-        name: "id",
-        kind: ColumnKind::Text,
-        unit: "",
-        range: "UUID, version 5",
-        missing: "never",
-        doc: "Name of the sample: follows from recipe, seed and index.",
-    },
-    Column {
-        name: "index",
-        kind: ColumnKind::Int64,
-        unit: "1",
-        range: "0 to n - 1",
-        missing: "never",
-        doc: "Number of the sample in the dataset.",
-    },
-    Column {
-        name: "seed",
-        kind: ColumnKind::UInt64,
-        unit: "1",
-        range: "any",
-        missing: "never",
-        doc: "Seed of the dataset; with the recipe and `index` it makes the sample.",
-    },
-    Column {
-        name: "split",
-        kind: ColumnKind::Text,
-        unit: "",
-        range: "train, validation, test",
-        missing: "never",
-        doc: "Part of the dataset; follows from seed and index, so it stays as n grows and as the recipe is edited.",
-    },
-    Column {
-        name: "class",
-        kind: ColumnKind::SampleClass,
-        unit: "",
-        range: "0 to classes - 1",
-        missing: "never",
-        doc: "Class of the recipe that the sample was drawn from.",
-    },
-    Column {
-        name: "cols",
-        kind: ColumnKind::Int32,
-        unit: "px",
-        range: "1 or more",
-        missing: "never",
-        doc: "Columns of the images, along the laser line (x).",
-    },
-    Column {
-        name: "rows",
-        kind: ColumnKind::Int32,
-        unit: "px",
-        range: "1 or more",
-        missing: "never",
-        doc: "Rows of the images, along the scan (y): row 0 was exposed first.",
-    },
-    Column {
-        name: "row_mm",
-        kind: ColumnKind::Float64,
-        unit: "mm",
-        range: "above 0",
-        missing: "never",
-        doc: "Distance between two rows.",
-    },
-    Column {
-        name: "col_mm",
-        kind: ColumnKind::Float64,
-        unit: "mm",
-        range: "above 0",
-        missing: "never",
-        doc: "Distance between two columns at the upper surface's height.",
-    },
-    Column {
-        name: "range_offset_mm",
-        kind: ColumnKind::Float64,
-        unit: "mm",
-        range: "any",
-        missing: "not there where Range is in px",
-        doc: "See `range`.",
-    },
-    Column {
-        name: "range_scale_mm",
-        kind: ColumnKind::Float64,
-        unit: "mm",
-        range: "above 0",
-        missing: "not there where Range is in px",
-        doc: "See `range`.",
-    },
-    Column {
-        name: "range_offset_px",
-        kind: ColumnKind::Float64,
-        unit: "px",
-        range: "any",
-        missing: "not there where Range is in mm",
-        doc: "See `range`.",
-    },
-    Column {
-        name: "range_scale_px",
-        kind: ColumnKind::Float64,
-        unit: "px",
-        range: "above 0",
-        missing: "not there where Range is in mm",
-        doc: "See `range`.",
-    },
-    Column {
-        name: "calibration",
-        kind: ColumnKind::Struct(&CALIBRATION),
-        unit: "by field",
-        range: "by field",
-        missing: "null where it has no meaning",
-        doc: "Camera against laser plane: from a column and a row of the sensor to x and z, by python/calibrate.py.",
-    },
-    Column {
-        name: "parameters",
-        kind: ColumnKind::Parameters,
-        unit: "by field",
-        range: "by recipe",
-        missing: "never",
-        doc: "Every drawn number as `group.key`; the column is named after the group.",
-    },
-    Column {
-        name: "physics",
-        kind: ColumnKind::Physics,
-        unit: "by field",
-        range: "by recipe",
-        missing: "null where it has no meaning",
-        doc: "Numbers that follow from the drawn ones.",
-    },
-    Column {
-        name: "defect_classes",
-        kind: ColumnKind::PixelClassNames,
-        unit: "",
-        range: "names of pixel classes",
-        missing: "empty list",
-        doc: "Class of every defect of which at least one pixel shows something, by number. Before 1.7 of every defect, seen or not.",
-    },
-    Column {
-        name: "unseen_classes",
-        kind: ColumnKind::PixelClassNames,
-        unit: "",
-        range: "names of pixel classes",
-        missing: "empty list",
-        doc: "Class of every defect that the object has and no pixel shows: inside, covered or beyond the field; by number. From 1.7 on.",
-    },
-    Column {
-        name: "objects",
-        kind: ColumnKind::List(&OBJECT),
-        unit: "",
-        range: "0 or more",
-        missing: "empty list",
-        doc: "Defects, pockets, teeth and parts of which at least one pixel shows something, by number.",
-    },
-    Column {
-        name: "class_area_px",
-        kind: ColumnKind::PixelCounts,
-        unit: "px",
-        range: "sum is rows times cols",
-        missing: "never",
-        doc: "Pixels of each pixel class of the subject in the label image.",
-    },
-    Column {
-        name: "measured_share",
-        kind: ColumnKind::Float64,
-        unit: "1",
-        range: "0 to 1",
-        missing: "null where no pixel shows the object",
-        doc: "Share of the pixels that show the object (label not background) in which Range is measured.",
-    },
-    Column {
-        name: "saturated_share",
-        kind: ColumnKind::Float64,
-        unit: "1",
-        range: "0 to 1",
-        missing: "null where nothing of the object is measured",
-        doc: "Share of those measured pixels in which the line saturates: Reflectance, rounded, is the greatest digital number.",
-    },
-    Column {
-        name: "object_in_view",
-        kind: ColumnKind::Float64,
-        unit: "1",
-        range: "0 to 1",
-        missing: "null on a turntable",
-        doc: "Share of the object's convex outline, seen from above, that lies within the field of the images.",
-    },
-    Column {
-        name: "range",
-        kind: ColumnKind::Image(16),
-        unit: "see doc",
-        range: "0 to 65535",
-        missing: "0",
-        doc: "Measured: a value r > 0 means range_offset_mm + r * range_scale_mm [mm], or the same with _px [px].",
-    },
-    Column {
-        name: "reflectance",
-        kind: ColumnKind::Image(8),
-        unit: "DN",
-        range: "0 to 255; 16 bits, to 1023 or 4095, for 10 or 12",
-        missing: "0",
-        doc: "Digital number at the peak of the laser line, rounded.",
-    },
-    Column {
-        name: "scatter",
-        kind: ColumnKind::Image(16),
-        unit: "DN",
-        range: "0 to 65535, saturates",
-        missing: "0",
-        doc: "Sum of digital numbers beside the peak, rounded.",
-    },
-    Column {
-        name: "label",
-        kind: ColumnKind::Image(8),
-        unit: "",
-        range: "number of a pixel class",
-        missing: "never",
-        doc: "What each pixel really shows.",
-    },
-    Column {
-        name: "instance",
-        kind: ColumnKind::Image(16),
-        unit: "",
-        range: "0 for none, else `objects.instance`",
-        missing: "never",
-        doc: "Which defect or pocket each pixel really shows.",
-    },
+    Column::new("id", Text, "", Words("UUID, version 5"))
+        .follows(Draws)
+        .means("Name of the sample: follows from recipe, seed and index."),
+    Column::new("index", Int64, "1", Words("0 to n - 1")).follows(Draws).means("Number of the sample in the dataset."),
+    Column::new("seed", UInt64, "1", Any)
+        .follows(Draws)
+        .means("Seed of the dataset; with the recipe and `index` it makes the sample."),
+    Column::new("split", Text, "", Words("train, validation, test"))
+        .follows(Draws)
+        .means("Part of the dataset; follows from seed and index, so it stays as n grows and as the recipe is edited."),
+    Column::new("class", SampleClass, "", Words("0 to classes - 1"))
+        .follows(Draws)
+        .means("Class of the recipe that the sample was drawn from."),
+    Column::new("cols", Int32, "px", Words("1 or more"))
+        .follows(Draws)
+        .means("Columns of the images, along the laser line (x)."),
+    Column::new("rows", Int32, "px", Words("1 or more"))
+        .follows(Draws)
+        .means("Rows of the images, along the scan (y): row 0 was exposed first."),
+    Column::new("row_mm", Float64, "mm", Positive).follows(Scene).means("Distance between two rows."),
+    Column::new("col_mm", Float64, "mm", Positive)
+        .follows(Scene)
+        .means("Distance between two columns at the upper surface's height."),
+    Column::new("range_offset_mm", RangeNumber, "mm", Any)
+        .missing("not there where Range is in px")
+        .follows(Scene)
+        .means("See `range`."),
+    Column::new("range_scale_mm", RangeNumber, "mm", Positive)
+        .missing("not there where Range is in px")
+        .follows(Scene)
+        .means("See `range`."),
+    Column::new("range_offset_px", RangeNumber, "px", Any)
+        .missing("not there where Range is in mm")
+        .follows(Scene)
+        .means("See `range`."),
+    Column::new("range_scale_px", RangeNumber, "px", Positive)
+        .missing("not there where Range is in mm")
+        .follows(Scene)
+        .means("See `range`."),
+    Column::new("calibration", Struct(&CALIBRATION), "by field", Words("by field"))
+        .missing("null where it has no meaning")
+        .follows(Scene)
+        .means("Camera against laser plane: from a column and a row of the sensor to x and z, by python/calibrate.py."),
+    Column::new("parameters", Parameters, "by field", Words("by recipe"))
+        .follows(Draws)
+        .means("Every drawn number as `group.key`; the column is named after the group."),
+    Column::new("physics", Physics, "by field", Words("by recipe"))
+        .missing("null where it has no meaning")
+        .follows(Scene)
+        .means("Numbers that follow from the drawn ones."),
+    Column::new("defect_classes", PixelClassNames, "", Words("names of pixel classes")).missing("empty list").means(
+        "Class of every defect of which at least one pixel shows something, by number. Before 1.7 of every \
+         defect, seen or not.",
+    ),
+    Column::new("unseen_classes", PixelClassNames, "", Words("names of pixel classes"))
+        .missing("empty list")
+        .since(7)
+        .means(
+            "Class of every defect that the object has and no pixel shows: inside, covered or beyond the field; \
+             by number. From 1.7 on.",
+        ),
+    Column::new("objects", List(&OBJECT), "", NotNegative)
+        .missing("empty list")
+        .means("Defects, pockets, teeth and parts of which at least one pixel shows something, by number."),
+    Column::new("class_area_px", PixelCounts, "px", Words("sum is rows times cols"))
+        .means("Pixels of each pixel class of the subject in the label image."),
+    Column::new("measured_share", Float64, "1", Within(0.0, 1.0))
+        .missing("null where no pixel shows the object")
+        .since(4)
+        .means("Share of the pixels that show the object (label not background) in which Range is measured."),
+    Column::new("saturated_share", Float64, "1", Within(0.0, 1.0))
+        .missing("null where nothing of the object is measured")
+        .since(4)
+        .means(
+            "Share of those measured pixels in which the line saturates: Reflectance, rounded, is the greatest \
+             digital number.",
+        ),
+    Column::new("object_in_view", Float64, "1", Within(0.0, 1.0))
+        .missing("null on a turntable")
+        .follows(Scene)
+        .since(4)
+        .means("Share of the object's convex outline, seen from above, that lies within the field of the images."),
+    Column::new("range", Image(16), "see doc", Within(0.0, 65535.0))
+        .missing("0")
+        .means("Measured: a value r > 0 means range_offset_mm + r * range_scale_mm [mm], or the same with _px [px]."),
+    Column::new("reflectance", Image(8), "DN", Words("0 to 255; 16 bits, to 1023 or 4095, for 10 or 12"))
+        .missing("0")
+        .means("Digital number at the peak of the laser line, rounded."),
+    Column::new("scatter", Image(16), "DN", Words("0 to 65535, saturates"))
+        .missing("0")
+        .means("Sum of digital numbers beside the peak, rounded."),
+    Column::new("label", Image(8), "", Words("number of a pixel class")).means("What each pixel really shows."),
+    Column::new("instance", Image(16), "", Words("0 for none, else `objects.instance`"))
+        .means("Which defect or pocket each pixel really shows."),
 ];
 
 /// Fields of one object.
 pub const OBJECT: [Column; 17] = [
-    Column {
-        name: "instance",
-        kind: ColumnKind::Int32,
-        unit: "1",
-        range: "1 to 65535",
-        missing: "never",
-        doc: "Its value in the instance image.",
-    },
-    Column {
-        name: "class",
-        kind: ColumnKind::PixelClass,
-        unit: "",
-        range: "number of a pixel class",
-        missing: "never",
-        doc: "Its class: that of its own pixels.",
-    },
-    Column {
-        name: "state",
-        kind: ColumnKind::PixelClass,
-        unit: "",
-        range: "number of a pixel class",
-        missing: "never",
-        doc: "What the whole of it counts as: the worst defect of a pocket, else its class.",
-    },
-    Column {
-        name: "within",
-        kind: ColumnKind::Int32,
-        unit: "1",
-        range: "0 for none, else a smaller `objects.instance`",
-        missing: "never",
-        doc: "The object that it lies in: for a defect of a pocket, the pocket.",
-    },
-    Column {
-        name: "bbox",
-        kind: ColumnKind::Box4,
-        unit: "px",
-        range: "inside the image",
-        missing: "never",
-        doc: "Smallest box around it and what lies in it: first column, first row, columns, rows (COCO order).",
-    },
-    Column {
-        name: "area_px",
-        kind: ColumnKind::Int64,
-        unit: "px",
-        range: "1 or more",
-        missing: "never",
-        doc: "Pixels that it covers, those of what lies in it included.",
-    },
-    Column {
-        name: "area_mm2",
-        kind: ColumnKind::Float64,
-        unit: "mm^2",
-        range: "above 0",
-        missing: "never",
-        doc: "Area that it covers.",
-    },
-    Column {
-        name: "x_mm",
-        kind: ColumnKind::Float64,
-        unit: "mm",
-        range: "any",
-        missing: "null where it has no meaning",
-        doc: "Centre at the upper surface, along the laser line; 0 where the optical axis looks.",
-    },
-    Column {
-        name: "y_mm",
-        kind: ColumnKind::Float64,
-        unit: "mm",
-        range: "any",
-        missing: "null where it has no meaning",
-        doc: "Centre at the upper surface, along the scan; 0 in the middle of the first unbinned profile.",
-    },
-    Column {
-        name: "diameter_mm",
-        kind: ColumnKind::Float64,
-        unit: "mm",
-        range: "0 or more",
-        missing: "null where it has no meaning",
-        doc: "Diameter across its axis at the upper surface, or largest extent.",
-    },
-    Column {
-        name: "dive_deg",
-        kind: ColumnKind::Float64,
-        unit: "deg",
-        range: "-90 to 90",
-        missing: "null where it has no meaning",
-        doc: "Angle between its axis and the upper surface.",
-    },
-    Column {
-        name: "death_radius_mm",
-        kind: ColumnKind::Float64,
-        unit: "mm",
-        range: "0 or more",
-        missing: "null where it has no meaning",
-        doc: "Distance from the pith at which the branch died.",
-    },
-    Column {
-        name: "severity",
-        kind: ColumnKind::Float64,
-        unit: "1",
-        range: "0 to 1",
-        missing: "null where it has no meaning",
-        doc: "Severity of decay or of a defect.",
-    },
-    Column {
-        name: "length_mm",
-        kind: ColumnKind::Float64,
-        unit: "mm",
-        range: "above 0",
-        missing: "null on a turntable",
-        doc: "Extent of its pixels along the scan: rows of `bbox` times `row_mm`. From 1.5 on.",
-    },
-    Column {
-        name: "width_mm",
-        kind: ColumnKind::Float64,
-        unit: "mm",
-        range: "above 0",
-        missing: "null on a turntable",
-        doc: "Extent of its pixels along the laser line: columns of `bbox` times `col_mm`. From 1.5 on.",
-    },
-    Column {
-        name: "depth_mm",
-        kind: ColumnKind::Float64,
-        unit: "mm",
-        range: "0 or more",
-        missing: "null where it has no meaning",
-        doc: "Greatest depth of an opening below the face, seen or not; of wane where it is as wide as its mean. From 1.5 on.",
-    },
-    Column {
-        name: "knot_names",
-        kind: ColumnKind::Text,
-        unit: "",
-        range: "face, edge or arris; then spike, pin, cluster where they hold",
-        missing: "null where it is no knot",
-        doc: "What graders call a knot, with spaces between the names; thresholds in docs/theory/wood.md. From 1.5 on.",
-    },
+    Column::new("instance", Int32, "1", Within(1.0, 65535.0)).means("Its value in the instance image."),
+    Column::new("class", PixelClass, "", Words("number of a pixel class"))
+        .follows(Scene)
+        .means("Its class: that of its own pixels."),
+    Column::new("state", PixelClass, "", Words("number of a pixel class"))
+        .follows(Scene)
+        .means("What the whole of it counts as: the worst defect of a pocket, else its class."),
+    Column::new("within", Int32, "1", Words("0 for none, else a smaller `objects.instance`"))
+        .follows(Scene)
+        .means("The object that it lies in: for a defect of a pocket, the pocket."),
+    Column::new("bbox", Box4, "px", Words("inside the image"))
+        .means("Smallest box around it and what lies in it: first column, first row, columns, rows (COCO order)."),
+    Column::new("area_px", Int64, "px", Words("1 or more"))
+        .means("Pixels that it covers, those of what lies in it included."),
+    Column::new("area_mm2", Float64, "mm^2", Positive).means("Area that it covers."),
+    Column::new("x_mm", Float64, "mm", Any)
+        .missing("null where it has no meaning")
+        .follows(Scene)
+        .means("Centre at the upper surface, along the laser line; 0 where the optical axis looks."),
+    Column::new("y_mm", Float64, "mm", Any)
+        .missing("null where it has no meaning")
+        .follows(Scene)
+        .means("Centre at the upper surface, along the scan; 0 in the middle of the first unbinned profile."),
+    Column::new("diameter_mm", Float64, "mm", NotNegative)
+        .missing("null where it has no meaning")
+        .follows(Scene)
+        .means("Diameter across its axis at the upper surface, or largest extent."),
+    Column::new("dive_deg", Float64, "deg", Within(-90.0, 90.0))
+        .missing("null where it has no meaning")
+        .follows(Scene)
+        .means("Angle between its axis and the upper surface."),
+    Column::new("death_radius_mm", Float64, "mm", NotNegative)
+        .missing("null where it has no meaning")
+        .follows(Scene)
+        .means("Distance from the pith at which the branch died."),
+    Column::new("severity", Float64, "1", Within(0.0, 1.0))
+        .missing("null where it has no meaning")
+        .follows(Scene)
+        .means("Severity of decay or of a defect."),
+    Column::new("length_mm", Float64, "mm", Positive)
+        .missing("null on a turntable")
+        .since(5)
+        .means("Extent of its pixels along the scan: rows of `bbox` times `row_mm`. From 1.5 on."),
+    Column::new("width_mm", Float64, "mm", Positive)
+        .missing("null on a turntable")
+        .since(5)
+        .means("Extent of its pixels along the laser line: columns of `bbox` times `col_mm`. From 1.5 on."),
+    Column::new("depth_mm", Float64, "mm", NotNegative)
+        .missing("null where it has no meaning")
+        .follows(Scene)
+        .since(5)
+        .means(
+            "Greatest depth of an opening below the face, seen or not; of wane where it is as wide as its mean. \
+             From 1.5 on.",
+        ),
+    Column::new("knot_names", Text, "", Words("face, edge or arris; then spike, pin, cluster where they hold"))
+        .missing("null where it is no knot")
+        .follows(Scene)
+        .since(5)
+        .means("What graders call a knot, with spaces between the names; thresholds in docs/theory/wood.md. From 1.5 on."),
 ];

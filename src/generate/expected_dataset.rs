@@ -8,7 +8,7 @@ use bench::settings::{Order, Transport};
 use bench::split::Split;
 use dataset::record::AskedRows;
 use dataset::validate::{DeclaredLaws, DerivedSample, ExpectedRow, ParameterLaws, RowChoice, TakeFrame, UnlitRow};
-use dataset::{Dataset, Encoded};
+use dataset::{Dataset, Encoded, encode_numbers};
 use pipeline;
 use recipe::{Distribution, Recipe};
 use scanner::optics::speckle::PatternCache;
@@ -83,15 +83,8 @@ impl ExpectedDataset {
         let scene = self.recipe.draw(self.head.seed, index);
         let pipeline::Derived { unlit, exposed } = pipeline::derived(&scene, &self.patterns, asked, take_frame);
         let pipeline::Unlit { record, instances, rows } = unlit;
-        let in_view = ("object_in_view", record.object_in_view);
-        let derived = record.calibration.iter().chain(&record.physics).chain([&in_view]);
-        let unlit = UnlitRow {
-            derived: derived.map(|(name, value)| ((*name).to_owned(), *value)).collect(),
-            grid: [record.row_mm, record.col_mm, record.range_offset, record.range_scale],
-            instances,
-            rows,
-        };
-        DerivedSample { unlit, exposed }
+        let numbers = encode_numbers(&record, self.recipe.output().bits);
+        DerivedSample { unlit: UnlitRow { numbers, instances, rows }, exposed }
     }
 
     /// How many rows and sensor frames of each sample are exposed again: at `places` and as many frames, or as many

@@ -1,9 +1,10 @@
 //! Splits of a dataset: training, validation and test.
 
 /// Which part of the dataset a sample belongs to.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Split {
     /// For training.
+    #[default]
     Train,
     /// For choosing.
     Validation,

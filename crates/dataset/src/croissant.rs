@@ -261,7 +261,8 @@ fn split(id: &str, column: &Column) -> Value {
         "fileSet": { "@id": "tables" }, "extract": { "fileProperty": "fullpath" },
         "transform": { "regex": "^(?:data/)?(?:[0-9]+/)?(train|validation|test)(?:-.+)?$" },
     });
-    let mut field = leaf(id, &words(column.doc, column.unit, column.range, column.missing), json!("sc:Text"), source);
+    let mut field =
+        leaf(id, &words(column.doc, column.unit, &column.range.to_string(), column.missing), json!("sc:Text"), source);
     field["references"] = json!({ "field": { "@id": "splits/name" } });
     field
 }
@@ -272,13 +273,13 @@ fn declared(id: &str, column: &Column, source: Value) -> Value {
         ColumnKind::Text | ColumnKind::PixelClassNames => json!("sc:Text"),
         ColumnKind::Int32 | ColumnKind::Box4 => json!("cr:Int32"),
         ColumnKind::UInt64 => json!("cr:UInt64"),
-        ColumnKind::Float64 => json!("cr:Float64"),
+        ColumnKind::Float64 | ColumnKind::RangeNumber => json!("cr:Float64"),
         ColumnKind::SampleClass | ColumnKind::PixelClass => json!(["cr:Int64", "cr:Label"]),
         ColumnKind::Image(_) if column.name == "label" => json!(["sc:ImageObject", "cr:SegmentationMask"]),
         ColumnKind::Image(_) => json!("sc:ImageObject"),
         _ => json!("cr:Int64"),
     };
-    let mut field = leaf(id, &words(column.doc, column.unit, column.range, column.missing), kind, source);
+    let mut field = leaf(id, &words(column.doc, column.unit, &column.range.to_string(), column.missing), kind, source);
     let length = match column.kind {
         ColumnKind::Box4 => Some("4"),
         ColumnKind::PixelClassNames => Some("-1"),

@@ -45,10 +45,9 @@ mod table_writer;
 pub use atomic_file::{free_bytes, hex};
 pub(crate) use card::ClassCounts;
 pub use differences::differences;
-pub(crate) use encoding::channel_name;
-pub use encoding::{Encoded, encode, encode_numbers};
-pub(crate) use encoding::{image_of, maps_sha256};
-pub use exr::{ChannelValues, ExrChannel, read_exr, write_exr, write_exr_as};
+pub use encoding::encode;
+pub(crate) use encoding::image_of;
+pub use exr::{ExrChannel, Samples, read_exr, write_exr, write_exr_as};
 pub(crate) use exr::{ExrDescription, ExrSize, channel_types, expected_header, exr_header, read_exr_of};
 pub(crate) use exr::{map_channels, truth_channel};
 pub use fault::{Fault, describe_bytes, one_line, own_remedy};
@@ -58,8 +57,8 @@ pub(crate) use png::{PngSize, foreign_part, png_size};
 pub(crate) use reader::to_document;
 pub use reader::{Dataset, DatasetSums, ExrMaps, FinishedTables, is_dataset};
 pub use recipe_words::objects_in_words;
-pub use sample_rows::row_batch;
-pub(crate) use sample_rows::{frame_numbers, image_path};
+pub use sample_rows::{Encoded, encode_numbers, row_batch};
+pub(crate) use sample_rows::{cell, channel_name, frame_numbers, image_path, maps_sha256, object_cells};
 pub use shard_size::{
     DOCUMENTS_BYTES, ROW_BYTES, TABLES_BYTES, estimated_bytes_per_sample, open_tables_bytes, samples_per_shard,
 };

@@ -154,7 +154,7 @@ pub struct ExposedRows {
 }
 
 /// One sample.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Record {
     /// Number in the dataset.
     pub index: u64,

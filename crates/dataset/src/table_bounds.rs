@@ -17,7 +17,7 @@ use std::io::{Read, Seek, SeekFrom};
 
 use arrow_array::cast::AsArray;
 use arrow_array::{ArrayRef, RecordBatch};
-use output_schema::row::IMAGES;
+use output_schema::row::{IMAGES, ROW};
 use output_schema::{DatasetHead, Images};
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use parquet::basic::Type;
@@ -154,7 +154,9 @@ impl TableBounds {
         let sides = if parts.iter().any(|part| part == "bbox") { 4 } else { 1 };
         let in_row = match root {
             "frame" if is_list => self.frame.max(1),
-            "objects" | "defect_classes" | "unseen_classes" if is_list => MAX_LISTED as u64 * sides,
+            _ if is_list && ROW.iter().any(|column| column.name == root && column.kind.is_list()) => {
+                MAX_LISTED as u64 * sides
+            }
             _ => 1,
         };
         let image = self.image_bytes();

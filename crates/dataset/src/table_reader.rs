@@ -434,7 +434,7 @@ fn objects(list: &ArrayRef) -> Result<Vec<ObjectRow>, String> {
 }
 
 /// One value of a column.
-fn value(column: &ArrayRef, at: usize) -> Result<Value, String> {
+pub(crate) fn value(column: &ArrayRef, at: usize) -> Result<Value, String> {
     if at >= column.len() || column.is_null(at) {
         return Ok(Value::Null);
     }

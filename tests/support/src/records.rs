@@ -146,7 +146,6 @@ pub fn record(index: u64, size: &Size, output: &Output) -> Record {
         rows,
         row_mm: 0.068 * output.bin_profiles as f64,
         col_mm: 0.04 * output.bin_columns as f64,
-        range: RangeForm::Calibrated,
         range_offset: -20.0,
         range_scale: SCALE_MM,
         sensor_rows: size.rows,
@@ -166,6 +165,7 @@ pub fn record(index: u64, size: &Size, output: &Output) -> Record {
         labels,
         truth: output.truth_maps.then_some(TruthMaps { height: heights, below: Below::Fibre { azimuth, dive } }),
         stack,
+        ..Record::default()
     }
 }
 

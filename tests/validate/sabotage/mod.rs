@@ -3,6 +3,7 @@
 mod bodies;
 mod clean;
 mod clean_sweep;
+mod columns;
 mod content;
 mod copies;
 mod documents;

@@ -108,9 +108,10 @@ words! {
 }
 
 /// What Range is.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub enum RangeForm {
     /// Height at each sensor column [mm]. CalibratedAC of the camera.
+    #[default]
     Calibrated,
     /// Sensor row at each sensor column [px]. UncalibratedC of the camera.
     Uncalibrated,

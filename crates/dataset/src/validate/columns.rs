@@ -3,8 +3,8 @@
 use arrow_array::cast::AsArray;
 use arrow_array::types::{Float64Type, Int32Type, Int64Type, UInt64Type};
 use arrow_array::{Array, ArrayRef, RecordBatch, StructArray};
-use output_schema::row::{CALIBRATION, SHARES};
-use output_schema::{DatasetHead, NumberColumn};
+use output_schema::row::{OBJECT, ROW, SHARES};
+use output_schema::{Column, ColumnKind, DatasetHead, NumberColumn, Source};
 
 use crate::shares::SampleShares;
 
@@ -50,7 +50,7 @@ pub(super) struct StoredRow {
     pub(super) objects: Vec<StoredObject>,
     /// Drawn numbers in the order of the head's parameters.
     pub(super) numbers: Vec<f64>,
-    /// Numbers of `calibration` and `physics` that are there, and `object_in_view`, by name.
+    /// Numbers that follow from the scene and are there, without the grid's, by name in the order of columns.
     pub(super) derived: Vec<(String, f64)>,
     /// How much of the sample is of use; `None` where an older schema does not tell.
     pub(super) shares: Option<SampleShares>,
@@ -60,6 +60,8 @@ pub(super) struct StoredRow {
     pub(super) png: Vec<(String, Vec<u8>)>,
     /// What these files would be called, by name.
     pub(super) paths: Vec<(String, String)>,
+    /// The row as Arrow has it.
+    pub(super) batch: RecordBatch,
 }
 
 /// The first row of a batch.
@@ -68,13 +70,12 @@ pub(super) struct StoredRow {
 /// Which column is missing, empty or of another type.
 pub(super) fn stored_row(batch: &RecordBatch, head: &DatasetHead) -> Result<StoredRow, String> {
     let column = |name: &str| present(batch.column_by_name(name), name);
+    let has = |name: &str| ROW.iter().any(|column| column.name == name && head.has(column));
     let drawn = |number: &NumberColumn| {
         let group = structure(&column(&number.group)?, &number.group)?;
         float64(&present(group.column_by_name(&number.key), &number.path())?, &number.path())
     };
     let numbers = head.parameters.iter().map(drawn).collect::<Result<_, String>>()?;
-    let physics = structure(&column("physics")?, "physics")?;
-    let derived = head.physics.iter().map(|number| known(physics.column_by_name(&number.key), &number.key));
     let areas = structure(&column("class_area_px")?, "class_area_px")?;
     let area = |(_, name): (usize, &str)| int64(&present(areas.column_by_name(name), name)?, name);
     let png = |name: &String| {
@@ -91,23 +92,18 @@ pub(super) fn stored_row(batch: &RecordBatch, head: &DatasetHead) -> Result<Stor
         let name = format!("{name}_{}", head.range_unit());
         float64(&column(&name)?, &name)
     };
-    let calibration = structure(&column("calibration")?, "calibration")?;
-    for field in CALIBRATION.iter().filter(|field| field.missing == "never") {
-        present(calibration.column_by_name(field.name), field.name)?;
-    }
-    let bench = CALIBRATION.iter().map(|field| known(calibration.column_by_name(field.name), field.name));
-    let shares = (head.schema_version >= [1, 4]).then(|| SHARES.map(|name| known(batch.column_by_name(name), name)));
-    let in_view = shares.as_ref().map(|[.., in_view]| in_view.clone());
-    let derived = bench.chain(derived).chain(in_view).filter_map(Result::transpose).collect::<Result<_, String>>()?;
-    let shares = match shares {
-        Some(shares) => {
-            let [measured, saturated, in_view] =
-                shares.map(|share| share.map(|s| s.map_or(f64::NAN, |(_, share)| share)));
-            // The share of sound matter is in the images alone.
-            let sound = f64::NAN;
-            Some(SampleShares { measured: measured?, sound, saturated: saturated?, in_view: in_view? })
-        }
-        None => None,
+    let is_derived = |column: &&Column| column.follows == Source::Scene && !GRID.contains(&column.name);
+    let derived = ROW.iter().filter(|column| head.has(column)).filter(is_derived);
+    let derived = derived.map(|column| numbers_of(batch, column, head)).collect::<Result<Vec<_>, _>>()?.concat();
+    let share =
+        |name: &str| Ok::<_, String>(known(batch.column_by_name(name), name)?.map_or(f64::NAN, |(_, share)| share));
+    let shares = if SHARES.iter().all(|name| has(name)) {
+        let [measured, saturated, in_view] = SHARES.map(share);
+        // The share of sound matter is in the images alone.
+        let sound = f64::NAN;
+        Some(SampleShares { measured: measured?, sound, saturated: saturated?, in_view: in_view? })
+    } else {
+        None
     };
     Ok(StoredRow {
         id: text(&column("id")?, "id")?,
@@ -122,23 +118,50 @@ pub(super) fn stored_row(batch: &RecordBatch, head: &DatasetHead) -> Result<Stor
         range_offset: ranged("range_offset")?,
         range_scale: ranged("range_scale")?,
         defects: names(&column("defect_classes")?, "defect_classes")?,
-        unseen: (head.schema_version >= [1, 7])
-            .then(|| names(&column("unseen_classes")?, "unseen_classes"))
-            .transpose()?,
-        objects: objects(&column("objects")?, head.schema_version >= [1, 5])?,
+        unseen: has("unseen_classes").then(|| names(&column("unseen_classes")?, "unseen_classes")).transpose()?,
+        objects: objects(&column("objects")?, head)?,
         numbers,
         derived,
         shares,
         class_area_px: head.shown_classes().map(area).collect::<Result<_, _>>()?,
         png: head.images.png.iter().map(png).collect::<Result<_, String>>()?,
         paths: head.images.png.iter().map(path).collect::<Result<_, String>>()?,
+        batch: batch.clone(),
     })
 }
 
-/// The measures of an object.
-const NUMBERS: [&str; 7] = ["area_mm2", "x_mm", "y_mm", "diameter_mm", "dive_deg", "death_radius_mm", "severity"];
-/// Those that datasets have from schema 1.5 on.
-const LATER_NUMBERS: [&str; 3] = ["length_mm", "width_mm", "depth_mm"];
+/// Numbers of the grid, which [`StoredRow`] has beside the derived ones, as it has those of Range.
+const GRID: [&str; 2] = ["row_mm", "col_mm"];
+
+/// The numbers of a column that are there, by name: its own, or those of its fields.
+///
+/// # Errors
+/// Which one has no column, is empty though it is never missing, or is of another type.
+fn numbers_of(batch: &RecordBatch, column: &Column, head: &DatasetHead) -> Result<Vec<(String, f64)>, String> {
+    let name = column.name;
+    let number = |found: Option<&ArrayRef>, name: &str, is_needed: bool| {
+        if is_needed {
+            present(found, name).map(drop)?
+        }
+        known(found, name)
+    };
+    let fields: Vec<(&str, bool)> = match column.kind {
+        ColumnKind::Float64 => {
+            return Ok(number(batch.column_by_name(name), name, column.is_never_missing())?.into_iter().collect());
+        }
+        ColumnKind::Struct(fields) => fields.iter().map(|field| (field.name, field.is_never_missing())).collect(),
+        ColumnKind::Physics => head.physics.iter().map(|number| (number.key.as_str(), false)).collect(),
+        _ => return Ok(Vec::new()),
+    };
+    let group = structure(&present(batch.column_by_name(name), name)?, name)?;
+    let numbers = fields.into_iter().map(|(key, is_needed)| number(group.column_by_name(key), key, is_needed));
+    numbers.filter_map(Result::transpose).collect()
+}
+
+/// Whether a number of an object is one that its column may take.
+pub(super) fn in_range(name: &str, value: f64) -> bool {
+    OBJECT.iter().any(|column| column.name == name && column.range.have(value))
+}
 
 fn names(column: &ArrayRef, of: &str) -> Result<Vec<String>, String> {
     let list = column.as_list_opt::<i32>().ok_or_else(|| format!("`{of}` is no list"))?.value(0);
@@ -146,8 +169,8 @@ fn names(column: &ArrayRef, of: &str) -> Result<Vec<String>, String> {
     names.iter().map(|name| name.map(String::from).ok_or_else(|| format!("`{of}` holds nothing"))).collect()
 }
 
-/// The objects of a row; `measured` says that they have extents and names.
-fn objects(column: &ArrayRef, measured: bool) -> Result<Vec<StoredObject>, String> {
+/// The objects of a row.
+fn objects(column: &ArrayRef, head: &DatasetHead) -> Result<Vec<StoredObject>, String> {
     let list = column.as_list_opt::<i32>().ok_or("`objects` is no list")?.value(0);
     let fields = structure(&list, "objects")?;
     let child = |name: &str| {
@@ -169,8 +192,10 @@ fn objects(column: &ArrayRef, measured: bool) -> Result<Vec<StoredObject>, Strin
         let numbers = column.as_primitive_opt::<Float64Type>().cloned();
         Ok((name, numbers.ok_or_else(|| format!("`objects.{name}` is not float64"))?))
     };
-    let later = LATER_NUMBERS.into_iter().filter(|_| measured);
-    let measures = NUMBERS.into_iter().chain(later).map(known).collect::<Result<Vec<_>, String>>()?;
+    let declared = || OBJECT.iter().filter(|column| head.has(column));
+    let measures = declared().filter(|column| column.kind == ColumnKind::Float64).map(|column| known(column.name));
+    let measures = measures.collect::<Result<Vec<_>, String>>()?;
+    let measured = declared().any(|column| column.name == "knot_names");
     let names = match fields.column_by_name("knot_names") {
         _ if !measured => None,
         Some(names) => Some(names.as_string_opt::<i32>().ok_or("`objects.knot_names` does not hold texts")?),

@@ -7,8 +7,8 @@ use procedural::Instance;
 use super::columns::StoredRow;
 use super::finding::{Code, Finding};
 use super::report::ValidationReport;
-use crate::differences;
 use crate::record::{AskedRows, ExposedRows, StackFrame, TrueRow};
+use crate::{Encoded, differences};
 
 /// What the recipe draws for one sample, without rendering it.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,10 +26,8 @@ pub struct ExpectedRow {
 /// What of one sample follows from the recipe without light, though more slowly than its draws.
 #[derive(Debug, Clone, PartialEq)]
 pub struct UnlitRow {
-    /// Numbers of `calibration`, then of `physics`, then `object_in_view`, by name; NaN where one is missing.
-    pub derived: Vec<(String, f64)>,
-    /// Distance between two rows and two columns [mm], then `range_offset` and `range_scale` in the unit of Range.
-    pub grid: [f64; 4],
+    /// Its numbers, of which those hold that need no images.
+    pub numbers: Encoded,
     /// Every instance of the body, by number from 1, seen or not.
     pub instances: Vec<Instance>,
     /// Some rows of the label image, and the body's heights there.

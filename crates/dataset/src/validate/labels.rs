@@ -5,23 +5,13 @@ use std::collections::BTreeMap;
 use output_schema::PIXEL_CLASSES;
 use procedural::Class;
 
-use super::columns::StoredRow;
+use super::columns::{StoredRow, in_range};
 use super::finding::{Code, Finding};
 use super::images::{DecodedImages, known_labels};
 use super::report::ValidationReport;
 
 /// Rounding in a sum of as many areas as an image has pixels [1].
 const AREA: f64 = 1e-6;
-
-fn in_range(name: &str, value: f64) -> bool {
-    match name {
-        "area_mm2" | "length_mm" | "width_mm" => value > 0.0 && value.is_finite(),
-        "diameter_mm" | "death_radius_mm" | "depth_mm" => value >= 0.0 && value.is_finite(),
-        "dive_deg" => (-90.0..=90.0).contains(&value),
-        "severity" => (0.0..=1.0).contains(&value),
-        _ => value.is_finite(),
-    }
-}
 
 /// Pixels and corners of one instance.
 #[derive(Debug, Clone, Copy)]

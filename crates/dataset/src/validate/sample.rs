@@ -81,8 +81,8 @@ pub(super) fn check(
     let frames = frames.into_inner().unwrap_or_else(PoisonError::into_inner);
     let (mut rows, mut exposed, mut scale) = (Vec::new(), Vec::new(), [0.0; 2]);
     if let Some(DerivedSample { unlit, exposed: lit }) = derived {
-        unlit::check(&row, &unlit, &place, report);
-        scale = [unlit.grid[2], unlit.grid[3]];
+        unlit::check(&row, &unlit, task.head, &place, report);
+        scale = [unlit.numbers.range_offset, unlit.numbers.range_scale];
         (rows, exposed) = (unlit.rows, lit);
     }
     report.frames += frames.len() as u64;

@@ -2,30 +2,45 @@
 //!
 //! What light decides stays with the other checks: which instances a pixel shows, their boxes and their areas.
 
+use arrow_array::cast::AsArray;
+use arrow_array::types::Float64Type;
+use arrow_array::{Array, ArrayRef, StructArray};
+use output_schema::row::{OBJECT, ROW};
+use output_schema::{ColumnKind, DatasetHead, Source};
 use procedural::Instance;
 
 use super::columns::{StoredObject, StoredRow};
 use super::expected::UnlitRow;
 use super::finding::{Code, Finding};
 use super::report::ValidationReport;
+use crate::record::Object;
+use crate::{cell, object_cells, table_reader};
 
-/// Names of the numbers of [`UnlitRow::grid`].
-const GRID: [&str; 4] = ["row_mm", "col_mm", "range_offset", "range_scale"];
 /// Differences of a row that one fault names.
 const MAX_NAMED_DIFFERENCES: usize = 3;
 
 /// Checks one row.
-pub(super) fn check(row: &StoredRow, unlit: &UnlitRow, place: &str, report: &mut ValidationReport) {
+pub(super) fn check(row: &StoredRow, unlit: &UnlitRow, head: &DatasetHead, place: &str, report: &mut ValidationReport) {
     let mut other = Vec::new();
-    let grid = [row.row_mm, row.col_mm, row.range_offset, row.range_scale];
-    let stored = GRID.into_iter().zip(grid).map(|(name, value)| (name.to_owned(), value)).collect::<Vec<_>>();
-    let made = GRID.into_iter().zip(unlit.grid).map(|(name, value)| (name.to_owned(), value)).collect::<Vec<_>>();
-    differences("", &stored, &made, &mut other);
-    let known: Vec<(String, f64)> = unlit.derived.iter().filter(|number| !number.1.is_nan()).cloned().collect();
-    differences("", &row.derived, &known, &mut other);
+    for column in ROW.iter().filter(|column| column.follows == Source::Scene) {
+        // The number of Range is called as the row has it, whatever its unit.
+        let name = match column.kind {
+            ColumnKind::RangeNumber => column.name.trim_end_matches(&format!("_{}", column.unit)),
+            _ => column.name,
+        };
+        if let Some((place, field)) = row.batch.schema_ref().fields().find(column.name) {
+            match cell(field, head, &unlit.numbers) {
+                Ok(made) => differences("", name, row.batch.column(place), &made, &mut other),
+                Err(what) => other.push(what),
+            }
+        }
+    }
     other.extend(defects(row, &unlit.instances));
-    for object in &row.objects {
-        objects(object, unlit, &mut other);
+    if let Some(stored) = row.batch.column_by_name("objects").and_then(|list| list.as_list_opt::<i32>()) {
+        let fields = stored.value(0);
+        for (at, object) in row.objects.iter().enumerate() {
+            objects((object, fields.as_struct()), at, unlit, &mut other);
+        }
     }
     if !other.is_empty() {
         let more = if other.len() > MAX_NAMED_DIFFERENCES {
@@ -58,46 +73,49 @@ fn defects(row: &StoredRow, instances: &[Instance]) -> Option<String> {
     (stored != made).then(|| format!("the defects, shown and unseen, are {stored:?}, the recipe makes {made:?}"))
 }
 
-fn objects(object: &StoredObject, unlit: &UnlitRow, other: &mut Vec<String>) {
-    let name = format!("object {}: ", object.instance);
+/// `stored` has the fields of the object at place `at`, and those of the others.
+fn objects((object, stored): (&StoredObject, &StructArray), at: usize, unlit: &UnlitRow, other: &mut Vec<String>) {
+    let of = format!("object {}: ", object.instance);
     let Some(own) = unlit.instances.iter().find(|own| i32::from(own.id) == object.instance) else {
-        other.push(format!("{name}the recipe makes none of that number"));
+        other.push(format!("{of}the recipe makes none of that number"));
         return;
     };
     let made = (own.class as i64, own.state as i64, i32::from(own.within));
     let said = (object.class, object.state, object.within);
     if said != made {
-        other.push(format!("{name}class, state and within are {said:?}, the recipe makes {made:?}"));
+        other.push(format!("{of}class, state and within are {said:?}, the recipe makes {made:?}"));
     }
-    let made = [
-        ("x_mm", own.x_mm),
-        ("y_mm", own.y_mm),
-        ("diameter_mm", own.diameter_mm),
-        ("dive_deg", own.dive_deg),
-        ("death_radius_mm", own.death_radius_mm),
-        ("severity", own.severity),
-        ("depth_mm", if object.measured { own.depth_mm } else { f64::NAN }),
-    ];
-    let stored = object.numbers.iter().filter(|(known, _)| made.iter().any(|(own, _)| own == known));
-    let stored: Vec<(String, f64)> = stored.map(|(known, value)| ((*known).to_owned(), *value)).collect();
-    let made = made.into_iter().filter(|number| !number.1.is_nan());
-    let made: Vec<(String, f64)> = made.map(|(known, value)| (known.to_owned(), value)).collect();
-    differences(&name, &stored, &made, other);
-    let names = own.knot.map(|knot| knot.text());
-    if object.measured && object.knot_names != names {
-        other.push(format!("{name}knot_names is {:?}, the recipe makes {names:?}", object.knot_names));
+    // What light decides is not compared.
+    let own = [Object { instance: *own, area_px: 0, area_mm2: f64::NAN, bbox: [0; 4], extent_mm: [f64::NAN; 2] }];
+    let names = OBJECT.iter().filter(|column| column.follows == Source::Scene).map(|column| column.name);
+    for name in names.filter(|name| !["class", "state", "within"].contains(name)) {
+        let field = stored.fields().find(name).map(|(place, field)| (stored.column(place).slice(at, 1), field));
+        if let Some((said, field)) = field {
+            match object_cells(field, &own) {
+                Ok(made) => differences(&of, name, &said, &made, other),
+                Err(error) => other.push(error.to_string()),
+            }
+        }
     }
 }
 
-/// Numbers that are not the same bit for bit, or there on one side alone.
-fn differences(of: &str, stored: &[(String, f64)], made: &[(String, f64)], other: &mut Vec<String>) {
-    let find = |list: &[(String, f64)], name: &str| list.iter().find(|known| known.0 == name).map(|known| known.1);
-    let text = |value: Option<f64>| value.map_or("missing".to_owned(), |value| format!("{value:?}"));
-    let extra = stored.iter().filter(|known| find(made, &known.0).is_none());
-    for name in made.iter().chain(extra).map(|known| &known.0) {
-        let (found, expected) = (find(stored, name), find(made, name));
-        if found.map(f64::to_bits) != expected.map(f64::to_bits) {
-            other.push(format!("{of}{name} is {}, the recipe makes {}", text(found), text(expected)));
+/// What is not the same bit for bit, or there on one side alone: values of one row, or the fields of a struct.
+fn differences(of: &str, name: &str, said: &ArrayRef, made: &ArrayRef, other: &mut Vec<String>) {
+    if let (Some(said), Some(made)) = (said.as_struct_opt(), made.as_struct_opt()) {
+        for (field, (said, made)) in made.fields().iter().zip(said.columns().iter().zip(made.columns())) {
+            differences(of, field.name(), said, made, other);
         }
+    } else if said != made {
+        other.push(format!("{of}{name} is {}, the recipe makes {}", text(said), text(made)));
+    }
+}
+
+/// The value of one row in words.
+fn text(value: &ArrayRef) -> String {
+    match (value.as_primitive_opt::<Float64Type>(), value.as_string_opt::<i32>()) {
+        (Some(number), _) if number.is_null(0) => "missing".to_owned(),
+        (Some(number), _) => format!("{:?}", number.value(0)),
+        (_, Some(text)) => format!("{:?}", text.is_valid(0).then(|| text.value(0))),
+        _ => table_reader::value(value, 0).map_or_else(|what| what, |value| value.to_string()),
     }
 }
