@@ -19,13 +19,13 @@ use rayon::prelude::*;
 
 use dataset::shares::Shortfall;
 use dataset::{self, Claim, Dataset, Encoded, Fault, GENERATOR_VERSION, ShardWriter, differences, number_column};
-use pipeline;
-use pipeline::effective;
+use evidence::reference::line_solver;
+use pipeline::{self, Equipment, effective};
 use procedural::Class;
 use recipe::Recipe;
 use recipe::asset::{Asset, AssetSource, KeptAsset};
+use rig::{check, mistakes};
 use scanner::optics::speckle::PatternCache;
-use study::rig::{check, mistakes};
 
 pub use self::estimate::GenerateEstimate;
 pub use self::expected_dataset::{ExpectedDataset, declared};
@@ -276,6 +276,11 @@ pub fn dataset_head(recipe: &Recipe, request: &DatasetRequest, warnings: Vec<Rig
     }
 }
 
+/// What samples of any recipe are rendered with.
+pub fn equipment(patterns: &PatternCache) -> Equipment<'_> {
+    Equipment { patterns, line_solvers: line_solver }
+}
+
 /// Renders and encodes one sample.
 pub fn render_sample(
     recipe: &Recipe,
@@ -285,7 +290,7 @@ pub fn render_sample(
     progress: &(dyn Fn(u64) + Sync),
 ) -> Encoded {
     let scene = recipe.draw(seed, index);
-    let record = pipeline::render(&scene, tiles, progress);
+    let record = pipeline::render(&scene, equipment(tiles), progress);
     dataset::encode(record, &scene.output)
 }
 

@@ -4,7 +4,7 @@
 use reference::model::Model;
 use reference::path::Effort;
 use study::compared_model::ComparedModel;
-use study::media::{CLEAR_WOOD, SOUND_KNOT, WoodMedium};
+use reference::media::{CLEAR_WOOD, SOUND_KNOT, WoodMedium};
 use study::point::{PHOTONS, contour};
 use test_support::program::{self, Place};
 

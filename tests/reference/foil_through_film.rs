@@ -3,13 +3,13 @@
 //! Both follow Snell's law through both sides of the film, the judge photon by photon through facets of 0.1 mm, production by slopes
 //! and their changes. Film is up to four times thinner on shoulders than on flanges, and a prism there.
 
+use crate::expose;
 use bench::settings::Transport;
 use procedural::Body;
 use recipe::{Recipe, Scene};
 use scanner::optics::expose::window;
 use scanner::optics::row::Row;
 use scanner::optics::{Band, Scratch, Sensor, TILE};
-use test_support::target::expose;
 use transport::kernel::BASIS;
 
 /// Packs, profiles of each, and photons for each of those.

@@ -4,7 +4,7 @@ use super::kept::Kept;
 use procedural::Stream;
 use rand::RngExt;
 use reference::path::{self, Effort};
-use study::media::{WOODS, WoodMedium};
+use reference::media::{WOODS, WoodMedium};
 use transport::answer::{Answer, Estimate, LineSide, Question};
 use transport::kernel;
 use transport::stack::{CylinderPhase, Scattering, Stack};
@@ -218,7 +218,7 @@ fn slopes_are_lit_as_the_judge_says() {
         let mut stream = Stream::root(11).child("slopes").index(case).rng();
         let mut draw = |from: f64, to: f64| from + (to - from) * stream.random::<f64>();
         let (sigma_i, sigma_c, n, mu_a) = (draw(1.0, 4.0), draw(5.0, 15.0), draw(1.1, 1.3), draw(0.02, 0.3));
-        let axis = study::medium::axis(draw(-180.0, 180.0), draw(-15.0, 15.0));
+        let axis = reference::medium::axis(draw(-180.0, 180.0), draw(-15.0, 15.0));
         let (turn, dispersion) = (CylinderPhase::Cauchy(0.0), draw(3.0, 14.0).to_radians());
         let scattering = Scattering::Fibres { sigma_i, sigma_c, turn, axis, dispersion };
         let stack = Stack::half_space(n, mu_a, scattering);

@@ -5,8 +5,8 @@ pub mod labels;
 
 mod binning;
 mod derived;
+mod equipment;
 mod exposed_rows;
-mod line_solver;
 mod range_scale;
 
 use std::sync::Arc;
@@ -27,12 +27,11 @@ use recipe::{Plan, Scene, Subject};
 use scanner::extract::{MAX_SURFACE_SLOPE, MeasuredProfile, RectifiedGrid, extract, rectify};
 use scanner::frame::{Calibration, Frame, Rig};
 use scanner::optics::encoder::turn;
-use scanner::optics::speckle::PatternCache;
 use scanner::optics::{Band, Scratch, Sensor, SensorSetup, TILE, TileOfProfile};
 use scanner::specimen::{Hit, Specimen};
 
 pub use self::derived::{Derived, Unlit, derived};
-use self::line_solver::line_solver;
+pub use self::equipment::{Equipment, LineSolvers};
 use self::range_scale::{RangeScale, grid, range_scale};
 
 /// Profiles of a band: half as many as the rows that its windows reach to before and behind it. The next band of a run uses those again;
@@ -46,8 +45,8 @@ const MIN_RUN_HALOS: usize = 4;
 /// Renders one sample. `progress` is told the number of profiles whenever some are finished.
 ///
 /// The result depends on the scene alone: not on the number of threads, on bands, or on what was rendered before.
-pub fn render(scene: &Scene, tiles: &PatternCache, progress: &(dyn Fn(u64) + Sync)) -> Record {
-    render_body(scene, body(scene), tiles, progress)
+pub fn render<'a>(scene: &Scene, by: impl Into<Equipment<'a>>, progress: &(dyn Fn(u64) + Sync)) -> Record {
+    render_body(scene, body(scene), by, progress)
 }
 
 /// Grows or forms the object of a scene.
@@ -84,15 +83,21 @@ pub fn body(scene: &Scene) -> Body {
 }
 
 /// [`render`] for any body.
-pub fn render_body(scene: &Scene, body: Body, tiles: &PatternCache, progress: &(dyn Fn(u64) + Sync)) -> Record {
-    let (sensor, specimen) = set_up(scene, body, tiles);
+pub fn render_body<'a>(
+    scene: &Scene,
+    body: Body,
+    by: impl Into<Equipment<'a>>,
+    progress: &(dyn Fn(u64) + Sync),
+) -> Record {
+    let (sensor, specimen) = set_up(scene, body, by);
     let mut scan = Scan::new(scene, scene.size.profiles);
     scan.expose(scene, &sensor, &specimen, progress);
     scan.record(scene, &sensor, &specimen)
 }
 
 /// Puts a body under a scene's bench.
-pub fn set_up(scene: &Scene, body: Body, tiles: &PatternCache) -> (Sensor, Specimen) {
+pub fn set_up<'a>(scene: &Scene, body: Body, by: impl Into<Equipment<'a>>) -> (Sensor, Specimen) {
+    let Equipment { patterns, line_solvers } = by.into();
     let height = f64::from(body.bounds().1.z);
     let matter = typical(&scene.plan);
     let turn = turn(&scene.bench.motion, scene.movement);
@@ -103,11 +108,11 @@ pub fn set_up(scene: &Scene, body: Body, tiles: &PatternCache) -> (Sensor, Speci
         height,
         clear: &matter,
         speckle_law: scene.speckle_law,
-        patterns: tiles,
+        patterns,
         readout: scene.readout,
         postprocess: scene.postprocess,
         turn,
-        line_solver: line_solver(scene.transport, scene.stream),
+        line_solver: line_solvers(scene.transport, scene.stream),
         stream: scene.stream,
     });
     let specimen = Specimen::new(body, sensor.camera().rig, scene.bench.laser.fan_height_mm).on_turntable(turn);

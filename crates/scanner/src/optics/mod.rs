@@ -53,7 +53,6 @@ mod window;
 
 pub use self::band::Band;
 pub use self::expose::TileOfProfile;
-pub use self::per_line::LineSolver;
 pub use self::sensor::{Sensor, SensorSetup};
 pub use self::speckle::TILE;
 pub use self::window::{CENTRE, ROWS, Scratch, Window};

@@ -8,7 +8,7 @@ use super::camera::Camera;
 use super::coherence::{Coherence, coherence_per_mm, path_contrast};
 use super::encoder::Encoder;
 use super::highlights::Highlights;
-use super::per_line::{LineSolver, PerLine};
+use super::per_line::PerLine;
 use super::postprocess::ThesisScripts;
 use super::row_maker::{RowMaker, RowScratch};
 use super::row_view::RowView;
@@ -22,6 +22,7 @@ use crate::specimen::{Hit, Specimen, turntable::Turntable};
 use bench::parameters::Bench;
 use bench::settings::{LaserLine, Order, Postprocess, Readout, Size, SpeckleLaw};
 use transport::kernel::path_laws;
+use transport::line::LineSolver;
 
 /// Light in one pixel under which secondary light is left out [DN of 8 bits].
 const FAINT_DN: f32 = 0.05;
@@ -52,7 +53,7 @@ pub struct SensorSetup<'a> {
     /// Where the specimen turns; `None` for a straight way.
     pub turn: Option<Turntable>,
     /// Model of light from below that answers one line at a time; `None` for the kernel.
-    pub line_solver: Option<LineSolver>,
+    pub line_solver: Option<Box<dyn LineSolver>>,
     /// Stream of the sample.
     pub stream: Stream,
 }
@@ -71,7 +72,7 @@ pub struct Sensor {
     pub(super) size: Size,
     /// Light in one pixel under which secondary light is left out [e-].
     pub(super) faint: f32,
-    line_solver: Option<LineSolver>,
+    line_solver: Option<Box<dyn LineSolver>>,
     maker: RowMaker,
 }
 
@@ -245,7 +246,7 @@ impl Sensor {
         // The light that a moving object has in the next profile counts too.
         band.offsets = self.geometry.uneven_neighbours(band.profiles.start..band.profiles.end + 1);
         band.volumes.clear();
-        if let Some(solver) = &self.line_solver {
+        if let Some(solver) = self.line_solver.as_deref() {
             let model = PerLine { specimen, camera: &self.camera, solver };
             let last = band.profiles.end + usize::from(self.geometry.exposed_share > 0.0);
             let volume = |profile: usize| model.volume(band.row(profile), profile as u64, self.position(profile));
