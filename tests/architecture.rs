@@ -91,13 +91,12 @@ const OPENINGS: [&str; 23] = [
 ];
 
 /// The only files that may name one of them, and why.
-const OPENERS: [(&str, &str); 9] = [
+const OPENERS: [(&str, &str); 8] = [
     ("crates/files/src/lib.rs", "opens files that a user names"),
     ("crates/files/src/cache.rs", "keeps what can be made again in the user's cache"),
     ("crates/dataset/src/atomic_file.rs", "writes files that a user names"),
     ("crates/dataset/src/enclosed/unix.rs", "opens and writes what lies in a folder of others"),
     ("crates/dataset/src/enclosed/windows.rs", "the same there"),
-    ("crates/evidence/reference/src/thesis/direction_map.rs", "writes a map for whoever uses the library; no command does"),
     ("crates/tools/src/check/model.rs", "onnxruntime opens the model, which was read as a plain file before"),
     ("crates/evidence/gap/src/process.rs", "works in a new folder that nobody else can enter"),
     ("src/generate/memory.rs", "asks the system for its memory"),

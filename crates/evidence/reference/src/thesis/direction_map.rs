@@ -7,47 +7,14 @@
 //! and R = B without G, have no direction.
 //! Neglected: fibres that dive. A map has no colour for them.
 
-use std::io::BufReader;
-use std::path::{Path, PathBuf};
-
 use glam::DVec2;
-use image::{DynamicImage, ImageError, ImageFormat, ImageReader, RgbaImage};
-
-/// Why a map cannot be read or written.
-#[derive(Debug, thiserror::Error)]
-pub enum MapError {
-    /// The file cannot be read as a PNG.
-    #[error("cannot read the direction map {}: {source}; give the path of a PNG image with red, green, blue and alpha of 8 bits", path.display())]
-    Read {
-        /// Where.
-        path: PathBuf,
-        /// Why.
-        source: ImageError,
-    },
-    /// The image has other channels.
-    #[error("cannot use {} as a direction map: it is {found}; save it as PNG with red, green, blue and alpha of 8 bits", path.display())]
-    Channels {
-        /// Where.
-        path: PathBuf,
-        /// What it has instead.
-        found: String,
-    },
-    /// The file cannot be written.
-    #[error("cannot write the direction map {}: {source}; check that the folder exists, is writable and has room", path.display())]
-    Write {
-        /// Where.
-        path: PathBuf,
-        /// Why.
-        source: ImageError,
-    },
-}
 
 /// A map of directions: RGBA of 8 bits.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct DirectionMap {
     rows: usize,
     cols: usize,
-    /// `[rows, cols]`, row-major, row 0 at the smallest y: the image's lowest.
+    /// `[rows, cols]`, row-major, row 0 at the smallest y.
     pixels: Vec<[u8; 4]>,
 }
 
@@ -75,36 +42,6 @@ impl DirectionMap {
         let along = if along.x < 0.0 { -along } else { along };
         let largest = along.x.max(along.y.abs()).max(f64::MIN_POSITIVE);
         [byte(along.y / largest), byte(along.x / largest), byte(-along.y / largest), byte(alpha)]
-    }
-
-    /// Reads a PNG with red, green and blue of 8 bits; without alpha it is 1.
-    ///
-    /// # Errors
-    /// Where the file cannot be read, is no PNG or has other channels.
-    pub fn load(path: &Path) -> Result<Self, MapError> {
-        let read = |source: ImageError| MapError::Read { path: path.to_path_buf(), source };
-        let file = BufReader::new(files::open(path).map_err(|e| read(e.into()))?);
-        let image = match ImageReader::with_format(file, ImageFormat::Png).decode().map_err(read)? {
-            image @ (DynamicImage::ImageRgb8(_) | DynamicImage::ImageRgba8(_)) => image.into_rgba8(),
-            other => {
-                let found = format!("{:?}", other.color());
-                return Err(MapError::Channels { path: path.to_path_buf(), found });
-            }
-        };
-        let (rows, cols) = (image.height() as usize, image.width() as usize);
-        Ok(Self::new(rows, cols, image.rows().rev().flatten().map(|pixel| pixel.0).collect()))
-    }
-
-    /// Writes the map as PNG, largest y on top.
-    ///
-    /// # Errors
-    /// Where the file cannot be written.
-    pub fn save(&self, path: &Path) -> Result<(), MapError> {
-        let image = RgbaImage::from_fn(self.cols as u32, self.rows as u32, |x, y| {
-            image::Rgba(self.pixels[(self.rows - 1 - y as usize) * self.cols + x as usize])
-        });
-        let write = |source| MapError::Write { path: path.to_path_buf(), source };
-        image.save_with_format(path, ImageFormat::Png).map_err(write)
     }
 
     /// Rows, along y.

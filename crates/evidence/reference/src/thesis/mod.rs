@@ -23,7 +23,7 @@ mod stam;
 #[cfg(test)]
 mod tests;
 
-pub use self::direction_map::{DirectionMap, MapError};
+pub use self::direction_map::DirectionMap;
 pub(crate) use self::line_drawing::LineRule;
 pub use self::line_response::{LaserPoint, line_response, point};
 pub use self::pixel_ground::{PixelGround, PlanarDiffusion, alpha};
