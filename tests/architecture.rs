@@ -46,6 +46,7 @@ const CRATES: [(&str, &[&str]); 21] = [
             "bench",
             "dataset",
             "drawing",
+            "numerics",
             "pipeline",
             "procedural",
             "recipe",

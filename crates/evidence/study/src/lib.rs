@@ -21,6 +21,7 @@ pub mod profile;
 use image::RgbImage;
 use serde_json::{Value, json};
 
+use crate::instrument::Figure;
 use reference::medium::LayeredMedium;
 use reference::model::{Model, ModelError};
 use reference::path::Effort;
@@ -35,6 +36,8 @@ pub struct StudyReport {
     pub json: Value,
     /// Charts and maps of the numbers.
     pub picture: RgbImage,
+    /// Measured numbers beside theory, of studies of the instrument: what its tests hold.
+    pub figures: Vec<Figure>,
 }
 
 /// What a study reports while it runs.

@@ -30,7 +30,7 @@ struct MediumCase {
 
 /// How far the kernel may be off the reference Monte Carlo.
 #[derive(Debug, Clone, Copy)]
-enum Tolerance {
+pub enum Tolerance {
     /// Difference from the reference.
     Absolute(f64),
     /// Difference over the reference [1].
@@ -39,25 +39,31 @@ enum Tolerance {
 
 /// Where a number of the kernel stands against its tolerance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Verdict {
+pub enum Verdict {
+    /// Within it, two standard errors too.
     Within,
+    /// Beyond it, less two standard errors.
     Beyond,
     /// Two standard errors reach over the tolerance.
     Open,
 }
 
 /// A number that is measured on a line spread.
-struct SpreadFigure {
+#[derive(Debug, Clone, Copy)]
+pub struct SpreadFigure {
     key: &'static str,
-    name: &'static str,
-    tolerance: Tolerance,
+    /// Name in tables.
+    pub name: &'static str,
+    /// How far the kernel may be off.
+    pub tolerance: Tolerance,
 }
 
 const fn figure(key: &'static str, name: &'static str, tolerance: Tolerance) -> SpreadFigure {
     SpreadFigure { key, name, tolerance }
 }
 
-const FIGURES: [SpreadFigure; 5] = [
+/// What the kernel is held to on each medium.
+pub const FIGURES: [SpreadFigure; 5] = [
     figure("reflectance", "R", Tolerance::Absolute(0.01)),
     figure("towards_lens_over_reflectance", "lens / R", Tolerance::Relative(0.05)),
     figure("rows_1_to_8", "S(1,8)", Tolerance::Relative(0.05)),
@@ -77,7 +83,8 @@ impl Tolerance {
         }
     }
 
-    fn verdict(self, figure: Estimate, reference: Estimate) -> Verdict {
+    /// Where `figure` of the kernel stands against that of the reference.
+    pub fn verdict(self, figure: Estimate, reference: Estimate) -> Verdict {
         let (Self::Absolute(most) | Self::Relative(most)) = self;
         let Estimate { value, error } = self.off(figure, reference);
         if value.abs() + 2.0 * error <= most {
@@ -121,7 +128,7 @@ impl MediumCase {
 }
 
 /// The numbers of [`FIGURES`].
-fn figures(answer: &Answer) -> [Estimate; FIGURES.len()] {
+pub fn figures(answer: &Answer) -> [Estimate; FIGURES.len()] {
     let r = answer.reflectance;
     let lens = answer.towards_lens.map_or(Estimate::exact(f64::NAN), |towards| {
         let value = towards.value / r.value;
@@ -157,7 +164,7 @@ pub fn study(effort: Effort, progress: StudyProgress) -> StudyReport {
         answers: Model::ALL.map(|model| answers(wood, model)).into_iter().collect(),
     };
     let cases: Vec<MediumCase> = WOODS.iter().map(case).collect();
-    StudyReport { table: table(&cases), json: json(&cases, effort), picture: draw(&cases) }
+    StudyReport { table: table(&cases), json: json(&cases, effort), picture: draw(&cases), figures: Vec::new() }
 }
 
 fn table(cases: &[MediumCase]) -> String {

@@ -111,7 +111,7 @@ pub fn study(recipe: &Recipe, seed: u64, progress: StudyProgress) -> Result<Stud
     json["recipe"] = json!(recipe.name());
     json["seed"] = json!(seed);
     json["packs"] = json!(rows);
-    Ok(StudyReport { table, json, picture: page(&packs) })
+    Ok(StudyReport { table, json, picture: page(&packs), figures: Vec::new() })
 }
 
 /// Sample `index` of the recipe without defects, then changed by `change`.

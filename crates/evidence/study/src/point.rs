@@ -111,7 +111,7 @@ pub fn study(effort: Effort, progress: StudyProgress) -> StudyReport {
             }
         }
     }
-    StudyReport { table: table(&cases), json: json(&cases, effort), picture: draw(&cases) }
+    StudyReport { table: table(&cases), json: json(&cases, effort), picture: draw(&cases), figures: Vec::new() }
 }
 
 impl ComparedModel {

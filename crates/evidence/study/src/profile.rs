@@ -179,5 +179,5 @@ fn report(scene: &Scene, profile: usize, x: &[f64], lines: &[ProfileLine], effor
     };
     let mut page = Page::new(CHART_PX.0 + 2 * MARGIN, CHART_PX.1 + 2 * MARGIN);
     chart.draw(&mut page, Area { left: MARGIN, top: MARGIN, width: CHART_PX.0, height: CHART_PX.1 });
-    StudyReport { table, json, picture: page.0 }
+    StudyReport { table, json, picture: page.0, figures: Vec::new() }
 }

@@ -9,6 +9,7 @@ use glam::DVec3;
 
 use bench::parameters::Bench;
 use bench::settings::Size;
+use numerics::chance::normal_below;
 use scanner::optics::camera::rig;
 
 /// Planck's constant times the speed of light [J m].
@@ -60,7 +61,7 @@ pub(crate) fn box_error(bench: &Bench) -> f64 {
     let size = Size { columns: 1, rows: 832, profiles: 1 };
     let bare = (0.5 * bench.laser.waist_mm * rows_per_mm(bench, &size, bench.laser.waist_height_mm)).powi(2)
         + lens_variance(bench, &size);
-    let below = |x: f64| super::significance::normal_below(x / bare.sqrt());
+    let below = |x: f64| normal_below(x / bare.sqrt());
     let whole = bare + 1.0 / 12.0;
     let drawn = |x: f64| libm::exp(-0.5 * x * x / whole) / (2.0 * PI * whole).sqrt();
     let off = |i: i32| {

@@ -114,7 +114,7 @@ pub fn study(trials: Trials, progress: StudyProgress) -> StudyReport {
     json["half_width_mm"] = json!(plots.width);
     json["along"] =
         plots.along[0].iter().map(|(x, e, t)| json!({ "x_mm": x, "electrons_e": e, "theory_e": t })).collect();
-    StudyReport { picture: draw(&plots, &table), table, json }
+    StudyReport { picture: draw(&plots, &table), table, json, figures }
 }
 
 /// Benches whose light is counted: those of docs/instrument.md and others that change one factor each.

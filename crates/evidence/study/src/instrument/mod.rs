@@ -43,7 +43,7 @@ pub struct Trials {
 
 /// A measured number beside the expected one.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Figure {
+pub struct Figure {
     /// Name, with the unit.
     pub name: String,
     /// Mean over repeats and its standard error.
@@ -56,7 +56,7 @@ pub(crate) struct Figure {
 
 impl Figure {
     /// From the values of the repeats.
-    pub fn of(name: &str, repeats: &[f64], theory: f64) -> Self {
+    fn of(name: &str, repeats: &[f64], theory: f64) -> Self {
         let measured = Estimate::of(repeats.iter().copied());
         let mut figure = Self { name: name.to_owned(), measured, theory, p_value: 1.0 };
         figure.p_value = significance::student(figure.z(), repeats.len() as f64 - 1.0);
@@ -64,13 +64,13 @@ impl Figure {
     }
 
     /// A distance of Kolmogorov and Smirnov between `n` independent draws and a law.
-    pub fn distance(name: &str, distance: f64, n: usize) -> Self {
+    fn distance(name: &str, distance: f64, n: usize) -> Self {
         let measured = Estimate::exact(distance);
         Self { name: name.to_owned(), measured, theory: 0.0, p_value: significance::kolmogorov(distance, n as f64) }
     }
 
     /// Difference from theory in standard errors.
-    pub fn z(&self) -> f64 {
+    fn z(&self) -> f64 {
         let off = self.measured.value - self.theory;
         if off == 0.0 { 0.0 } else { off / self.measured.error }
     }
@@ -82,7 +82,7 @@ impl Figure {
 }
 
 /// How many figures of a table hold.
-pub(crate) fn holding(figures: &[Figure]) -> usize {
+fn holding(figures: &[Figure]) -> usize {
     figures.iter().filter(|figure| figure.holds(figures.len())).count()
 }
 

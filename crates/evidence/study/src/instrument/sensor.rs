@@ -25,11 +25,12 @@ use serde_json::{Value, json};
 
 use super::layout::{BLUE, GREEN, GREY, Heading, ORANGE, PURPLE, area, chart, curve, legend, marks, page};
 use super::targets::{BARE_PROFILE, TargetView, bare, gain, scene, stream};
-use super::{Figure, Trials, document, mean_and_variance, per_repeat, repeat_trials, significance, table};
+use super::{Figure, Trials, document, mean_and_variance, per_repeat, repeat_trials, table};
 use crate::{StudyProgress, StudyReport};
 use bench::settings::{Hdr, Readout};
 use drawing::chart::Axis;
 use drawing::{Area, INK, Page};
+use numerics::chance::normal_below;
 use recipe::Scene;
 use scanner::optics::CENTRE;
 use scanner::optics::speckle::PatternCache;
@@ -96,7 +97,7 @@ pub fn study(trials: Trials, progress: StudyProgress) -> StudyReport {
     json["slopes"] = slope_document(&plots.modes);
     json["spectrum_with_rows_dn2"] = json!(plots.spectra[0]);
     json["spectrum_without_rows_dn2"] = json!(plots.spectra[1]);
-    StudyReport { picture: draw(&plots, &table), table, json }
+    StudyReport { picture: draw(&plots, &table), table, json, figures }
 }
 
 /// The patch: a scene whose exposure time fills the pixels, and electrons of the patch then [e-].
@@ -286,7 +287,7 @@ fn clipped(mean: f64, variance: f64) -> [f64; 2] {
     // The twelfth that rounding adds is in the variance; what is clipped has none.
     let sigma = variance.sqrt();
     let t = (255.0 - mean) / sigma;
-    let (below, density) = (significance::normal_below(t), libm::exp(-0.5 * t * t) / (2.0 * PI).sqrt());
+    let (below, density) = (normal_below(t), libm::exp(-0.5 * t * t) / (2.0 * PI).sqrt());
     // Of min(x, t) for a standard normal x.
     let first = -density + t * (1.0 - below);
     let second = below - t * density + t * t * (1.0 - below);

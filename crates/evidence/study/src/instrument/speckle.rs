@@ -113,7 +113,7 @@ pub fn study(trials: Trials, progress: StudyProgress) -> StudyReport {
         .iter()
         .map(|(lag, c, n)| json!({ "profiles": n, "lag_less_movement_px": lag, "correlation": c }))
         .collect();
-    StudyReport { picture: draw(&plots, &table), table, json }
+    StudyReport { picture: draw(&plots, &table), table, json, figures }
 }
 
 fn measure(trials: Trials, one: u64) -> SpeckleRepeat {

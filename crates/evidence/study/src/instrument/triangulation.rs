@@ -106,7 +106,7 @@ pub fn study(trials: Trials, progress: StudyProgress) -> StudyReport {
         json!({ "slopes": SLOPES[slope], "heights": (0..HEIGHTS_MM.len()).map(at).collect::<Vec<_>>() })
     };
     json["plates"] = (0..SLOPES.len()).map(plates).collect();
-    StudyReport { picture: draw(&plots, &table), table, json }
+    StudyReport { picture: draw(&plots, &table), table, json, figures }
 }
 
 /// A scene over a plate of metal without speckle, or of ceramic with it.
