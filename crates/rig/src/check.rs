@@ -187,24 +187,7 @@ fn check_scene(scene: &Scene, tiles: &PatternCache) -> Vec<RigWarning> {
     let [x, y] = field(&scene, &sensor, &specimen);
     let in_view = specimen.share_within(x, y);
     let rays = ObjectRays::of(&scene, &sensor, &specimen, RAY_PROFILES);
-    let (shares, lost) = match transport {
-        Transport::Kernel => {
-            let profiles = profiles(&scene, &sensor, &specimen, PROFILES);
-            let (maps, labels) = render_profiles(&scene, &sensor, &specimen, &profiles);
-            let lost = ObjectRays::of(&scene, &sensor, &specimen, PROFILES).lost(&maps.range);
-            (SampleShares::of(&maps, &labels, scene.readout.most(), in_view), lost)
-        }
-        // At most what laser and lens reach is measured.
-        Transport::Path { .. } | Transport::Diffusion { .. } | Transport::Thesis { .. } => {
-            let measured = rays.shares()[Cause::Light as usize];
-            (SampleShares { measured, sound: measured, saturated: 0.0, in_view }, LOST)
-        }
-    };
-    let mut missed = rays.shares();
-    missed.iter_mut().zip(lost).for_each(|(share, lost)| *share *= lost);
-    // What two profiles have of walls and shadows is chance.
-    let sound = if shares.sound.is_nan() { f64::NAN } else { 1.0 - missed.iter().sum::<f64>() };
-    let shares = SampleShares { sound, ..shares };
+    let (shares, missed) = measured_shares((&scene, transport), &sensor, &specimen, &rays, in_view);
     let share = |cause: Cause| missed[cause as usize];
     let is_cut = |cut: Cause| share(cut) > MOST_CUT;
     let main = Cause::ALL.into_iter().max_by(|a, b| share(*a).total_cmp(&share(*b))).unwrap_or(Cause::Light);
@@ -213,41 +196,12 @@ fn check_scene(scene: &Scene, tiles: &PatternCache) -> Vec<RigWarning> {
     let holds = |shortfall: &Shortfall| *shortfall != Shortfall::ObjectOutOfView || !lies_in_field;
     // They are worked out, noise and all, where there is something to tell alone.
     let facts = LazyCell::new(|| Facts::of(&scene, &sensor, f64::from(specimen.top())));
-    let threshold = scene.extraction.threshold_dn / scene.readout.scale();
-    let bright = || {
-        let cause = format!("a white surface has {} times the light of saturation", figure(facts.peak));
-        (Some(cause), Shortfall::Saturated.remedy().to_owned())
-    };
     let fan = || (Some(fan_end(share(Cause::Fan))), fan_remedy(&scene).to_owned());
-    let rows = || {
-        let [low, high] = facts.heights_mm.map(figure);
-        let cause = format!(
-            "its surface lies at {} to {} mm, and every column measures {low} to {high} mm",
-            figure(rays.low.into()),
-            figure(rays.high.into()),
-        );
-        let remedy = format!(
-            "raise camera.rows or camera.distance_mm or lower camera.tilt_deg; or bring the surface there by {}",
-            height_keys(&scene)
-        );
-        (Some(cause), remedy)
-    };
-    // Why light that laser and lens let through is not measured.
+    let rows = || beyond_rows(&facts, &rays);
     let light = |shortfall: Shortfall| match facts.peak {
         // A frame that is white all over has no peak; a fan that is too narrow makes one.
         peak if peak > BRIGHT_PEAK && is_cut(Cause::Fan) => fan(),
-        peak if peak > BRIGHT_PEAK => bright(),
-        _ if facts.is_wider_than_window() => (Some(facts.wide_line()), facts.narrow_line_remedy()),
-        _ if facts.usual_dn() < threshold => {
-            let [peak, least] = [facts.usual_dn(), threshold].map(figure);
-            let remedy = "lower extraction.threshold_dn, or lengthen exposure.time_us or raise laser.power_mw";
-            (Some(format!("clear matter peaks at {peak} DN, and the threshold is {least} DN")), remedy.to_owned())
-        }
-        peak if peak < DIM_PEAK => (
-            Some(format!("a white surface peaks at {} of saturation", percent(peak))),
-            "lengthen exposure.time_us or raise laser.power_mw".to_owned(),
-        ),
-        _ => (None, shortfall.remedy().to_owned()),
+        _ => unmeasured_light(&facts, shortfall),
     };
     let warning = |shortfall: Shortfall| {
         let (cause, remedy) = match shortfall {
@@ -266,7 +220,7 @@ fn check_scene(scene: &Scene, tiles: &PatternCache) -> Vec<RigWarning> {
                 Cause::Light => light(shortfall),
             },
             Shortfall::Saturated if is_cut(Cause::Fan) => fan(),
-            Shortfall::Saturated if facts.peak > 1.0 => bright(),
+            Shortfall::Saturated if facts.peak > 1.0 => too_bright(&facts),
             Shortfall::Saturated => (None, shortfall.remedy().to_owned()),
         };
         let cause = cause.map(|cause| format!(" ({cause})")).unwrap_or_default();
@@ -292,6 +246,78 @@ fn check_scene(scene: &Scene, tiles: &PatternCache) -> Vec<RigWarning> {
         }
     }
     warnings
+}
+
+/// What of a sample is measured by the model `transport`, as far as a few profiles tell, and the shares of the object's pixels
+/// that each [`Cause`] loses; `rays` have seen more profiles [1].
+fn measured_shares(
+    (scene, transport): (&Scene, Transport),
+    sensor: &Sensor,
+    specimen: &Specimen,
+    rays: &ObjectRays,
+    in_view: f64,
+) -> (SampleShares, [f64; 5]) {
+    let (shares, lost) = match transport {
+        Transport::Kernel => {
+            let profiles = profiles(scene, sensor, specimen, PROFILES);
+            let (maps, labels) = render_profiles(scene, sensor, specimen, &profiles);
+            let lost = ObjectRays::of(scene, sensor, specimen, PROFILES).lost(&maps.range);
+            (SampleShares::of(&maps, &labels, scene.readout.most(), in_view), lost)
+        }
+        // At most what laser and lens reach is measured.
+        Transport::Path { .. } | Transport::Diffusion { .. } | Transport::Thesis { .. } => {
+            let measured = rays.shares()[Cause::Light as usize];
+            (SampleShares { measured, sound: measured, saturated: 0.0, in_view }, LOST)
+        }
+    };
+    let mut missed = rays.shares();
+    missed.iter_mut().zip(lost).for_each(|(share, lost)| *share *= lost);
+    // What two profiles have of walls and shadows is chance.
+    let sound = if shares.sound.is_nan() { f64::NAN } else { 1.0 - missed.iter().sum::<f64>() };
+    (SampleShares { sound, ..shares }, missed)
+}
+
+/// A cause, where one is known, and a remedy.
+type CauseAndRemedy = (Option<String>, String);
+
+/// Of a white surface that saturates.
+fn too_bright(facts: &Facts) -> CauseAndRemedy {
+    let cause = format!("a white surface has {} times the light of saturation", figure(facts.peak));
+    (Some(cause), Shortfall::Saturated.remedy().to_owned())
+}
+
+/// Of an object that reaches to heights that the sensor does not see.
+fn beyond_rows(facts: &Facts, rays: &ObjectRays) -> CauseAndRemedy {
+    let [low, high] = facts.heights_mm.map(figure);
+    let cause = format!(
+        "its surface lies at {} to {} mm, and every column measures {low} to {high} mm",
+        figure(rays.low.into()),
+        figure(rays.high.into()),
+    );
+    let remedy = format!(
+        "raise camera.rows or camera.distance_mm or lower camera.tilt_deg; or bring the surface there by {}",
+        height_keys(facts.scene)
+    );
+    (Some(cause), remedy)
+}
+
+/// Why light that laser and lens let through is not measured.
+fn unmeasured_light(facts: &Facts, shortfall: Shortfall) -> CauseAndRemedy {
+    let threshold = facts.scene.extraction.threshold_dn / facts.scene.readout.scale();
+    match facts.peak {
+        peak if peak > BRIGHT_PEAK => too_bright(facts),
+        _ if facts.is_wider_than_window() => (Some(facts.wide_line()), facts.narrow_line_remedy()),
+        _ if facts.usual_dn() < threshold => {
+            let [peak, least] = [facts.usual_dn(), threshold].map(figure);
+            let remedy = "lower extraction.threshold_dn, or lengthen exposure.time_us or raise laser.power_mw";
+            (Some(format!("clear matter peaks at {peak} DN, and the threshold is {least} DN")), remedy.to_owned())
+        }
+        peak if peak < DIM_PEAK => (
+            Some(format!("a white surface peaks at {} of saturation", percent(peak))),
+            "lengthen exposure.time_us or raise laser.power_mw".to_owned(),
+        ),
+        _ => (None, shortfall.remedy().to_owned()),
+    }
 }
 
 /// What is told of a fan beyond whose ends a share of the object's pixels lies.

@@ -391,7 +391,9 @@ fn draw(plots: &LaserPlots, table: &str) -> RgbImage {
     let mut page = page(2, 2, heading, table);
 
     let heights = || (0..=140).map(|i| -55.0 + f64::from(i));
-    let width = chart(
+    let Area { left: x, top: y, .. } = chart(
+        &mut page,
+        [0, 0],
         "Half width at 1/e^2 over height",
         Axis::even("z [mm]", -60.0, 80.0),
         Axis::even("[mm]", 0.0, 0.3),
@@ -400,8 +402,6 @@ fn draw(plots: &LaserPlots, table: &str) -> RgbImage {
             marks(BLUE, HEIGHTS_MM.iter().zip(&plots.width).map(|(z, w)| (*z, w.value, w.error))),
         ],
     );
-    width.draw(&mut page, area(0, 0));
-    let Area { left: x, top: y, .. } = area(0, 0);
     let [waist, place, quality] = plots.beam_fit;
     let words = [
         format!("waist   {:.5} +- {:.5} mm, set {}", waist.value, waist.error, bench.laser.waist_mm),
@@ -424,14 +424,14 @@ fn draw(plots: &LaserPlots, table: &str) -> RgbImage {
             marks(colour, plots.along[which].iter().map(|(x, e, _)| (*x, e.value / 1e3, e.error / 1e3))),
         ]
     };
-    let along = chart(
+    let Area { left: x, top: y, .. } = chart(
+        &mut page,
+        [0, 1],
         "Light along the line on a white plane, z = 0",
         Axis::even("x [mm]", -125.0, 125.0),
         Axis::even("electrons a column / 1000, 40 us", 0.0, 160.0),
         [series(0, BLUE), series(1, ORANGE)].concat(),
     );
-    along.draw(&mut page, area(0, 1));
-    let Area { left: x, top: y, .. } = area(0, 1);
     legend(
         &mut page,
         x + 180,
@@ -440,14 +440,14 @@ fn draw(plots: &LaserPlots, table: &str) -> RgbImage {
     );
 
     let off = plots.along[0].iter().map(|(x, e, t)| (*x, 100.0 * (e.value / t - 1.0), 100.0 * e.error / t));
-    let even = chart(
+    let Area { left: x, top: y, .. } = chart(
+        &mut page,
+        [1, 1],
         "The same over the closed form, 45 deg",
         Axis::even("x [mm]", -125.0, 125.0),
         Axis::even("[%]", -0.5, 0.5),
         vec![curve(GREY, [(-118.0, 0.0), (118.0, 0.0)].into_iter()), marks(BLUE, off)],
     );
-    even.draw(&mut page, area(1, 1));
-    let Area { left: x, top: y, .. } = area(1, 1);
     let words = format!("middle: {:.0} electrons a column by the closed form", electrons(bench, 0.0, 0.0));
     page.words_in(x + 70, y + 56, &words, GREY);
     page.0

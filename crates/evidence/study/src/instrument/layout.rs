@@ -60,9 +60,18 @@ pub(super) fn area(column: u32, row: u32) -> Area {
     Area { left, top, width: CHART_WIDTH, height: CHART_HEIGHT }
 }
 
-/// A chart without foot.
-pub(super) fn chart(title: &str, x: Axis, y: Axis, series: Vec<Series>) -> Chart {
-    Chart { title: title.to_owned(), x, y, series, foot: (String::new(), GREY) }
+/// Draws a chart without foot in a column and row of the page, and says where it is.
+pub(super) fn chart(
+    page: &mut Page,
+    [column, row]: [u32; 2],
+    title: &str,
+    x: Axis,
+    y: Axis,
+    series: Vec<Series>,
+) -> Area {
+    let area = area(column, row);
+    Chart { title: title.to_owned(), x, y, series, foot: (String::new(), GREY) }.draw(page, area);
+    area
 }
 
 /// Points that are joined, without a name in the chart's own legend.

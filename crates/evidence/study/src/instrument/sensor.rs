@@ -199,6 +199,12 @@ fn line(levels: impl Iterator<Item = (f64, f64, f64)>) -> [f64; 2] {
     [(s[2] - slope * s[1]) / s[0], slope]
 }
 
+/// Variance in time of a pixel without light: the fixed pattern of rows is the same in all exposures [DN^2].
+fn noise_in_time(patch: &FullWellPatch) -> f64 {
+    let exposure = patch.scene.bench.exposure;
+    exposure.dark_noise_dn.powi(2) - exposure.row_pattern_dn.powi(2)
+}
+
 fn figures(
     trials: Trials,
     repeats: &[SensorRepeat],
@@ -208,8 +214,7 @@ fn figures(
     let exposure = patch.scene.bench.exposure;
     let k = gain(&patch.scene);
     let electrons = |i: usize| share(i) * patch.electrons;
-    // The fixed pattern of rows is the same in all exposures: no noise in time.
-    let in_time = exposure.dark_noise_dn.powi(2) - exposure.row_pattern_dn.powi(2);
+    let in_time = noise_in_time(patch);
     let transfer = |f: &SensorRepeat| line(FITTED_LEVELS.map(|i| (f.levels[i][0], f.levels[i][1], f.levels[i][1])));
     let response = |f: &SensorRepeat| line(FITTED_LEVELS.map(|i| (electrons(i), f.levels[i][0], 1.0)));
     let gains = per_repeat(repeats, |f| transfer(f)[1]);
@@ -253,6 +258,22 @@ fn figures(
         let name = format!("variance at {:.0} DN [DN^2]", exposure.dark_level_dn + k * electrons(i));
         Figure::of(&name, &per_repeat(repeats, |f| f.levels[i][1]), in_time + k * k * electrons(i))
     }));
+    let plots = plots(trials, repeats, patch, tiles, figures[0].measured);
+    (figures, plots)
+}
+
+/// What the picture shows, the gain having been found.
+fn plots(
+    trials: Trials,
+    repeats: &[SensorRepeat],
+    patch: &FullWellPatch,
+    tiles: &PatternCache,
+    gain: Estimate,
+) -> SensorPlots {
+    let exposure = patch.scene.bench.exposure;
+    let k = super::targets::gain(&patch.scene);
+    let electrons = |i: usize| share(i) * patch.electrons;
+    let in_time = noise_in_time(patch);
     let estimate = |number: &dyn Fn(&SensorRepeat) -> f64| Estimate::of(per_repeat(repeats, number).iter().copied());
     // Without light the patch shows its rows' fixed pattern.
     let mean = |i: usize| estimate(&|f| f.levels[i][0] - f.levels[0][0] + exposure.dark_level_dn + k * electrons(0));
@@ -270,16 +291,15 @@ fn figures(
     let spectra = [0, 1].map(|on| {
         (0..=PATCH_COLUMNS / 2).map(|i| estimate(&|f: &SensorRepeat| f.dark[on].spectrum[i]).value).collect()
     });
-    let plots = SensorPlots {
+    SensorPlots {
         levels: levels.collect(),
         expected: curve.collect(),
-        gain: figures[0].measured,
+        gain,
         spectra,
         frames,
         modes: modes(patch, tiles),
         scene: patch.scene.clone(),
-    };
-    (figures, plots)
+    }
 }
 
 /// Mean and variance of a normal number that is clipped at 255 [DN, DN^2].
@@ -328,7 +348,7 @@ fn mode(patch: &FullWellPatch, hdr: Hdr, tiles: &PatternCache) -> SlopeMode {
     };
     let most = 255.0 - exposure.dark_level_dn;
     let rest = 0.5 / hdr.gain();
-    let still = exposure.dark_noise_dn.powi(2) - exposure.row_pattern_dn.powi(2);
+    let still = noise_in_time(patch);
     let theory = |i: usize| {
         let phi = SLOPE_LIGHT[0] * libm::pow(hdr.gain() / SLOPE_LIGHT[0], i as f64 / 100.0);
         let bent = hdr != Hdr::None && phi * (1.0 - rest) > 0.5;
@@ -350,15 +370,24 @@ const CUT_PX: u32 = 120;
 const ZOOM: u32 = 2;
 
 fn draw(plots: &SensorPlots, table: &str) -> RgbImage {
-    let exposure = plots.scene.bench.exposure;
     let heading = Heading {
         title: "The sensor by photon transfer",
         subtitle: "A white plane under a broad line without speckle, exposed again and again; read off digital numbers alone. Grey: theory.",
     };
     let mut page = page(2, 3, heading, table);
-    let (k, dark) = (gain(&plots.scene), exposure.dark_level_dn);
+    draw_transfer(&mut page, plots);
+    draw_spectra(&mut page, plots);
+    draw_frames(&mut page, plots);
+    draw_slopes(&mut page, plots);
+    page.0
+}
 
-    let transfer = chart(
+/// Photon transfer and linearity.
+fn draw_transfer(page: &mut Page, plots: &SensorPlots) {
+    let (k, dark) = (gain(&plots.scene), plots.scene.bench.exposure.dark_level_dn);
+    let Area { left: x, top: y, .. } = chart(
+        page,
+        [0, 0],
         "Photon transfer: the slope is the gain",
         Axis::even("mean [DN]", 0.0, 265.0),
         Axis::even("variance in time [DN^2]", 0.0, 4.0),
@@ -367,13 +396,13 @@ fn draw(plots: &SensorPlots, table: &str) -> RgbImage {
             marks(BLUE, plots.levels.iter().map(|(_, mean, v)| (mean.value, v.value, v.error))),
         ],
     );
-    transfer.draw(&mut page, area(0, 0));
-    let Area { left: x, top: y, .. } = area(0, 0);
     page.words_in(x + 74, y + 66, &format!("K = {:.6} +- {:.6} DN/e-", plots.gain.value, plots.gain.error), BLUE);
     page.words_in(x + 74, y + 82, &format!("set: {k:.6}"), GREY);
     page.words_in(x + 400, y + 230, "clipped at 255", GREY);
 
-    let linear = chart(
+    chart(
+        page,
+        [1, 0],
         "Linearity: mean less dark and K e, % of full",
         Axis::even("electrons / 1000", 0.0, 29.0),
         Axis::even("[%]", -0.15, 0.15),
@@ -388,14 +417,19 @@ fn draw(plots: &SensorPlots, table: &str) -> RgbImage {
             ),
         ],
     );
-    linear.draw(&mut page, area(1, 0));
+}
 
+/// Spectra of dark frames.
+fn draw_spectra(page: &mut Page, plots: &SensorPlots) {
+    let exposure = plots.scene.bench.exposure;
     let n = 2.0 * (plots.spectra[0].len() - 1) as f64;
     let spectrum = |i: usize| plots.spectra[i].iter().enumerate().map(move |(f, p)| (f as f64 / n, *p));
     let level =
         |i: usize| if i == 0 { exposure.dark_noise_dn.powi(2) - rows(plots) } else { exposure.dark_noise_dn.powi(2) };
     let zero = |power: f64| vec![(0.0, power, 0.0)].into_iter();
-    let spectra = chart(
+    let Area { left: x, top: y, .. } = chart(
+        page,
+        [0, 1],
         "Dark frames: power along the rows",
         Axis::even("cycles a pixel", -0.01, 0.5),
         Axis::log("[DN^2]", 0.5, 100.0),
@@ -408,11 +442,12 @@ fn draw(plots: &SensorPlots, table: &str) -> RgbImage {
             marks(BLUE, zero(plots.spectra[0][0])),
         ],
     );
-    spectra.draw(&mut page, area(0, 1));
-    let Area { left: x, top: y, .. } = area(0, 1);
-    legend(&mut page, x + 90, y + 70, &[(BLUE, "rows stand out (as set)"), (ORANGE, "row noise and pattern off")]);
+    legend(page, x + 90, y + 70, &[(BLUE, "rows stand out (as set)"), (ORANGE, "row noise and pattern off")]);
     page.words_in(x + 66, y + 120, "<- row means: frequency 0", GREY);
+}
 
+/// Cuts of dark frames.
+fn draw_frames(page: &mut Page, plots: &SensorPlots) {
     let Area { left: x, top: y, .. } = area(1, 1);
     page.words(x, y + 12, "Dark frames, 120 x 120 pixels, 9 to 15 DN");
     for (i, (frame, words)) in
@@ -430,8 +465,6 @@ fn draw(plots: &SensorPlots, table: &str) -> RgbImage {
     }
     let words = "mean 11.6, sd 1.09 DN in both";
     page.words_in(x + 20, y + 40 + CUT_PX * ZOOM + 34, words, INK);
-    draw_slopes(&mut page, plots);
-    page.0
 }
 
 /// Numbers and noise over light with one slope and with two.
@@ -446,8 +479,7 @@ fn draw_slopes(page: &mut Page, plots: &SensorPlots) {
         let measured = plots.modes.iter().zip(COLOURS);
         let measured =
             measured.map(|(mode, colour)| marks(colour, mode.measured.iter().map(|v| (v[0], v[1 + place], 0.0))));
-        let area = area(place as u32, 2);
-        chart(title, light(), axis, theory.chain(measured).collect()).draw(page, area);
+        let area = chart(page, [place as u32, 2], title, light(), axis, theory.chain(measured).collect());
         let names: Vec<_> =
             COLOURS.into_iter().zip(&plots.modes).map(|(colour, mode)| (colour, mode.hdr.name())).collect();
         legend(page, area.left + 90, area.top + 70, &names);

@@ -146,20 +146,17 @@ fn figures(trials: Trials, repeats: &[SpeckleRepeat]) -> (Vec<Figure>, SpecklePl
     let tiles = PatternCache::new(own.key());
     let bench = white(own, PIXELS_UM[OWN_PIXEL]).bench;
     let grain = grain_px(&bench);
-    let theory = |pixel: f64| PixelCorrelation::of(grain * PIXELS_UM[OWN_PIXEL] / pixel);
+    let grain_behind = |pixel: f64| grain * PIXELS_UM[OWN_PIXEL] / pixel;
+    let theory = |pixel: f64| PixelCorrelation::of(grain_behind(pixel));
     let coarse = theory(PIXELS_UM[OWN_PIXEL]);
-    let mut figures: Vec<_> = (0..PIXELS_UM.len())
-        .map(|i| {
-            let name = format!(
-                "contrast behind {} um, grain {:.2} px [1]",
-                PIXELS_UM[i],
-                grain * PIXELS_UM[OWN_PIXEL] / PIXELS_UM[i]
-            );
-            Figure::of(&name, &per_repeat(repeats, |f| f.contrast[i]), theory(PIXELS_UM[i]).contrast())
-        })
-        .collect();
+    let contrast = |i: usize| {
+        let pixel = PIXELS_UM[i];
+        let name = format!("contrast behind {pixel} um, grain {:.2} px [1]", grain_behind(pixel));
+        Figure::of(&name, &per_repeat(repeats, |f| f.contrast[i]), theory(pixel).contrast())
+    };
+    let mut figures: Vec<_> = (0..PIXELS_UM.len()).map(contrast).collect();
     let names = ["from the surface, 6 um", "from below, 6 um", "from the surface, 1.2 um"];
-    let made = [grain, grain * PIXELS_UM[OWN_PIXEL] / PIXELS_UM[0]].map(|grain| stack(&tiles, grain).grain());
+    let made = [grain, grain_behind(PIXELS_UM[0])].map(|grain| stack(&tiles, grain).grain());
     let of = [IntensityLaw::of(made[0], 1), IntensityLaw::of(made[0], PATTERNS_BELOW), IntensityLaw::of(made[1], 1)];
     let mut laws = Vec::new();
     for (i, (name, law)) in names.iter().zip(of).enumerate() {
@@ -173,15 +170,7 @@ fn figures(trials: Trials, repeats: &[SpeckleRepeat]) -> (Vec<Figure>, SpecklePl
         ));
         laws.push((all, law));
     }
-    for (way, name) in ["columns", "rows"].iter().enumerate() {
-        for lag in 0..2 {
-            let name = format!("correlation {} px apart along the {name} [1]", lag + 1);
-            figures.push(Figure::of(&name, &per_repeat(repeats, |f| f.lags[way][lag]), coarse.at(lag as f64 + 1.0)));
-        }
-    }
-    let last = PIXELS_UM[PIXELS_UM.len() - 1];
-    let name = format!("correlation 1 px apart along the columns, {last} um [1]");
-    figures.push(Figure::of(&name, &per_repeat(repeats, |f| f.wide), theory(last).at(1.0)));
+    figures.extend(lag_figures(repeats, &coarse, &theory(PIXELS_UM[PIXELS_UM.len() - 1])));
     let size = white(own, PIXELS_UM[OWN_PIXEL]).size;
     let move_px = bench.motion.step_mm * rows_per_mm(&bench, &size, 0.0);
     for n in [1, MAX_PROFILES_APART] {
@@ -210,24 +199,9 @@ fn figures(trials: Trials, repeats: &[SpeckleRepeat]) -> (Vec<Figure>, SpecklePl
     }
     figures.extend(stack_figures(&repeats.iter().map(|f| &f.stack).collect::<Vec<_>>()));
     let estimate = |number: &dyn Fn(&SpeckleRepeat) -> f64| Estimate::of(per_repeat(repeats, number).iter().copied());
-    let (mut centre, mut sum, mut line_px) = (Vec::new(), Vec::new(), Vec::new());
-    for (w, waist) in WAISTS_MM.into_iter().enumerate() {
-        let (mut of_waist, mut sums) = (Vec::new(), Vec::new());
-        for (s, strength) in STRENGTHS.into_iter().enumerate() {
-            let scene = lined(own, waist, strength, &tiles);
-            let contrast = strength * coarse.contrast();
-            let theory = sum_of_line(&scene, contrast, &tiles).sqrt()
-                * beyond_first_order(&middle_line(&scene, &tiles), &laws[0].1, strength);
-            let name = format!("spread of the centre, w {waist} mm, C {contrast:.3} [px]");
-            figures.push(Figure::of(&name, &per_repeat(repeats, |f| f.centre[w][s]), theory));
-            of_waist.push(estimate(&|f| f.centre[w][s]));
-            sums.push(theory);
-        }
-        centre.push(of_waist);
-        sum.push(sums);
-        let laser = 0.5 * waist * rows_per_mm(&bench, &size, 0.0);
-        line_px.push((laser * laser + lens_variance(&bench, &size) + 1.0 / 12.0).sqrt());
-    }
+    let CentreSpread { figures: of_centre, centre, sum, line_px } =
+        centre_spread(repeats, own, &tiles, &coarse, &laws[0].1);
+    figures.extend(of_centre);
     let profiles = (1..=MAX_PROFILES_APART).flat_map(|n| ROW_LAGS.enumerate().map(move |(i, lag)| (n, i, lag)));
     let plots = SpecklePlots {
         contrast: (0..PIXELS_UM.len()).map(|i| estimate(&|f| f.contrast[i])).collect(),
@@ -241,11 +215,66 @@ fn figures(trials: Trials, repeats: &[SpeckleRepeat]) -> (Vec<Figure>, SpecklePl
         line_px,
         own: coarse.clone(),
         grain_um: grain * PIXELS_UM[OWN_PIXEL],
-        patterns: [OWN_PIXEL, 0].map(|i| law(&tiles, grain * PIXELS_UM[OWN_PIXEL] / PIXELS_UM[i], 0, 1)),
+        patterns: [OWN_PIXEL, 0].map(|i| law(&tiles, grain_behind(PIXELS_UM[i]), 0, 1)),
         left: (1..=MAX_PROFILES_APART).map(|n| (n, estimate(&|f| left(f, n)), expected(n))).collect(),
         boil: STACK_STEPS.iter().enumerate().map(|(i, u)| (*u, estimate(&|f| f.stack.alike[i]))).collect(),
     };
     (figures, plots)
+}
+
+/// Correlation of neighbours behind the sensor's own pixels (`coarse`), and behind the widest.
+fn lag_figures(repeats: &[SpeckleRepeat], coarse: &PixelCorrelation, wide: &PixelCorrelation) -> Vec<Figure> {
+    let mut figures = Vec::new();
+    for (way, name) in ["columns", "rows"].iter().enumerate() {
+        for lag in 0..2 {
+            let name = format!("correlation {} px apart along the {name} [1]", lag + 1);
+            figures.push(Figure::of(&name, &per_repeat(repeats, |f| f.lags[way][lag]), coarse.at(lag as f64 + 1.0)));
+        }
+    }
+    let last = PIXELS_UM[PIXELS_UM.len() - 1];
+    let name = format!("correlation 1 px apart along the columns, {last} um [1]");
+    figures.push(Figure::of(&name, &per_repeat(repeats, |f| f.wide), wide.at(1.0)));
+    figures
+}
+
+/// Spread of the line's centre: figures, and what the picture shows of it ([`SpecklePlots`]).
+struct CentreSpread {
+    figures: Vec<Figure>,
+    centre: Vec<Vec<Estimate>>,
+    sum: Vec<Vec<f64>>,
+    line_px: Vec<f64>,
+}
+
+/// The spread of the line's centre on patterns of the correlation `coarse`, whose light has the law `law`.
+fn centre_spread(
+    repeats: &[SpeckleRepeat],
+    own: Stream,
+    tiles: &PatternCache,
+    coarse: &PixelCorrelation,
+    law: &IntensityLaw,
+) -> CentreSpread {
+    let Scene { bench, size, .. } = white(own, PIXELS_UM[OWN_PIXEL]);
+    let estimate = |number: &dyn Fn(&SpeckleRepeat) -> f64| Estimate::of(per_repeat(repeats, number).iter().copied());
+    let mut figures = Vec::new();
+    let (mut centre, mut sum, mut line_px) = (Vec::new(), Vec::new(), Vec::new());
+    for (w, waist) in WAISTS_MM.into_iter().enumerate() {
+        let (mut of_waist, mut sums) = (Vec::new(), Vec::new());
+        for (s, strength) in STRENGTHS.into_iter().enumerate() {
+            let scene = lined(own, waist, strength, tiles);
+            let contrast = strength * coarse.contrast();
+            let theory = sum_of_line(&scene, contrast, tiles).sqrt()
+                * beyond_first_order(&middle_line(&scene, tiles), law, strength);
+            let name = format!("spread of the centre, w {waist} mm, C {contrast:.3} [px]");
+            figures.push(Figure::of(&name, &per_repeat(repeats, |f| f.centre[w][s]), theory));
+            of_waist.push(estimate(&|f| f.centre[w][s]));
+            sums.push(theory);
+        }
+        centre.push(of_waist);
+        sum.push(sums);
+        let laser = 0.5 * waist * rows_per_mm(&bench, &size, 0.0);
+        line_px.push((laser * laser + lens_variance(&bench, &size) + 1.0 / 12.0).sqrt());
+    }
+    CentreSpread { figures, centre, sum, line_px }
 }
 
 /// A white plane under the nominal bench, no noise but rounding.
@@ -454,18 +483,29 @@ fn draw(plots: &SpecklePlots, table: &str) -> RgbImage {
         subtitle: "Contrast, law, correlation and movement of the pattern, and what it does to the line's centre. Grey: theory.",
     };
     let mut page = page(2, 4, heading, table);
+    draw_contrast(&mut page, plots);
+    draw_laws(&mut page, plots);
+    draw_lags(&mut page, plots);
+    draw_movement(&mut page, plots);
+    draw_centre(&mut page, plots);
+    draw_patterns(&mut page, plots);
+    draw_boiling(&mut page, plots);
+    page.0
+}
 
+/// Contrast in a pixel by grain.
+fn draw_contrast(page: &mut Page, plots: &SpecklePlots) {
     let theory =
         (0..=60).map(|i| 0.12 + 0.03 * f64::from(i)).map(|grain| (grain, PixelCorrelation::of(grain).contrast()));
     let measured = PIXELS_UM.iter().zip(&plots.contrast).map(|(pixel, c)| (plots.grain_um / pixel, c.value, c.error));
-    let contrast = chart(
+    let Area { left: x, top: y, .. } = chart(
+        page,
+        [0, 0],
         "Contrast in one pixel (Goodman), pixels of 12 to 1.2 um",
         Axis::even("grain over pixel", 0.0, 1.8),
         Axis::even("standard deviation over mean", 0.0, 1.0),
         vec![curve(GREY, theory), marks(BLUE, measured)],
     );
-    contrast.draw(&mut page, area(0, 0));
-    let Area { left: x, top: y, .. } = area(0, 0);
     let own = PIXELS_UM.iter().position(|pixel| *pixel == 6.0).map_or(0.0, |i| plots.contrast[i].value);
     page.words_in(
         x + 200,
@@ -473,33 +513,41 @@ fn draw(plots: &SpecklePlots, table: &str) -> RgbImage {
         &format!("the sensor's own 6 um: {own:.4}, theory {:.4}", plots.own.contrast()),
         BLUE,
     );
+}
 
+/// The law of the light in one pixel.
+fn draw_laws(page: &mut Page, plots: &SpecklePlots) {
     let mut series = Vec::new();
     for (i, (values, law)) in plots.laws.iter().enumerate() {
         series.push(curve(GREY, (1..=150).map(|j| 0.02 * f64::from(j)).map(|v| (v, law.density(v)))));
         series.push(marks(COLOURS[i], histogram(values).into_iter()));
     }
-    let laws = chart(
+    let Area { left: x, top: y, .. } = chart(
+        page,
+        [1, 0],
         "Law of one pixel: histograms, and sums of exponential parts",
         Axis::even("light over its mean", 0.0, 3.0),
         Axis::even("density", 0.0, 3.0),
         series,
     );
-    laws.draw(&mut page, area(1, 0));
-    let Area { left: x, top: y, .. } = area(1, 0);
     let entries = [
         (PURPLE, "surface, 1.2 um: nearly exponential"),
         (BLUE, "surface, 6 um"),
         (ORANGE, "below, 6 um: mean of four"),
     ];
-    legend(&mut page, x + 260, y + 60, &entries);
+    legend(page, x + 260, y + 60, &entries);
+}
 
+/// Correlation within a profile.
+fn draw_lags(page: &mut Page, plots: &SpecklePlots) {
     let lags = |way: usize| {
         let aside = if way == 0 { -0.03 } else { 0.03 };
         plots.lags[way].iter().enumerate().map(move |(i, c)| (i as f64 + 1.0 + aside, c.value, c.error))
     };
     let most = MAX_LAG as f64 + 0.4;
-    let along = chart(
+    let Area { left: x, top: y, .. } = chart(
+        page,
+        [0, 1],
         "Correlation of pixels within a profile",
         Axis::even("pixels apart", 0.0, most),
         Axis::even("", -0.02, 0.12),
@@ -509,26 +557,30 @@ fn draw(plots: &SpecklePlots, table: &str) -> RgbImage {
             marks(ORANGE, lags(1)),
         ],
     );
-    along.draw(&mut page, area(0, 1));
-    let Area { left: x, top: y, .. } = area(0, 1);
-    legend(&mut page, x + 380, y + 60, &[(BLUE, "along columns"), (ORANGE, "along rows")]);
+    legend(page, x + 380, y + 60, &[(BLUE, "along columns"), (ORANGE, "along rows")]);
+}
 
+/// Correlation between profiles.
+fn draw_movement(page: &mut Page, plots: &SpecklePlots) {
     let apart =
         |n: usize| plots.profiles.iter().filter(move |(_, _, m)| *m == n).map(|(lag, c, _)| (*lag, c.value, c.error));
     let mut series = vec![curve(GREY, (-80..=80).map(|i| 0.025 * f64::from(i)).map(|lag| (lag, plots.own.at(lag))))];
     series.extend((1..=5).map(|n| marks(COLOURS[n - 1], apart(n))));
-    let moved = chart(
+    let Area { left: x, top: y, .. } = chart(
+        page,
+        [1, 1],
         "Correlation between profiles: the pattern moves with the object",
         Axis::even("rows apart less 0.673 rows a profile", -2.0, 2.0),
         Axis::even("", -0.1, 1.1),
         series,
     );
-    moved.draw(&mut page, area(1, 1));
-    let Area { left: x, top: y, .. } = area(1, 1);
     let entries: Vec<String> = (1..=5).map(|n| format!("{n} profile{}", if n > 1 { "s" } else { "" })).collect();
     let entries: Vec<_> = COLOURS.iter().zip(&entries).map(|(colour, words)| (*colour, words.as_str())).collect();
-    legend(&mut page, x + 430, y + 60, &entries);
+    legend(page, x + 430, y + 60, &entries);
+}
 
+/// Spread of the line's centre.
+fn draw_centre(page: &mut Page, plots: &SpecklePlots) {
     let sigma = |w: usize| plots.line_px[w];
     let mut series: Vec<_> = STRENGTHS
         .iter()
@@ -542,38 +594,47 @@ fn draw(plots: &SpecklePlots, table: &str) -> RgbImage {
         series.push(marks(COLOURS[s], at));
         series.push(curve(COLOURS[s], (0..WAISTS_MM.len()).map(move |w| (sigma(w), plots.sum[w][s]))));
     }
-    let centre = chart(
+    let Area { left: x, top: y, .. } = chart(
+        page,
+        [0, 2],
         "Spread of the line's centre on speckle alone",
         Axis::even("standard deviation of the line [rows]", 0.3, 1.4),
         Axis::even("[rows]", 0.0, 0.2),
         series,
     );
-    centre.draw(&mut page, area(0, 2));
-    let Area { left: x, top: y, .. } = area(0, 2);
     let entries: Vec<String> =
         STRENGTHS.iter().map(|s| format!("contrast {:.3}; line: sum over rows", s * plots.own.contrast())).collect();
     let mut entries: Vec<_> =
         COLOURS.iter().zip(&entries).map(|(colour, words)| (*colour, words.as_str())).rev().collect();
     entries.retain(|(_, words)| !words.is_empty());
     entries.push((GREY, "C sqrt(sigma L_c / (4 sqrt(pi)))"));
-    legend(&mut page, x + 64, y + 56, &entries);
+    legend(page, x + 64, y + 56, &entries);
+}
 
+/// Two patterns.
+fn draw_patterns(page: &mut Page, plots: &SpecklePlots) {
     let Area { left: x, top: y, .. } = area(1, 2);
     page.words(x, y + 12, "The pattern, 64 x 64 pixels: of the sensor's 6 um, and of 1.2 um");
     for (i, pattern) in plots.patterns.iter().enumerate() {
-        draw_pattern(&mut page, x + i as u32 * 276, y + 30, pattern);
+        draw_pattern(page, x + i as u32 * 276, y + 30, pattern);
     }
     page.bar(x, y + 30 + 256 + 12, 256, "0", "3 times the mean", &|t| viridis(t));
+}
 
+/// What boiling leaves.
+fn draw_boiling(page: &mut Page, plots: &SpecklePlots) {
     let theory = (0..=100).map(|i| 0.01 * f64::from(i)).map(|s| (s, overlap(s).powi(2)));
-    let stack = chart(
+    chart(
+        page,
+        [0, 3],
         "Boiling: patterns of the stack, points",
         Axis::even("pupils apart over their diameter", 0.0, 1.05),
         Axis::even("correlation", -0.05, 1.0),
         vec![curve(GREY, theory), marks(BLUE, plots.boil.iter().map(|(u, c)| (chord(*u), c.value, c.error)))],
     );
-    stack.draw(&mut page, area(0, 3));
-    let left = chart(
+    chart(
+        page,
+        [1, 3],
         "Boiling: what is left of the pattern between profiles",
         Axis::even("profiles apart", 0.0, 5.5),
         Axis::even("correlation, all lags over still", 0.8, 1.05),
@@ -582,8 +643,6 @@ fn draw(plots: &SpecklePlots, table: &str) -> RgbImage {
             marks(ORANGE, plots.left.iter().map(|(n, c, _)| (*n as f64, c.value, c.error))),
         ],
     );
-    left.draw(&mut page, area(1, 3));
-    page.0
 }
 
 /// 64 by 64 pixels of a pattern, four pixels of the page each.

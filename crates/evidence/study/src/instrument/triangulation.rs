@@ -236,16 +236,15 @@ fn expected(scene: &Scene, body: &Body, tiles: &PatternCache, contrast: f64, cor
     1000.0 * height_per_row(&scene.bench, z) * variance.sqrt()
 }
 
-fn figures(trials: Trials, repeats: &[TriangulationRepeat], tiles: &PatternCache) -> (Vec<Figure>, TriangulationPlots) {
-    let own = stream("triangulation", trials, 0);
-    let bench = scene(own, COLUMNS, 1).bench;
-    let correlation = PixelCorrelation::of(grain_px(&bench));
+/// Errors and spreads of Range on plates; and spreads on ceramic, measured and expected [um].
+fn plate_figures(
+    repeats: &[TriangulationRepeat],
+    own: procedural::Stream,
+    tiles: &PatternCache,
+    level: &[f64],
+    correlation: &PixelCorrelation,
+) -> (Vec<Figure>, Vec<(Estimate, f64)>) {
     let names = ["level", "dz/dx .15", "dz/dy .15"];
-    let expect = |z: &f64| {
-        let body = plate(*z as f32, 0.0, 0.0);
-        expected(&set(own, &body, false, tiles), &body, tiles, 0.0, &correlation)
-    };
-    let level: Vec<f64> = HEIGHTS_MM.iter().map(expect).collect();
     let mut white = Vec::new();
     let mut figures = Vec::new();
     for (slope, name) in names.iter().enumerate() {
@@ -267,7 +266,7 @@ fn figures(trials: Trials, repeats: &[TriangulationRepeat], tiles: &PatternCache
         let body = ceramic(z as f32);
         let scene = set(own, &body, true, tiles);
         let contrast = TargetView::new(&scene, body.clone(), tiles, 0..1).contrast_from_below(0);
-        let theory = expected(&scene, &body, tiles, contrast, &correlation);
+        let theory = expected(&scene, &body, tiles, contrast, correlation);
         figures.push(Figure::of(
             &format!("ceramic, {z:.0} mm: mean error [um]"),
             &per_repeat(repeats, |f| f.ceramic[place].error),
@@ -280,6 +279,19 @@ fn figures(trials: Trials, repeats: &[TriangulationRepeat], tiles: &PatternCache
         ));
         white.push((Estimate::of(per_repeat(repeats, |f| f.ceramic[place].spread).iter().copied()), theory));
     }
+    (figures, white)
+}
+
+fn figures(trials: Trials, repeats: &[TriangulationRepeat], tiles: &PatternCache) -> (Vec<Figure>, TriangulationPlots) {
+    let own = stream("triangulation", trials, 0);
+    let bench = scene(own, COLUMNS, 1).bench;
+    let correlation = PixelCorrelation::of(grain_px(&bench));
+    let expect = |z: &f64| {
+        let body = plate(*z as f32, 0.0, 0.0);
+        expected(&set(own, &body, false, tiles), &body, tiles, 0.0, &correlation)
+    };
+    let level: Vec<f64> = HEIGHTS_MM.iter().map(expect).collect();
+    let (mut figures, white) = plate_figures(repeats, own, tiles, &level, &correlation);
     let name = format!("bent lens, field's edge, {:.0} mm: mean error [um]", HEIGHTS_MM[TABLE_HEIGHTS[1]]);
     figures.push(Figure::of(&name, &per_repeat(repeats, |f| f.bent), 0.0));
     let pitch = |i: usize| {
@@ -341,20 +353,22 @@ fn draw(plots: &TriangulationPlots, table: &str) -> RgbImage {
         let at = HEIGHTS_MM.iter().zip(&plots.error[slope]);
         marks(colours[slope], at.map(move |(z, e)| (z + aside(slope), e.value, e.error)))
     };
-    let errors = chart(
+    let Area { left: x, top: y, .. } = chart(
+        &mut page,
+        [0, 0],
         "Mean error of Range, metal plates",
         Axis::even("height [mm]", 0.0, 55.0),
         Axis::even("[um]; bars: standard errors", -2.0, 2.0),
         vec![curve(GREY, [(0.0, 0.0), (55.0, 0.0)].into_iter()), error(0), error(1), error(2)],
     );
-    errors.draw(&mut page, area(0, 0));
-    let Area { left: x, top: y, .. } = area(0, 0);
     legend(&mut page, x + 380, y + 52, &[(BLUE, "level"), (ORANGE, "dz/dx = 0.15"), (PURPLE, "dz/dy = 0.15")]);
     page.words_in(x + 60, y + 52, "1 um is 1/200 row", GREY);
 
     let level = HEIGHTS_MM.iter().zip(&plots.spread[0]).map(|(z, e)| (*z, e.value, e.error));
     let white = TABLE_HEIGHTS.iter().zip(&plots.ceramic).map(|(i, (e, _))| (HEIGHTS_MM[*i], e.value, e.error));
-    let spread = chart(
+    let Area { left: x, top: y, .. } = chart(
+        &mut page,
+        [1, 0],
         "Spread of Range, level plates",
         Axis::even("height [mm]", 0.0, 55.0),
         Axis::even("standard deviation [um]", 0.0, 16.0),
@@ -365,11 +379,11 @@ fn draw(plots: &TriangulationPlots, table: &str) -> RgbImage {
             marks(GREEN, white),
         ],
     );
-    spread.draw(&mut page, area(1, 0));
-    let Area { left: x, top: y, .. } = area(1, 0);
     legend(&mut page, x + 300, y + 52, &[(GREEN, "ceramic, speckle and noise"), (BLUE, "metal, sensor noise alone")]);
 
-    let scales = chart(
+    let Area { left: x, top: y, .. } = chart(
+        &mut page,
+        [0, 1],
         "A row in height, a column in width",
         Axis::even("height [mm]", 0.0, 55.0),
         Axis::even("[um]", 60.0, 240.0),
@@ -380,8 +394,6 @@ fn draw(plots: &TriangulationPlots, table: &str) -> RgbImage {
             marks(ORANGE, plots.column_um.iter().map(|(z, e)| (*z, e.value, e.error))),
         ],
     );
-    scales.draw(&mut page, area(0, 1));
-    let Area { left: x, top: y, .. } = area(0, 1);
     legend(
         &mut page,
         x + 270,
