@@ -23,7 +23,7 @@ use output_schema::file::{DATASET, data_path, exr_path, stack_path};
 use output_schema::{Manifest, ManifestFile, ManifestSample};
 use serde_json::{Map, Value};
 
-use crate::generate::{DatasetRequest, MemoryEstimate, dataset_head, in_flight_of, kept_files, recipe_of};
+use crate::generate::{DatasetRequest, MemoryEstimate, dataset_head, equipment, in_flight_of, kept_files, recipe_of};
 use scanner::optics::speckle::PatternCache;
 
 pub use dataset::record::{Below, Labels, Maps, Record, StackFrame, TruthMaps};
@@ -168,7 +168,7 @@ impl Simulator {
                 resume_unwind(Box::new(Stopped));
             }
         };
-        let render = || pipeline::render(&self.recipe.draw(self.seed, index), &self.patterns, &progress);
+        let render = || pipeline::render(&self.recipe.draw(self.seed, index), equipment(&self.patterns), &progress);
         catch_unwind(AssertUnwindSafe(render)).or_else(|panic| match panic.downcast::<Stopped>() {
             Ok(stopped) => Err(*stopped),
             Err(panic) => resume_unwind(panic),

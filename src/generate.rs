@@ -19,14 +19,14 @@ use rayon::prelude::*;
 
 use dataset::shares::Shortfall;
 use dataset::{self, Claim, Dataset, Encoded, Fault, GENERATOR_VERSION, ShardWriter, differences, number_column};
-use pipeline;
-use pipeline::effective;
+use evidence::reference::line_solver;
+use pipeline::{self, Equipment, effective};
 use procedural::Class;
 use recipe::Recipe;
 use recipe::asset::Asset;
 use recipe::asset_source::{AssetSource, KeptAsset};
+use rig::{check, mistakes};
 use scanner::optics::speckle::PatternCache;
-use study::rig::{check, mistakes};
 
 pub use self::estimate::GenerateEstimate;
 pub use self::expected_dataset::{ExpectedDataset, declared};
@@ -277,6 +277,11 @@ pub fn dataset_head(recipe: &Recipe, request: &DatasetRequest, warnings: Vec<Rig
     }
 }
 
+/// What samples of any recipe are rendered with.
+pub fn equipment(patterns: &PatternCache) -> Equipment<'_> {
+    Equipment { patterns, line_solvers: line_solver }
+}
+
 /// Renders and encodes one sample.
 pub fn render_sample(
     recipe: &Recipe,
@@ -286,7 +291,7 @@ pub fn render_sample(
     progress: &(dyn Fn(u64) + Sync),
 ) -> Encoded {
     let scene = recipe.draw(seed, index);
-    let record = pipeline::render(&scene, patterns, progress);
+    let record = pipeline::render(&scene, equipment(patterns), progress);
     dataset::encode(record, &scene.output)
 }
 

@@ -6,11 +6,12 @@
 //! - `procedural`: plain numbers -> `Body`: surface, medium and truth at a point
 //! - `scanner`: `Body` -> `Specimen` -> `Band` -> `Frame`, what the light does; `Frame` + `Calibration` -> Range, Reflectance,
 //!   Scatter
-//! - `transport`, `reference`: light inside matter, by the kernel that makes datasets and by the models that it is held to
+//! - `transport`: light inside matter, by the kernel that makes datasets
 //! - `pipeline`: `Scene` -> `Record`, the spine
 //! - `dataset`, `output_schema`: `Record` -> files -> rows; files -> findings
 //! - `tools`: what is done with a dataset: check, export, compare, report
-//! - `study`: models side by side, and the instrument against theory
+//! - `rig`: the rig of a recipe in the words of data sheets
+//! - `evidence`: the models that the kernel is held to, studies, and the gap to real scans, behind one door
 //! - `bench`, `numerics`, `yaml`, `drawing`: what several of them stand on
 //! - [`generate`]: a recipe and a number of samples -> a dataset folder
 //! - [`preview`]: one sample -> a picture for a person

@@ -8,6 +8,7 @@ use procedural::Class;
 
 pub use self::exposure::expose_profile;
 use self::legend::Legend;
+use crate::generate::equipment;
 use bench::settings::SensorStack;
 use dataset::record::Record;
 use drawing::{LETTER, MARGIN, Page, Ramp, ScaleEnds, class_colour, viridis};
@@ -29,7 +30,8 @@ pub fn preview(recipe: &Recipe, seed: u64, index: u64, progress: &(dyn Fn(u64) +
     // One exposure of the middle of the scan; the images as the camera has them.
     scene.output.sensor_stack = SensorStack::Every((scene.size.profiles / 2).max(1));
     (scene.output.bin_columns, scene.output.bin_profiles) = (1, 1);
-    let record = pipeline::render(&scene, &PatternCache::new(recipe.streams(seed).key()), progress);
+    let patterns = PatternCache::new(recipe.streams(seed).key());
+    let record = pipeline::render(&scene, equipment(&patterns), progress);
     draw(&scene, &record)
 }
 

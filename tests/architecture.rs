@@ -1,10 +1,10 @@
 //! What the compiler can't say of the parts: which crate may use which, and who knows what inside a crate.
 
-use std::fs;
+use std::fs::{self, DirEntry};
 use std::path::PathBuf;
 
 /// Crate, and the crates of this workspace that it may use. What is not here may use all.
-const CRATES: [(&str, &[&str]); 18] = [
+const CRATES: [(&str, &[&str]); 21] = [
     ("procedural", &[]),
     ("output_schema", &[]),
     ("crates/numerics", &[]),
@@ -14,12 +14,12 @@ const CRATES: [(&str, &[&str]); 18] = [
     ("crates/drawing", &["procedural"]),
     ("crates/transport", &["numerics", "procedural"]),
     ("crates/wood_picture", &["numerics", "procedural"]),
-    ("crates/reference", &["files", "numerics", "procedural", "transport"]),
     ("crates/scanner", &["bench", "numerics", "procedural", "transport"]),
     ("crates/recipe", &["bench", "files", "numerics", "output_schema", "procedural", "wood_picture", "yaml"]),
     ("crates/dataset", &["bench", "files", "numerics", "output_schema", "procedural"]),
     ("crates/tools", &["bench", "dataset", "drawing", "files", "output_schema", "procedural", "recipe", "yaml"]),
-    ("crates/pipeline", &["bench", "dataset", "procedural", "recipe", "reference", "scanner", "transport"]),
+    ("crates/pipeline", &["bench", "dataset", "procedural", "recipe", "scanner", "transport"]),
+    ("crates/rig", &["bench", "dataset", "pipeline", "recipe", "scanner"]),
     (
         "crates/fit",
         &[
@@ -37,20 +37,23 @@ const CRATES: [(&str, &[&str]); 18] = [
         ],
     ),
     ("crates/python", &["sheetlight"]),
+    ("crates/evidence", &["gap", "reference", "study"]),
+    ("crates/evidence/gap", &["dataset", "tools"]),
+    ("crates/evidence/reference", &["bench", "files", "numerics", "procedural", "transport", "yaml"]),
     (
-        "crates/study",
+        "crates/evidence/study",
         &[
             "bench",
             "dataset",
             "drawing",
-            "files",
+            "numerics",
             "pipeline",
             "procedural",
             "recipe",
             "reference",
+            "rig",
             "scanner",
             "transport",
-            "yaml",
         ],
     ),
 ];
@@ -89,17 +92,20 @@ const OPENINGS: [&str; 23] = [
 ];
 
 /// The only files that may name one of them, and why.
-const OPENERS: [(&str, &str); 9] = [
+const OPENERS: [(&str, &str); 8] = [
     ("crates/files/src/lib.rs", "opens files that a user names"),
     ("crates/files/src/cache.rs", "keeps what can be made again in the user's cache"),
     ("crates/dataset/src/atomic_file.rs", "writes files that a user names"),
     ("crates/dataset/src/enclosed/unix.rs", "opens and writes what lies in a folder of others"),
     ("crates/dataset/src/enclosed/windows.rs", "the same there"),
-    ("crates/reference/src/thesis/direction_map.rs", "writes a map for whoever uses the library; no command does"),
     ("crates/tools/src/check/model.rs", "onnxruntime opens the model, which was read as a plain file before"),
-    ("crates/tools/src/compare/gap_process.rs", "works in a new folder that nobody else can enter"),
+    ("crates/evidence/gap/src/process.rs", "works in a new folder that nobody else can enter"),
     ("src/generate/memory.rs", "asks the system for its memory"),
 ];
+
+/// The files of `src` that ask the evidence: commands, and the models that recipes name.
+const ASK_EVIDENCE: [&str; 4] =
+    ["src/cli/compare/mod.rs", "src/cli/study.rs", "src/cli/transport.rs", "src/generate.rs"];
 
 /// Folder or file, and what may not be named there although the crate knows it.
 const FORBIDDEN: [(&str, &[&str]); 13] = [
@@ -133,6 +139,12 @@ const EXTRACT_MAY: [&str; 4] = ["crate::frame", "crate::extract", "bench::settin
 
 fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// What lies in a folder of the repository.
+fn listed(relative: &str) -> impl Iterator<Item = DirEntry> {
+    let entries = fs::read_dir(root().join(relative)).expect("the folder can be listed");
+    entries.map(|entry| entry.expect("the folder can be listed"))
 }
 
 /// Every Rust file below a path of the repository, or the file itself, with its text.
@@ -254,8 +266,32 @@ fn crates_use_what_they_may() {
         let idle: Vec<_> = may.iter().filter(|name| !used.contains(name)).collect();
         assert!(idle.is_empty(), "{path} does not use {idle:?}: take it out of the table");
     }
-    let folders = fs::read_dir(root().join("crates")).expect("the folder can be listed").count();
+    let is_crate = |entry: &DirEntry| entry.path().join("Cargo.toml").exists();
+    let folders = ["crates", "crates/evidence"].into_iter().flat_map(listed).filter(is_crate).count();
     assert_eq!(folders + 2, CRATES.len(), "a crate is missing in the table");
+}
+
+/// What the product is held to is not in it: no crate of it uses the evidence, but `src`, through the door and where a
+/// command or a recipe asks.
+#[test]
+fn evidence_is_reached_by_one_door() {
+    const BEHIND: [&str; 3] = ["gap", "reference", "study"];
+    for (path, may) in CRATES.into_iter().filter(|(path, _)| !path.starts_with("crates/evidence")) {
+        let used: Vec<_> = may.iter().filter(|name| **name == "evidence" || BEHIND.contains(name)).collect();
+        assert!(used.is_empty(), "{path} may use {used:?}");
+    }
+    let manifest = fs::read_to_string(root().join("Cargo.toml")).expect("the root has a manifest");
+    let (_, section) = manifest.split_once("\n[dependencies]\n").unwrap_or_default();
+    let section = section.split("\n[").next().unwrap_or_default();
+    let beside = section.lines().filter_map(|line| line.split('.').next()).find(|name| BEHIND.contains(name));
+    assert_eq!(beside, None, "src uses it beside the door");
+    let mut asking: Vec<String> = sources("src")
+        .into_iter()
+        .filter(|(_, text)| paths(text).iter().any(|path| within(path, "evidence")))
+        .map(|(file, _)| file)
+        .collect();
+    asking.sort();
+    assert_eq!(asking, ASK_EVIDENCE);
 }
 
 #[test]
@@ -295,11 +331,8 @@ fn openings(file: &str, text: &str) -> Vec<String> {
 fn few_files_open_files() {
     let mut openers = Vec::new();
     let mut faults = Vec::new();
-    let folders = fs::read_dir(root().join("crates")).expect("the folder can be listed");
-    let crates = folders.map(|entry| entry.expect("it can be listed").file_name().to_string_lossy().into_owned());
-    let mut places: Vec<String> = crates.map(|name| format!("crates/{name}/src")).collect();
-    places.extend(["src", "procedural/src", "output_schema/src"].map(String::from));
-    for (file, text) in places.iter().flat_map(|place| sources(place)) {
+    let places = CRATES.iter().map(|(path, _)| format!("{path}/src")).chain(["src".to_owned()]);
+    for (file, text) in places.flat_map(|place| sources(&place)) {
         let is_test = file.ends_with("tests.rs") || file.contains("/tests/");
         let opens = if is_test { Vec::new() } else { openings(&file, &text) };
         if OPENERS.iter().any(|(may, _)| *may == file) {

@@ -38,7 +38,7 @@ LIMITS = {
 }
 
 # Reference models and studies: what shows that the product is right, and is none.
-EVIDENCE = ("crates/reference/", "crates/study/")
+EVIDENCE = ("crates/evidence/",)
 
 # Pages and folders that a program writes, or the heading below which it does.
 GENERATED = {"output_schema/README.md": "", "recipes/README.md": "", "recipes/keys/": "", "docs/guide/faults.md": "## Faults"}

@@ -224,5 +224,7 @@ pub const OBJECT: [Column; 17] = [
         .missing("null where it is no knot")
         .follows(Scene)
         .since(5)
-        .means("What graders call a knot, with spaces between the names; thresholds in docs/theory/wood.md. From 1.5 on."),
+        .means(
+            "What graders call a knot, with spaces between the names; thresholds in docs/theory/wood.md. From 1.5 on.",
+        ),
 ];

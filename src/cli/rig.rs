@@ -5,7 +5,7 @@ use clap::Args;
 use super::console::Console;
 use super::generate::tell;
 use super::{CommandResult, DONE, RecipeArgs, print, whole};
-use study::rig::report;
+use rig::report;
 
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:

@@ -8,9 +8,9 @@ use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use super::console::Console;
 use super::progress::Progress;
 use super::{Changes, CommandResult, DONE, RecipeArgs, output, print, whole};
-use reference::path::Effort;
-use study::instrument::{REPEATS, Trials, laser, sensor, speckle, triangulation};
-use study::{StudyEvent, StudyProgress, StudyReport, lines, packs, point, profile};
+use evidence::reference::path::Effort;
+use evidence::study::instrument::{REPEATS, Trials, laser, sensor, speckle, triangulation};
+use evidence::study::{StudyEvent, StudyProgress, StudyReport, lines, packs, point, profile};
 
 /// Largest number of photons for a single question: days of work.
 const MAX_PHOTONS: u64 = 10_000_000_000;

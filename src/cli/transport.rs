@@ -10,9 +10,9 @@ use serde_json::{Value, json};
 use super::console::Console;
 use super::progress::Progress;
 use super::{CommandResult, DONE, output, print, whole};
-use reference::model::Model;
-use reference::path::Effort;
-use study::medium::LayeredMedium;
+use evidence::reference::medium::LayeredMedium;
+use evidence::reference::model::Model;
+use evidence::reference::path::Effort;
 use transport::answer::{Answer, Estimate, LineSide};
 
 /// Version of the document's layout.

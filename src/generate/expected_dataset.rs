@@ -3,7 +3,7 @@
 use output_schema::{DatasetHead, RigWarning};
 use procedural::Parameter;
 
-use super::{DatasetRequest, dataset_head, recipe_of, render_sample, rig_warnings};
+use super::{DatasetRequest, dataset_head, equipment, recipe_of, render_sample, rig_warnings};
 use bench::settings::{Order, Transport};
 use bench::split::Split;
 use dataset::record::AskedRows;
@@ -81,7 +81,8 @@ impl ExpectedDataset {
     /// `take_frame`.
     pub fn derived(&self, index: u64, asked: &AskedRows, take_frame: TakeFrame) -> DerivedSample {
         let scene = self.recipe.draw(self.head.seed, index);
-        let pipeline::Derived { unlit, exposed } = pipeline::derived(&scene, &self.patterns, asked, take_frame);
+        let pipeline::Derived { unlit, exposed } =
+            pipeline::derived(&scene, equipment(&self.patterns), asked, take_frame);
         let pipeline::Unlit { record, instances, rows } = unlit;
         let numbers = encode_numbers(&record, self.recipe.output().bits);
         DerivedSample { unlit: UnlitRow { numbers, instances, rows }, exposed }

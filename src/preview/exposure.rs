@@ -1,5 +1,6 @@
 //! One exposure of a profile: the sensor frame around the laser line, and the line that extraction finds in it.
 
+use crate::generate::equipment;
 use bench::settings::RangeForm;
 use pipeline;
 use recipe::Scene;
@@ -15,7 +16,7 @@ const MARGIN_ROWS: usize = 24;
 pub fn expose_profile(scene: &Scene, profile: usize, patterns: &PatternCache) -> ExposedProfile {
     let (columns, rows) = (scene.size.columns, scene.size.rows);
     let profile = profile.min(scene.size.profiles.saturating_sub(1));
-    let (sensor, specimen) = pipeline::set_up(scene, pipeline::body(scene), patterns);
+    let (sensor, specimen) = pipeline::set_up(scene, pipeline::body(scene), equipment(patterns));
     let band = sensor.band(&specimen, profile..profile + 1);
     let frame = if sensor.is_scripted() {
         sensor.processed(&band, profile)

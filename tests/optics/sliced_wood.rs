@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use bench::settings::Transport;
 use dataset::record::Record;
+use pipeline::Equipment;
 use procedural::wood::Media;
 use procedural::{Class, Medium};
 use recipe::{Plan, Recipe, Scene, WoodVolume};
@@ -123,7 +124,8 @@ fn what_lies_below_the_face_counts_with_path() {
         (media.latewood_mu_a_ratio, media.latewood_sigma_i_ratio, media.latewood_k_ratio) = (20.0, 1.0, 1.0);
         scene.plan = Plan::Wood(numbers);
         (scene.transport, scene.size.profiles, scene.bench.motion.step_mm) = (transport, 5, 2.0);
-        let record = pipeline::render(&scene, patterns(), &|_| ());
+        let equipment = Equipment { patterns: patterns(), line_solvers: reference::line_solver };
+        let record = pipeline::render(&scene, equipment, &|_| ());
         let none = scatter_pixels(&scene.extraction) as f64 * scene.bench.exposure.dark_level_dn;
         let inner = 3 * record.cols + record.cols * 2 / 5..3 * record.cols + record.cols * 3 / 5;
         inner.clone().map(|i| f64::from(record.maps.scatter[i])).sum::<f64>() / inner.len() as f64 - none

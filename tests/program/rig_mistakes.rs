@@ -2,7 +2,7 @@
 //! with the number that was likely to be meant, and neither shipped recipes nor ordinary benches are suspected of one.
 
 use recipe::Recipe;
-use study::rig::mistakes::{MISTAKES, mistakes};
+use rig::mistakes::{MISTAKES, mistakes};
 use test_support::program::Place;
 
 /// A built-in recipe with changes, one a `KEY=VALUE`.

@@ -61,7 +61,7 @@ pub struct Column {
 pub fn columns(scene: &Scene, body: Body, transport: Transport) -> Vec<Column> {
     let scene = Scene { transport, ..scene.clone() };
     let profile = scene.size.profiles / 2;
-    let (sensor, band) = target::expose(&scene, body, profile..profile + 1);
+    let (sensor, band) = crate::expose(&scene, body, profile..profile + 1);
     let (hits, rows_per_mm) = (&band.line(profile).hits, &band.line(profile).rows_per_mm);
     let mut scratch = Scratch::default();
     let mut columns = Vec::new();

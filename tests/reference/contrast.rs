@@ -6,9 +6,9 @@ use super::kept::Kept;
 use glam::{DVec3, Vec3};
 use procedural::{Film, Gloss, Medium, Stream};
 use rand::RngExt;
+use reference::media::WOODS;
 use reference::path::{Effort, PATH_STEPS, seen_paths, step_path_mm};
 use scanner::optics::speckle::coherence::{coherence_per_mm, path_contrast};
-use study::media::WOODS;
 use transport::answer::Question;
 use transport::fresnel::fresnel_dielectric;
 use transport::kernel::film_stack::FilmStack;
@@ -131,7 +131,7 @@ fn speckle_beside_the_line_has_the_contrast_of_its_paths() {
         WOODS.iter().filter(|wood| ["clear along motion", "sound knot", "dead knot", "rot"].contains(&wood.name))
     {
         let [mu_a, sigma_i, k, n] = wood.coefficients;
-        let axis = study::medium::axis(wood.azimuth, wood.dive);
+        let axis = reference::medium::axis(wood.azimuth, wood.dive);
         let matter = Matter { mu_a, sigma_i, k, n, dispersion_deg: 5.0, axis };
         let worst = compare(wood.name, &matter, 200_000, &mut kept)
             .into_iter()
@@ -150,7 +150,7 @@ fn contrasts_hold_for_random_wood() {
         let mut draw = |from: f64, to: f64| from * (to / from).powf(stream.random::<f64>());
         let (mu_a, sigma_i, k) = (draw(0.02, 1.0), draw(0.8, 6.0), draw(3.0, 20.0));
         let (n, dispersion_deg) = (draw(1.05, 1.45), draw(3.0, 14.0));
-        let axis = study::medium::axis(draw(1.0, 360.0) - 180.0, draw(1.0, 91.0) - 1.0);
+        let axis = reference::medium::axis(draw(1.0, 360.0) - 180.0, draw(1.0, 91.0) - 1.0);
         let matter = Matter { mu_a, sigma_i, k, n, dispersion_deg, axis };
         all.extend(compare(&format!("random {i}"), &matter, 40_000, &mut kept).into_iter().map(f64::abs));
     }

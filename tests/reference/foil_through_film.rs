@@ -6,12 +6,12 @@
 
 use super::borders::bench_of;
 use super::kept::Kept;
+use crate::expose;
 use bench::settings::Transport;
 use procedural::{Body, Matter, Surface};
 use recipe::{Recipe, Scene};
 use scanner::optics::ScanLine;
 use scanner::optics::{Band, Scratch, Sensor, TILE};
-use test_support::target::expose;
 use transport::kernel::BASIS;
 
 /// Packs, profiles of each, and photons for each of those.

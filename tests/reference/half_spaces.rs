@@ -53,7 +53,7 @@ impl HalfSpace {
             k: (1.0 - share) * scattering,
             n,
             dispersion_deg,
-            axis: study::medium::axis(azimuth, dive),
+            axis: reference::medium::axis(azimuth, dive),
             question_tilt_deg: draw(15.0, 45.0),
         }
     }

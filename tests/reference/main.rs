@@ -18,3 +18,19 @@ mod monte_carlo;
 mod pack;
 mod rays;
 mod table;
+
+use std::ops::Range;
+
+use pipeline::Equipment;
+use procedural::Body;
+use recipe::Scene;
+use scanner::optics::{Band, Sensor};
+use test_support::target;
+
+/// The sensor over a body, and light of `profiles` by the model that the scene names.
+fn expose(scene: &Scene, body: Body, profiles: Range<usize>) -> (Sensor, Band) {
+    let equipment = Equipment { patterns: target::patterns(), line_solvers: reference::line_solver };
+    let (sensor, specimen) = pipeline::set_up(scene, body, equipment);
+    let band = sensor.band(&specimen, profiles, Band::default());
+    (sensor, band)
+}

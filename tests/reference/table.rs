@@ -3,8 +3,9 @@
 use super::kept::Kept;
 use procedural::Stream;
 use rand::RngExt;
+use reference::media::{WOODS, WoodMedium};
 use reference::path::{self, Effort};
-use study::media::{WOODS, WoodMedium};
+use study::lines::{self, FIGURES, Tolerance, Verdict};
 use transport::answer::{Answer, Estimate, LineSide, Question};
 use transport::kernel;
 use transport::stack::{CylinderPhase, Scattering, Stack};
@@ -80,37 +81,25 @@ fn case(name: &str) -> Case {
     table().into_iter().find(|case| case.wood.name == name).expect(name)
 }
 
+/// The study's figures, with the central row among them.
 fn figures(answer: &Answer) -> [f64; 6] {
-    let (ahead, behind) = (answer.rows(1, 8, LineSide::Ahead), answer.rows(1, 8, LineSide::Behind));
-    let reflectance = answer.reflectance.value;
-    let lens = answer.towards_lens.unwrap().value;
-    let beside = ahead + behind;
-    [
-        reflectance,
-        lens / reflectance,
-        answer.rows(0, 0, LineSide::Both),
-        beside,
-        answer.rows(7, 11, LineSide::Both),
-        (ahead - behind) / beside,
-    ]
+    let [reflectance, lens, near, far, asymmetry] = lines::figures(answer).map(|figure| figure.value);
+    [reflectance, lens, answer.rows(0, 0, LineSide::Both), near, far, asymmetry]
 }
 
-/// Reflectance within 0.01, S(1,8), S(7,5) and the factor towards the lens within 5 %, front against back within 0.03;
-/// the central row, which no Scatter holds, within 11 %.
+/// Within the tolerances of the study's figures; the central row, which no Scatter holds, within 11 %.
 #[test]
 fn kernel_agrees_with_the_judge() {
+    const CENTRE: Tolerance = Tolerance::Relative(0.11);
+    let [reflectance, lens, near, far, asymmetry] = FIGURES.map(|figure| figure.tolerance);
+    let tolerances = [reflectance, lens, CENTRE, near, far, asymmetry];
     let mut faults = Vec::new();
     for case in &table() {
         let got = figures(&kernel::solve(&case.wood.stack(), &Question::default()).unwrap());
         println!("{:20} {got:.5?} {:?}", case.wood.name, case.truth);
-        let off = |i: usize| (got[i] / case.truth[i] - 1.0).abs();
-        let good = (got[0] - case.truth[0]).abs() < 0.01
-            && off(1) < 0.05
-            && off(2) < 0.11
-            && off(3) < 0.05
-            && off(4) < 0.05
-            && (got[5] - case.truth[5]).abs() < 0.03;
-        if !good {
+        let exact = |values: [f64; 6], i: usize| Estimate::exact(values[i]);
+        let is_within = |i: usize| tolerances[i].verdict(exact(got, i), exact(case.truth, i)) == Verdict::Within;
+        if !(0..6).all(is_within) {
             faults.push(case.wood.name);
         }
     }
@@ -219,7 +208,7 @@ fn slopes_are_lit_as_the_judge_says() {
         let mut stream = Stream::root(11).child("slopes").index(case).rng();
         let mut draw = |from: f64, to: f64| from + (to - from) * stream.random::<f64>();
         let (sigma_i, sigma_c, n, mu_a) = (draw(1.0, 4.0), draw(5.0, 15.0), draw(1.1, 1.3), draw(0.02, 0.3));
-        let axis = study::medium::axis(draw(-180.0, 180.0), draw(-15.0, 15.0));
+        let axis = reference::medium::axis(draw(-180.0, 180.0), draw(-15.0, 15.0));
         let (turn, dispersion) = (CylinderPhase::Cauchy(0.0), draw(3.0, 14.0).to_radians());
         let scattering = Scattering::Fibres { sigma_i, sigma_c, turn, axis, dispersion };
         let stack = Stack::half_space(n, mu_a, scattering);

@@ -3,9 +3,9 @@
 use std::fs;
 use std::path::Path;
 
+use reference::medium::LayeredMedium;
 use reference::model::Model;
 use reference::path::Effort;
-use study::medium::LayeredMedium;
 use transport::answer::Question;
 use transport::stack::Scattering;
 

@@ -6,13 +6,12 @@ use std::collections::BTreeSet;
 use procedural::{Class, Instance};
 
 use super::exposed_rows::{expose_frames, exposed_rows};
-use super::{Scan, binning, body, grid, set_up, truth_maps, truth_row};
+use super::{Equipment, Scan, binning, body, grid, set_up, truth_maps, truth_row};
 use crate::labels;
 use bench::settings::Movement;
 use dataset::record::{AskedRows, ExposedRows, Labels, Maps, Record, StackFrame, TrueRow};
 use recipe::Scene;
 use scanner::optics::Sensor;
-use scanner::optics::speckle::PatternCache;
 use scanner::specimen::{Hit, Specimen, height_below};
 
 /// Rows that are made again wherever instances lie, evenly spread.
@@ -44,13 +43,13 @@ pub struct Derived {
 
 /// What of a sample follows without light, and the rows and frames `asked`: to the bit those of [`super::render`].
 /// Frames go to `take_frame` as they are made, in any order.
-pub fn derived(
+pub fn derived<'a>(
     scene: &Scene,
-    patterns: &PatternCache,
+    by: impl Into<Equipment<'a>>,
     asked: &AskedRows,
     take_frame: &(dyn Fn(StackFrame) + Sync),
 ) -> Derived {
-    let (sensor, specimen) = set_up(scene, body(scene), patterns);
+    let (sensor, specimen) = set_up(scene, body(scene), by);
     let exposed = exposed_rows(scene, &sensor, &specimen, &asked.strips);
     expose_frames(scene, &sensor, &specimen, &asked.frames, take_frame);
     let scan = Scan { maps: Maps::default(), labels: Labels::default(), truth: None, stack: Vec::new() };

@@ -5,8 +5,8 @@ pub mod labels;
 
 mod binning;
 mod derived;
+mod equipment;
 mod exposed_rows;
-mod line_solver;
 mod range_scale;
 
 use std::sync::Arc;
@@ -27,12 +27,11 @@ use recipe::{Plan, Scene, Subject};
 use scanner::extract::{MAX_SURFACE_SLOPE, MeasuredProfile, RectifiedGrid, extract, rectify};
 use scanner::frame::{Calibration, Frame, Rig};
 use scanner::optics::encoder::turn;
-use scanner::optics::speckle::PatternCache;
 use scanner::optics::{Band, Scratch, Sensor, SensorSetup, TILE, TileOfProfile};
 use scanner::specimen::{Hit, Specimen};
 
 pub use self::derived::{Derived, Unlit, derived};
-use self::line_solver::line_solver;
+pub use self::equipment::{Equipment, LineSolvers};
 use self::range_scale::{RangeScale, grid, range_scale};
 
 /// Profiles of a band: half as many as the rows that its windows reach to before and behind it. The next band of a run
@@ -48,8 +47,8 @@ const MIN_RUN_HALOS: usize = 4;
 /// Renders one sample. `progress` is told the number of profiles whenever some are finished.
 ///
 /// The result depends on the scene alone: not on the number of threads, on bands, or on what was rendered before.
-pub fn render(scene: &Scene, patterns: &PatternCache, progress: &(dyn Fn(u64) + Sync)) -> Record {
-    render_body(scene, body(scene), patterns, progress)
+pub fn render<'a>(scene: &Scene, by: impl Into<Equipment<'a>>, progress: &(dyn Fn(u64) + Sync)) -> Record {
+    render_body(scene, body(scene), by, progress)
 }
 
 /// Grows or forms the object of a scene.
@@ -86,15 +85,21 @@ pub fn body(scene: &Scene) -> Body {
 }
 
 /// [`render`] for any body.
-pub fn render_body(scene: &Scene, body: Body, patterns: &PatternCache, progress: &(dyn Fn(u64) + Sync)) -> Record {
-    let (sensor, specimen) = set_up(scene, body, patterns);
+pub fn render_body<'a>(
+    scene: &Scene,
+    body: Body,
+    by: impl Into<Equipment<'a>>,
+    progress: &(dyn Fn(u64) + Sync),
+) -> Record {
+    let (sensor, specimen) = set_up(scene, body, by);
     let mut scan = Scan::new(scene, scene.size.profiles);
     scan.expose(scene, &sensor, &specimen, progress);
     scan.record(scene, &sensor, &specimen)
 }
 
 /// Puts a body under a scene's bench.
-pub fn set_up(scene: &Scene, body: Body, patterns: &PatternCache) -> (Sensor, Specimen) {
+pub fn set_up<'a>(scene: &Scene, body: Body, by: impl Into<Equipment<'a>>) -> (Sensor, Specimen) {
+    let Equipment { patterns, line_solvers } = by.into();
     let height = f64::from(body.bounds().1.z);
     let matter = typical(&scene.plan);
     let turn = turn(&scene.bench.motion, scene.movement);
@@ -109,7 +114,7 @@ pub fn set_up(scene: &Scene, body: Body, patterns: &PatternCache) -> (Sensor, Sp
         readout: scene.readout,
         postprocess: scene.postprocess,
         turn,
-        line_solver: line_solver(scene.transport, scene.stream),
+        line_solver: line_solvers(scene.transport, scene.stream),
         stream: scene.stream,
     });
     let specimen = Specimen::new(body, sensor.camera().rig, scene.bench.laser.fan_height_mm).on_turntable(turn);

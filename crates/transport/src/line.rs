@@ -1,5 +1,7 @@
 //! Line source on a body, and the response to it that a lens sees: what the models without tables are asked in a scan.
 
+use std::fmt::Debug;
+
 use glam::DVec3;
 use procedural::Body;
 
@@ -40,4 +42,10 @@ pub struct LineResponse {
     pub light: Vec<f32>,
     /// Its standard errors, or empty for a model that has none.
     pub error: Vec<f32>,
+}
+
+/// A model that answers one line at a time.
+pub trait LineSolver: Debug + Send + Sync {
+    /// Light around the line of the profile of that number.
+    fn solve(&self, line: &LineSource<'_>, profile: u64) -> LineResponse;
 }

@@ -89,9 +89,8 @@ impl FibreMap {
     }
 
     /// A map drawn by hand: for every pixel the direction (x, y) in the face, `None` for no direction, as the colours of the
-    /// thesis' direction maps give it (`reference::thesis::DirectionMap::direction`; `rows()`, `cols()` are its size). Such maps
-    /// have no dive; where they say no direction confidence is 0. Knots are told by a share of light below 0.8 in a closed patch,
-    /// `alpha` being that share (`DirectionMap::alpha`).
+    /// thesis' direction maps give it. Such maps have no dive; where they say no direction confidence is 0. Knots are told by
+    /// a share of light below 0.8 in a closed patch, `alpha` being that share.
     ///
     /// # Errors
     /// Where arrays and size do not go together, or pixels have no size.
@@ -154,7 +153,7 @@ impl FibreMap {
 }
 
 /// Fibres of the board in a picture: `grey` are the numbers of one channel `[rows, cols]`, row 0 at the smallest y (a photograph
-/// from above has its rows turned about, as `DirectionMap::load` does), red if the picture has colours.
+/// from above has its rows turned about), red if the picture has colours.
 ///
 /// # Errors
 /// Where the picture is no evenly lit, sharp picture of bare wood of the stated scale; each fault says what to do.

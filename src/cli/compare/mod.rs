@@ -13,9 +13,10 @@ use super::list::shared_draws;
 use super::progress::Progress;
 use super::{CommandResult, DONE, UsageError, output, print};
 use dataset::{Dataset, Fault};
+use evidence::gap::{Gap, GapJob, GapSide, GapStop};
 use part::{CountedScan, PartArgs, SidePart};
 use scale::ScaleArgs;
-use tools::compare::{Comparison, Gap, GapJob, GapSide, GapStop, ScanSource, ScanStatistics, StatisticsBuilder};
+use tools::compare::{Comparison, ScanSource, ScanStatistics, StatisticsBuilder};
 
 /// Names the Python of `--gap`.
 const PYTHON_VARIABLE: &str = "SHEETLIGHT_PYTHON";
@@ -112,8 +113,17 @@ pub(super) fn run(arguments: &CompareArgs, console: &Console) -> CommandResult {
         [Some(sim), Some(real)] => Some(gap(arguments, sim, real, console)?),
         _ => None,
     };
-    let comparison = Comparison { sim, real, gap };
-    print(&if arguments.json { format!("{:#}\n", comparison.json()) } else { comparison.table() })?;
+    let comparison = Comparison { sim, real };
+    print(&if arguments.json {
+        let mut document = comparison.json();
+        if let Some(gap) = &gap {
+            document["gap"] = gap.json();
+        }
+        format!("{document:#}\n")
+    } else {
+        let gap = gap.map_or_else(String::new, |gap| format!("\n{}", gap.table()));
+        comparison.table() + &gap
+    })?;
     if let Some(out) = &arguments.out {
         let page = comparison.page();
         output::write(out, &output::png(&page)?)?;

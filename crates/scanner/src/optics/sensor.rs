@@ -15,6 +15,7 @@ use crate::specimen::{Hit, Specimen, turntable::Turntable};
 use bench::parameters::Bench;
 use bench::settings::{LaserLine, Order, Postprocess, Readout, Size, SpeckleLaw};
 use transport::kernel::path_laws;
+use transport::line::LineSolver;
 
 /// Light in one pixel under which secondary light is left out [DN of 8 bits].
 const FAINT_DN: f32 = 0.05;
@@ -43,7 +44,7 @@ pub struct SensorSetup<'a> {
     /// Where the specimen turns; `None` for a straight way.
     pub turn: Option<Turntable>,
     /// Model of light from below that answers one line at a time; `None` for the kernel.
-    pub line_solver: Option<LineSolver>,
+    pub line_solver: Option<Box<dyn LineSolver>>,
     /// Stream of the sample.
     pub stream: Stream,
 }
@@ -62,7 +63,7 @@ pub struct Sensor {
     pub(super) size: Size,
     /// Light in one pixel under which secondary light is left out [e-].
     pub(super) faint: f32,
-    pub(super) line_solver: Option<LineSolver>,
+    pub(super) line_solver: Option<Box<dyn LineSolver>>,
     pub(super) maker: LineMaker,
 }
 

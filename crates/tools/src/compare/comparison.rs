@@ -4,9 +4,9 @@ use std::fmt::Write;
 
 use serde_json::{Value, json};
 
+use super::ScanStatistics;
 use super::distribution::{DistributionDistance, EmpiricalDistribution};
 use super::noise::ScanDirection;
-use super::{Gap, ScanStatistics};
 
 /// What stands in place of noise that interpolated heights do not tell.
 const UNTOLD: &str = "can't be told";
@@ -21,8 +21,6 @@ pub struct Comparison {
     pub sim: ScanStatistics,
     /// The real one, as a rule.
     pub real: ScanStatistics,
-    /// How well a classifier tells them apart; `None` where nobody asked.
-    pub gap: Option<Gap>,
 }
 
 /// How far the two sides lie apart in one statistic.
@@ -122,9 +120,6 @@ impl Comparison {
         for side in sides.into_iter().filter(|side| !side.unused.is_empty()) {
             let _ = writeln!(text, "not used of {}: {}", side.name, side.unused.join(", "));
         }
-        if let Some(gap) = &self.gap {
-            let _ = write!(text, "\n{}", gap.table());
-        }
         text
     }
 
@@ -139,17 +134,13 @@ impl Comparison {
                 (key.replace(' ', "_").to_lowercase(), found.map_or(Value::Null, distance))
             })
             .collect();
-        let mut document = json!({
+        json!({
             "schema_version": SCHEMA_VERSION,
             "program": format!("gen {}", env!("CARGO_PKG_VERSION")),
             "sim": side(&self.sim),
             "real": side(&self.real),
             "distances": distances,
-        });
-        if let Some(gap) = &self.gap {
-            document["gap"] = gap.json();
-        }
-        document
+        })
     }
 }
 
@@ -221,7 +212,7 @@ mod tests {
     fn unknown_is_told_as_unknown() {
         let real =
             ScanStatistics { name: "a name that is far too long for its column".into(), ..ScanStatistics::default() };
-        let comparison = Comparison { sim: ScanStatistics::default(), real, gap: None };
+        let comparison = Comparison { sim: ScanStatistics::default(), real };
         let table = comparison.table();
         assert_eq!(table.lines().next(), Some(format!("{:>92}", ".. long for its column").as_str()), "{table}");
         assert!(!table.contains("NaN") && table.lines().all(|line| line.chars().count() <= 92), "{table}");

@@ -5,39 +5,17 @@
 //! there is seen, with the blur of lens and pixel; the laser's width is in the answer already. The lens blurs along the
 //! line too. Neglected: light stays in its column, and one direction of view serves the whole line, that of its middle.
 
-use std::fmt;
-
 use crate::optics::camera::Camera;
 use crate::optics::light::{ROWS, ScanLine, WindowNeed, blur_varying, window_start};
 use crate::optics::speckle::TILE;
 use crate::specimen::Specimen;
 use numerics::lanes::exp;
-use transport::line::{LineResponse, LineSource};
+use transport::line::{LineResponse, LineSolver, LineSource};
 
 /// Pitch of the answer along the scan, about half a sensor row [mm].
 const ROW_MM: f64 = 0.05;
 /// Standard deviations of lens and pixel beyond which light is left out.
 const REACH_SIGMAS: f32 = 5.0;
-
-/// Light around a line source, by the number of its profile.
-type SolveLine = dyn Fn(&LineSource<'_>, u64) -> LineResponse + Send + Sync;
-
-/// A model of light in matter that answers one line at a time: what comes out around the line of a profile, by its
-/// number.
-pub struct LineSolver(Box<SolveLine>);
-
-impl LineSolver {
-    /// By a function of the line and the number of its profile.
-    pub fn new(solve: impl Fn(&LineSource<'_>, u64) -> LineResponse + Send + Sync + 'static) -> Self {
-        Self(Box::new(solve))
-    }
-}
-
-impl fmt::Debug for LineSolver {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("LineSolver")
-    }
-}
 
 /// A model that answers one line at a time, over one body.
 #[derive(Debug, Clone, Copy)]
@@ -47,7 +25,7 @@ pub(crate) struct PerLine<'a> {
     /// Camera and laser.
     pub camera: &'a Camera,
     /// The model.
-    pub solver: &'a LineSolver,
+    pub solver: &'a dyn LineSolver,
 }
 
 impl PerLine<'_> {
@@ -84,8 +62,7 @@ impl PerLine<'_> {
             row_mm: ROW_MM,
             rows: (reach / ROW_MM).ceil() as usize,
         };
-        let LineSolver(solve) = self.solver;
-        self.project(&solve(&source, profile), line, &source)
+        self.project(&self.solver.solve(&source, profile), line, &source)
     }
 
     /// Lays an answer on the sensor.
