@@ -23,7 +23,7 @@ mod _sheetlight {
     #[pymodule_export]
     use super::recipe::{Recipe, Samples};
     #[pymodule_export]
-    use super::sample::Sample;
+    use super::sample::ExportSample;
     #[pymodule_export]
     use super::stored::StoredDataset;
 

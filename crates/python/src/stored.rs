@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use sheetlight::api;
 
 use crate::errors::{of_fault, of_program};
-use crate::sample::Sample;
+use crate::sample::ExportSample;
 
 /// A dataset's folder.
 #[pyclass(frozen, module = "sheetlight._sheetlight")]

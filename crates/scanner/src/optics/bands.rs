@@ -83,7 +83,7 @@ impl Bands<'_> {
         // The light that a moving object has in the next profile counts too.
         band.offsets = sensor.geometry.uneven_neighbours(band.profiles.start..band.profiles.end + 1);
         band.volumes.clear();
-        if let Some(solver) = &sensor.line_solver {
+        if let Some(solver) = sensor.line_solver.as_deref() {
             let model = PerLine { specimen, camera: &sensor.camera, solver };
             let last = band.profiles.end + usize::from(sensor.geometry.exposed_share > 0.0);
             let volume = |profile: usize| model.volume(band.line(profile), profile as u64, sensor.position(profile));

@@ -33,4 +33,4 @@ pub use self::expose::TileOfProfile;
 pub use self::light::{CENTRE, ROWS, ScanLine};
 pub use self::sensor::{Sensor, SensorSetup};
 pub use self::speckle::TILE;
-pub use self::window::{Band, LineSolver, Scratch, Window};
+pub use self::window::{Band, Scratch, Window};

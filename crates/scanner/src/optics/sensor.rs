@@ -9,7 +9,7 @@ use super::readout::{SignalChain, ThesisScripts};
 use super::scan_line::{Highlights, LineMaker, surface_point};
 use super::speckle::coherence::{Coherence, coherence_per_mm, path_contrast};
 use super::speckle::{AnchoredSpeckle, PatternCache, SpeckleConditions};
-use super::window::{LineSolver, ScanGeometry, SecondLine};
+use super::window::{ScanGeometry, SecondLine};
 use crate::frame::Calibration;
 use crate::specimen::{Hit, Specimen, turntable::Turntable};
 use bench::parameters::Bench;

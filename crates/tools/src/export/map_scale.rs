@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde_json::{Value, json};
 
 use super::picture_options::PictureOptions;
-use super::sample::Sample;
+use super::sample::ExportSample;
 use super::source::{ExportProgress, Source};
 use dataset::Fault;
 

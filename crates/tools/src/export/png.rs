@@ -15,7 +15,7 @@ use serde_json::{Map, Value, json};
 use super::export_folder::{ExportFolder, ExportSummary, GrowingFile};
 use super::format::{Export, ExportFormat};
 use super::picture::colour_png;
-use super::sample::Sample;
+use super::sample::ExportSample;
 use super::source::{ExportProgress, Source};
 use bench::split::Split;
 use dataset::Fault;

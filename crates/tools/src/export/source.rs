@@ -11,7 +11,7 @@ use output_schema::{DatasetHead, Manifest, ManifestSample};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
-use super::sample::Sample;
+use super::sample::ExportSample;
 use bench::split::Split;
 use dataset::{Dataset, DatasetSums, Fault, RowQuery, Table};
 

@@ -20,7 +20,7 @@ use tar::{Archive, EntryType, Header};
 use super::export_folder::{ExportFolder, ExportSummary, GrowingFile};
 use super::format::{Export, ExportFormat};
 use super::png::MapOptions;
-use super::sample::Sample;
+use super::sample::ExportSample;
 use super::source::{Done, ExportProgress, Source};
 use bench::split::Split;
 use dataset::Fault;

@@ -5,7 +5,7 @@ use output_schema::row::{ROW, SHARES};
 use output_schema::{DatasetHead, NumberColumn};
 
 use super::declared_distribution::DeclaredDistribution;
-use super::folder::Folder;
+use super::folder::DatasetFolder;
 use super::histogram::{DERIVED_ROUNDING, DRAWN_ROUNDING, Histogram, HistogramAxis, RunningRange};
 use dataset::shares::{SampleShares, Shortfall};
 use dataset::{RowBatch, RowQuery, Table};

@@ -26,7 +26,7 @@ use output_schema::{DatasetHead, NumberColumn};
 
 use self::dataset_counts::RowPlace;
 use self::declared_distribution::DeclaredDistribution;
-use self::folder::Folder;
+use self::folder::DatasetFolder;
 use self::page_data::PageData;
 use self::sheet_sample::SheetSample;
 use dataset::{Dataset, Fault};

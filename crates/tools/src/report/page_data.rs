@@ -6,7 +6,7 @@ use output_schema::DatasetHead;
 
 use super::dataset_counts::DatasetCounts;
 use super::exposed_profile::ExposedProfile;
-use super::folder::Folder;
+use super::folder::DatasetFolder;
 use super::sheet_sample::SheetSample;
 use dataset::DatasetSums;
 use recipe::Recipe;

@@ -38,7 +38,6 @@ pub use self::band::Band;
 pub(crate) use self::electrons::WindowSignal;
 pub use self::electrons::{Scratch, Window};
 pub(crate) use self::lit_profile::LitProfile;
-pub use self::per_line::LineSolver;
 pub(crate) use self::per_line::PerLine;
 pub(crate) use self::scan_geometry::ScanGeometry;
 pub(crate) use self::second_line::SecondLine;

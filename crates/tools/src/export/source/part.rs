@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::{ExportProgress, Selection, Source};
-use crate::export::sample::Sample;
+use crate::export::sample::ExportSample;
 use bench::split::Split;
 use dataset::Fault;
 
