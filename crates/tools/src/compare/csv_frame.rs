@@ -34,13 +34,15 @@ pub(super) struct NumberText;
 
 impl ScanFormat for NumberText {
     fn endings(&self) -> &'static [FileEnding] {
-        &[
-            FileEnding::new(".csv"),
-            FileEnding::named(".tsv"),
-            FileEnding::named(".txt"),
-            FileEnding::named(".asc"),
-            FileEnding::named(".xyz"),
-        ]
+        const {
+            &[
+                FileEnding::new(".csv"),
+                FileEnding::named(".tsv"),
+                FileEnding::named(".txt"),
+                FileEnding::named(".asc"),
+                FileEnding::named(".xyz"),
+            ]
+        }
     }
 
     fn stated(&self) -> Option<StatedForm> {

@@ -113,7 +113,7 @@ pub(super) struct JsonScan;
 
 impl ScanFormat for JsonScan {
     fn endings(&self) -> &'static [FileEnding] {
-        &[FileEnding::new(".json")]
+        const { &[FileEnding::new(".json")] }
     }
 
     fn read(&self, path: &Path, _: Option<CsvForm>) -> Result<ScanContent, Fault> {
