@@ -34,15 +34,13 @@ pub(super) struct NumberText;
 
 impl ScanFormat for NumberText {
     fn endings(&self) -> &'static [FileEnding] {
-        const {
-            &[
-                FileEnding::new(".csv"),
-                FileEnding::named(".tsv"),
-                FileEnding::named(".txt"),
-                FileEnding::named(".asc"),
-                FileEnding::named(".xyz"),
-            ]
-        }
+        &[
+            ("csv", ".csv", true),
+            ("tsv", ".tsv", false),
+            ("txt", ".txt", false),
+            ("asc", ".asc", false),
+            ("xyz", ".xyz", false),
+        ]
     }
 
     fn stated(&self) -> Option<StatedForm> {
