@@ -160,16 +160,7 @@ impl Emulator {
     pub fn new(simulations: &[Simulation], weights: &[f64]) -> Self {
         let keys = simulations.first().map_or(0, |simulation| simulation.scores.len());
         let count = simulations.first().map_or(0, |simulation| simulation.statistics.len());
-        let all: f64 = weights.iter().sum();
-        let squares: f64 = weights.iter().map(|weight| weight * weight).sum();
-        let effective = all * all / squares.max(1e-300);
-        // Weights whose sum is the number of scans that count.
-        let kept: Vec<(&Simulation, f64)> = simulations
-            .iter()
-            .zip(weights)
-            .filter(|(_, weight)| **weight > 1e-6)
-            .map(|(simulation, weight)| (simulation, weight * effective / all))
-            .collect();
+        let (kept, effective) = counted_scans(simulations, weights);
         let mean_of = |value: &dyn Fn(&Simulation) -> f64| {
             kept.iter().map(|(simulation, w)| w * value(simulation)).sum::<f64>() / effective
         };
@@ -222,14 +213,8 @@ impl Emulator {
         let bent = &curvature.coefficients * directions.back.transpose();
 
         let hat = solver.solve(&straight.transpose());
-        let mut errors = residuals - &curved * &curvature.coefficients;
-        for scan in 0..kept.len() {
-            let of_linear = straight.row(scan).transpose().dot(&hat.column(scan));
-            let of_curved = curvature.doubts(&curved.row(scan).transpose());
-            for (direction, of_curved) in of_curved.into_iter().enumerate() {
-                errors[(scan, direction)] /= 1.0 - (weight[scan] * (of_linear + of_curved)).min(MOST_LEVERAGE);
-            }
-        }
+        let errors = residuals - &curved * &curvature.coefficients;
+        let errors = unseen_errors(errors, [&straight, &hat, &curved], &curvature, &weight);
         let covariance = scatter(&(errors * directions.back.transpose()), &weight, effective);
         let straightened = taken * &bent;
         for (a, &among) in varies.iter().enumerate() {
@@ -330,6 +315,33 @@ impl Emulator {
 /// Roots of 2 and 6: with these the Hermite polynomials have unit variance.
 const SQUARE: f64 = std::f64::consts::SQRT_2;
 const CUBE: f64 = 2.449_489_742_783_178;
+
+/// The scans that count, with weights whose sum is how many they stand for, and that number.
+fn counted_scans<'a>(simulations: &'a [Simulation], weights: &[f64]) -> (Vec<(&'a Simulation, f64)>, f64) {
+    let all: f64 = weights.iter().sum();
+    let squares: f64 = weights.iter().map(|weight| weight * weight).sum();
+    let effective = all * all / squares.max(1e-300);
+    let counted = simulations.iter().zip(weights).filter(|(_, weight)| **weight > 1e-6);
+    (counted.map(|(simulation, weight)| (simulation, weight * effective / all)).collect(), effective)
+}
+
+/// Errors `[scans, directions]` of each scan where it is left out, from those of a fit to all: by its leverage on the linear
+/// terms, which `hat` are solved for, and on the curved ones.
+fn unseen_errors(
+    mut errors: DMatrix<f64>,
+    [straight, hat, curved]: [&DMatrix<f64>; 3],
+    curvature: &Curvature,
+    weight: &DVector<f64>,
+) -> DMatrix<f64> {
+    for scan in 0..errors.nrows() {
+        let of_linear = straight.row(scan).transpose().dot(&hat.column(scan));
+        let of_curved = curvature.doubts(&curved.row(scan).transpose());
+        for (direction, of_curved) in of_curved.into_iter().enumerate() {
+            errors[(scan, direction)] /= 1.0 - (weight[scan] * (of_linear + of_curved)).min(MOST_LEVERAGE);
+        }
+    }
+    errors
+}
 
 /// The statistics `[scans, statistics]` that most scans tell, with their mean where a scan does not, and which they are.
 fn told_statistics(kept: &[(&Simulation, f64)], count: usize) -> (DMatrix<f64>, Vec<usize>) {

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use super::CheckOptions;
 use super::accuracy::Accuracy;
-use super::metrics::{CONFIDENCE_BINS, ClassificationMetrics};
+use super::metrics::{CONFIDENCE_BINS, CalibrationBin, ClassificationMetrics};
 use super::misclassified::Misclassification;
 use super::sidecar::{ModelTask, Sidecar};
 use super::slices::SliceGroup;
@@ -159,97 +159,113 @@ impl CheckReport {
 
     /// The tables.
     pub fn table(&self) -> String {
-        let mut text = String::new();
-        let mut line = |words: String| {
-            text.push_str(words.trim_end());
-            text.push('\n');
-        };
-        let samples = format!("{} {} of {} samples", self.share.of, self.counted(), self.samples);
-        line(format!(
-            "{} on {}, split {}: {samples}",
-            self.options.model.display(),
-            self.options.dir.display(),
-            self.split()
-        ));
+        let tables = [self.summary(), self.class_table(), self.confusion_table(), self.calibration_table()];
+        let slices = self.slices.iter().map(|slice| self.slice_table(slice));
+        let tables = tables.into_iter().chain(slices).chain([self.worst_lines()]).filter(|lines| !lines.is_empty());
+        let text = |lines: Vec<String>| lines.iter().map(|line| format!("{}\n", line.trim_end())).collect::<String>();
+        tables.map(text).collect::<Vec<_>>().join("\n")
+    }
+
+    /// What was asked of which model, and the figures over all.
+    fn summary(&self) -> Vec<String> {
+        let (model, dir, split) = (self.options.model.display(), self.options.dir.display(), self.split());
+        let counted = self.counted();
+        let mut lines =
+            vec![format!("{model} on {dir}, split {split}: {} {counted} of {} samples", self.share.of, self.samples)];
         if self.left_out > 0 {
-            line(format!("left out, of no class of the model or more than enough: {}", self.left_out));
+            lines.push(format!("left out, of no class of the model or more than enough: {}", self.left_out));
         }
         let [low, high] = self.share.interval();
-        line(format!(
-            "accuracy {:.4} (95 %: {low:.4} to {high:.4}, as sure as {:.0} independent {})",
-            self.accuracy(),
-            self.share.effective(),
-            self.counted()
+        let effective = self.share.effective();
+        lines.push(format!(
+            "accuracy {:.4} (95 %: {low:.4} to {high:.4}, as sure as {effective:.0} independent {counted})",
+            self.accuracy()
         ));
-        let number = |value: Option<f64>| value.map_or("-".into(), |value| format!("{value:.4}"));
-        line(format!(
-            "mean recall {}, calibration error {}",
-            number(self.metrics.balanced_accuracy()),
-            number(self.metrics.calibration_error())
-        ));
+        let [recall, error] = [self.metrics.balanced_accuracy(), self.metrics.calibration_error()].map(four);
+        lines.push(format!("mean recall {recall}, calibration error {error}"));
         if self.sidecar.task == ModelTask::Segment {
-            line(format!("mean intersection over union {}", number(self.metrics.mean_iou())));
+            lines.push(format!("mean intersection over union {}", four(self.metrics.mean_iou())));
         }
-        line(String::new());
-        let name = |name: &str| name.chars().take(MAX_NAME_LETTERS).collect::<String>();
-        line(format!(
+        lines
+    }
+
+    /// Counts and shares of each class.
+    fn class_table(&self) -> Vec<String> {
+        let mut lines = vec![format!(
             "{:MAX_NAME_LETTERS$} {:>10} {:>10} {:>9} {:>9} {:>9} {:>9}",
             "class", "true", "guessed", "precision", "recall", "F1", "IoU"
-        ));
+        )];
         for (class, figures) in self.sidecar.classes.iter().zip(self.metrics.classes()) {
-            let shares = [figures.precision, figures.recall, figures.f1, figures.iou].map(number);
-            let [precision, recall, f1, iou] = shares;
+            let [precision, recall, f1, iou] = [figures.precision, figures.recall, figures.f1, figures.iou].map(four);
             let counts = format!("{:>10} {:>10}", figures.support, figures.guessed);
-            line(format!("{:MAX_NAME_LETTERS$} {counts} {precision:>9} {recall:>9} {f1:>9} {iou:>9}", name(class)));
+            lines.push(format!(
+                "{:MAX_NAME_LETTERS$} {counts} {precision:>9} {recall:>9} {f1:>9} {iou:>9}",
+                clipped(class)
+            ));
         }
-        line(String::new());
-        line("rows are the truth, columns the guesses".into());
+        lines
+    }
+
+    /// How often each class was taken for each.
+    fn confusion_table(&self) -> Vec<String> {
         let mut header = format!("{:MAX_NAME_LETTERS$}", "");
         // Writing to a string cannot fail.
         self.sidecar.classes.iter().for_each(|class| _ = write!(header, " {:>10.10}", class));
-        line(header);
+        let mut lines = vec!["rows are the truth, columns the guesses".into(), header];
         for (class, counts) in self.sidecar.classes.iter().zip(self.metrics.confusion()) {
-            let mut row = format!("{:MAX_NAME_LETTERS$}", name(class));
+            let mut row = format!("{:MAX_NAME_LETTERS$}", clipped(class));
             counts.iter().for_each(|count| _ = write!(row, " {count:>10}"));
-            line(row);
+            lines.push(row);
         }
-        line(String::new());
-        line(format!("{:MAX_NAME_LETTERS$} {:>10} {:>10} {:>10}", "confidence", "count", "mean", "accuracy"));
-        for (i, bin) in self.metrics.bins().iter().enumerate().filter(|(_, bin)| bin.count > 0) {
-            let span =
-                format!("{:.1} to {:.1}", i as f64 / CONFIDENCE_BINS as f64, (i + 1) as f64 / CONFIDENCE_BINS as f64);
-            let n = bin.count as f64;
-            line(format!(
-                "{span:MAX_NAME_LETTERS$} {:>10} {:>10.4} {:>10.4}",
-                bin.count,
-                bin.confidence / n,
-                bin.right as f64 / n
-            ));
-        }
-        for slice in &self.slices {
-            line(String::new());
-            line(format!("{:28} {:>8} {:>10} {:>10}  95 %", slice.path, "samples", self.counted(), "accuracy"));
-            for SliceGroup { span, share } in &slice.groups {
-                let span = span.map_or("none".into(), |[from, to]| format!("{} to {}", short(from), short(to)));
-                let [low, high] = share.interval();
-                let accuracy = number(share.value());
-                line(format!("{span:28} {:>8} {:>10} {accuracy:>10}  {low:.4} to {high:.4}", share.samples, share.of));
-            }
-        }
-        if !self.worst.is_empty() {
-            line(String::new());
-            line("most confidently wrong".into());
-        }
-        for wrong in self.worst.iter().take(MAX_LISTED_ERRORS) {
-            let [truth, guess] = [wrong.truth, wrong.guess].map(|class| &self.sidecar.classes[class]);
-            let [row, col] = wrong.window.first;
-            line(format!(
-                "  sample {}, row {row}, column {col}: {truth} taken for {guess}, {:.4}",
-                wrong.index, wrong.confidence
-            ));
-        }
-        text
+        lines
     }
+
+    /// Accuracy of answers by their confidence.
+    fn calibration_table(&self) -> Vec<String> {
+        let header = format!("{:MAX_NAME_LETTERS$} {:>10} {:>10} {:>10}", "confidence", "count", "mean", "accuracy");
+        let bins = self.metrics.bins().iter().enumerate().filter(|(_, bin)| bin.count > 0);
+        let line = |(i, bin): (usize, &CalibrationBin)| {
+            let [low, high] = [i, i + 1].map(|end| end as f64 / CONFIDENCE_BINS as f64);
+            let (span, n) = (format!("{low:.1} to {high:.1}"), bin.count as f64);
+            let [mean, accuracy] = [bin.confidence / n, bin.right as f64 / n];
+            format!("{span:MAX_NAME_LETTERS$} {:>10} {mean:>10.4} {accuracy:>10.4}", bin.count)
+        };
+        std::iter::once(header).chain(bins.map(line)).collect()
+    }
+
+    /// Accuracy by a number.
+    fn slice_table(&self, slice: &AccuracySlice) -> Vec<String> {
+        let header = format!("{:28} {:>8} {:>10} {:>10}  95 %", slice.path, "samples", self.counted(), "accuracy");
+        let line = |SliceGroup { span, share }: &SliceGroup| {
+            let span = span.map_or("none".into(), |[from, to]| format!("{} to {}", short(from), short(to)));
+            let [low, high] = share.interval();
+            let accuracy = four(share.value());
+            format!("{span:28} {:>8} {:>10} {accuracy:>10}  {low:.4} to {high:.4}", share.samples, share.of)
+        };
+        std::iter::once(header).chain(slice.groups.iter().map(line)).collect()
+    }
+
+    /// The most confidently wrong answers; nothing where none is wrong.
+    fn worst_lines(&self) -> Vec<String> {
+        let line = |wrong: &Misclassification| {
+            let [truth, guess] = [wrong.truth, wrong.guess].map(|class| &self.sidecar.classes[class]);
+            let ([row, col], index) = (wrong.window.first, wrong.index);
+            let confidence = wrong.confidence;
+            format!("  sample {index}, row {row}, column {col}: {truth} taken for {guess}, {confidence:.4}")
+        };
+        let header = (!self.worst.is_empty()).then(|| "most confidently wrong".into());
+        header.into_iter().chain(self.worst.iter().take(MAX_LISTED_ERRORS).map(line)).collect()
+    }
+}
+
+/// A share with four decimals; a dash for none.
+fn four(value: Option<f64>) -> String {
+    value.map_or("-".into(), |value| format!("{value:.4}"))
+}
+
+/// The begin of a name, as wide as its column.
+fn clipped(name: &str) -> String {
+    name.chars().take(MAX_NAME_LETTERS).collect()
 }
 
 /// A number with four digits.

@@ -202,19 +202,7 @@ fn read(yaml: &mut YamlReader, root: &YamlNode, head: &DatasetHead) -> Option<Si
     let task = task.and_then(|name| ModelTask::ALL.into_iter().find(|task| task.name() == name));
     let channels = required(yaml, &mut top, "channels", "the maps in the model's order, `channels: [{name: scatter}]`");
     let channels = channels.and_then(|node| read_channels(yaml, node, head));
-    let bits = number(yaml, &mut top, "bits", NumberRange { min: 8.0, max: 12.0, whole: true, unit: "" }, 8.0);
-    let is_counted = |channel: &InputChannel| channel.name != "range";
-    if let Some(bits) = bits.filter(|_| channels.iter().flatten().any(is_counted))
-        && bits as u64 != head.images.bits
-    {
-        let found = head.images.bits;
-        let problem = format!("the model takes digital numbers of {bits} bits, the dataset has them of {found}");
-        let remedy = format!(
-            "make a dataset whose recipe says `exposure: {{bits: {bits}}}`, or write `bits: {found}` where the model was \
-             trained on that"
-        );
-        yaml.joint_fault(&["bits".into(), "channels".into()], problem, remedy);
-    }
+    check_bits(yaml, &mut top, channels.as_deref().unwrap_or_default(), head);
     if let Some(ModelTask::Pixels | ModelTask::Segment) = task
         && !head.images.holds("label")
     {
@@ -270,6 +258,23 @@ fn read(yaml: &mut YamlReader, root: &YamlNode, head: &DatasetHead) -> Option<Si
         truth,
         trained_on: trained_on.map_or(Some(None), |read| read.map(Some))?,
     })
+}
+
+/// Refuses digital numbers of other bits than the dataset has, where the model counts them.
+fn check_bits(yaml: &mut YamlReader, top: &mut Mapping, channels: &[InputChannel], head: &DatasetHead) {
+    let bits = number(yaml, top, "bits", NumberRange { min: 8.0, max: 12.0, whole: true, unit: "" }, 8.0);
+    let is_counted = |channel: &InputChannel| channel.name != "range";
+    if let Some(bits) = bits.filter(|_| channels.iter().any(is_counted))
+        && bits as u64 != head.images.bits
+    {
+        let found = head.images.bits;
+        let problem = format!("the model takes digital numbers of {bits} bits, the dataset has them of {found}");
+        let remedy = format!(
+            "make a dataset whose recipe says `exposure: {{bits: {bits}}}`, or write `bits: {found}` where the model was \
+             trained on that"
+        );
+        yaml.joint_fault(&["bits".into(), "channels".into()], problem, remedy);
+    }
 }
 
 /// Reads `trained_on`.

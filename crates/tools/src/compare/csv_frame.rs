@@ -35,11 +35,11 @@ pub(super) struct NumberText;
 impl ScanFormat for NumberText {
     fn endings(&self) -> &'static [FileEnding] {
         &[
-            FileEnding::new(".csv"),
-            FileEnding::named(".tsv"),
-            FileEnding::named(".txt"),
-            FileEnding::named(".asc"),
-            FileEnding::named(".xyz"),
+            ("csv", ".csv", true),
+            ("tsv", ".tsv", false),
+            ("txt", ".txt", false),
+            ("asc", ".asc", false),
+            ("xyz", ".xyz", false),
         ]
     }
 

@@ -14,7 +14,7 @@ pub(super) struct ExrScan;
 
 impl ScanFormat for ExrScan {
     fn endings(&self) -> &'static [FileEnding] {
-        &[FileEnding::new(".exr")]
+        &[("exr", ".exr", true)]
     }
 
     fn read(&self, path: &Path, _: Option<CsvForm>) -> Result<ScanContent, Fault> {

@@ -14,14 +14,14 @@ use super::scan_format::{FileEnding, ScanFormat, StatedForm};
 const FORMATS: [&dyn ScanFormat; 6] = [&ExrScan, &IconFile, &JsonScan, &GreyImage, &NumberText, &PlyCloud];
 
 /// Every ending with its format.
-fn endings() -> impl Iterator<Item = (&'static FileEnding, &'static dyn ScanFormat)> {
-    FORMATS.into_iter().flat_map(|format| format.endings().iter().map(move |ending| (ending, format)))
+fn endings() -> impl Iterator<Item = (FileEnding, &'static dyn ScanFormat)> {
+    FORMATS.into_iter().flat_map(|format| format.endings().iter().map(move |ending| (*ending, format)))
 }
 
 /// The format of a file by its ending; a name without one may stand for the two files of the camera.
 pub(super) fn format_of(path: &Path) -> Option<&'static dyn ScanFormat> {
     let letters = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
-    let known = endings().find(|(ending, _)| ending.letters.eq_ignore_ascii_case(letters));
+    let known = endings().find(|((known, ..), _)| known.eq_ignore_ascii_case(letters));
     known.map(|(_, format)| format).or_else(|| described_by(path).is_file().then_some(&IconFile as _))
 }
 
@@ -42,15 +42,14 @@ pub(super) fn described_by(path: &Path) -> PathBuf {
 
 /// Whether a folder is looked through for files with this ending, of bare numbers or of such as say what these are.
 pub(super) fn is_looked_for(letters: &str, is_stated: bool) -> bool {
-    let wanted = |(ending, format): (&FileEnding, &dyn ScanFormat)| {
-        ending.in_folders && format.stated().is_some() == is_stated && letters.eq_ignore_ascii_case(ending.letters)
-    };
-    endings().any(wanted)
+    endings().any(|((known, _, is_looked_for), format)| {
+        is_looked_for && format.stated().is_some() == is_stated && letters.eq_ignore_ascii_case(known)
+    })
 }
 
 /// The endings of all files that can be read, in words; of folders those that are looked for in them.
 pub(super) fn readable(in_folders: bool) -> String {
-    words(|ending, _| ending.in_folders || !in_folders)
+    words(|is_looked_for, _| is_looked_for || !in_folders)
 }
 
 /// The endings of files of bare numbers, in words.
@@ -58,7 +57,7 @@ pub(super) fn stated_words() -> String {
     words(|_, format| format.stated().is_some())
 }
 
-fn words(is_named: impl Fn(&FileEnding, &dyn ScanFormat) -> bool) -> String {
-    let named = endings().filter(|(ending, format)| !ending.words.is_empty() && is_named(ending, *format));
-    named.map(|(ending, _)| ending.words).collect::<Vec<_>>().join(", ")
+fn words(is_named: impl Fn(bool, &dyn ScanFormat) -> bool) -> String {
+    let named = endings().filter(|((_, words, looked), format)| !words.is_empty() && is_named(*looked, *format));
+    named.map(|((_, words, _), _)| words).collect::<Vec<_>>().join(", ")
 }

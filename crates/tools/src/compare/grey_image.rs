@@ -28,7 +28,7 @@ pub(super) struct GreyImage;
 
 impl ScanFormat for GreyImage {
     fn endings(&self) -> &'static [FileEnding] {
-        &[FileEnding::new(".png"), FileEnding::new(".tif"), FileEnding::new(".tiff")]
+        &[("png", ".png", true), ("tif", ".tif", true), ("tiff", ".tiff", true)]
     }
 
     fn stated(&self) -> Option<StatedForm> {

@@ -13,9 +13,7 @@ pub(super) struct IconFile;
 
 impl ScanFormat for IconFile {
     fn endings(&self) -> &'static [FileEnding] {
-        const XML: FileEnding = FileEnding { words: ".xml with .dat", ..FileEnding::new(".xml") };
-        const DAT: FileEnding = FileEnding { words: "", ..FileEnding::named(".dat") };
-        &[XML, DAT]
+        &[("xml", ".xml with .dat", true), ("dat", "", false)]
     }
 
     fn read(&self, path: &Path, _: Option<CsvForm>) -> Result<ScanContent, Fault> {

@@ -113,7 +113,7 @@ pub(super) struct JsonScan;
 
 impl ScanFormat for JsonScan {
     fn endings(&self) -> &'static [FileEnding] {
-        &[FileEnding::new(".json")]
+        &[("json", ".json", true)]
     }
 
     fn read(&self, path: &Path, _: Option<CsvForm>) -> Result<ScanContent, Fault> {

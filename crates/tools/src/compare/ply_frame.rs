@@ -55,7 +55,7 @@ pub(super) struct PlyCloud;
 
 impl ScanFormat for PlyCloud {
     fn endings(&self) -> &'static [FileEnding] {
-        &[FileEnding::new(".ply")]
+        &[("ply", ".ply", true)]
     }
 
     fn stated(&self) -> Option<StatedForm> {

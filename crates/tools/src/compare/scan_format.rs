@@ -7,28 +7,9 @@ use super::gocator_frame::GocatorSurface;
 use super::map_numbers::{MapNumbers, ScanPoints};
 use dataset::Fault;
 
-/// An ending of files.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct FileEnding {
-    /// Its letters.
-    pub letters: &'static str,
-    /// How a list of what can be read names such files; nothing where it names them by another ending.
-    pub words: &'static str,
-    /// Whether a folder is looked through for such files.
-    pub in_folders: bool,
-}
-
-impl FileEnding {
-    /// That of files for which a folder is looked through; `words` are the letters behind a point.
-    pub(super) const fn new(words: &'static str) -> Self {
-        Self { letters: words.split_at(1).1, words, in_folders: true }
-    }
-
-    /// That of files which have to be named themselves.
-    pub(super) const fn named(words: &'static str) -> Self {
-        Self { in_folders: false, ..Self::new(words) }
-    }
-}
+/// An ending of files: its letters; how a list of what can be read names such files, nothing where it names them by another
+/// ending; whether a folder is looked through for them.
+pub(super) type FileEnding = (&'static str, &'static str, bool);
 
 /// A format of scans.
 pub(super) trait ScanFormat: Sync {

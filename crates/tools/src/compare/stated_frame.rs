@@ -1,7 +1,7 @@
 //! Scans in files. Those of bare numbers hold a map each (grey images, grids as text), or a cloud of points; what their
 //! numbers are the user states ([`StatedScale`]).
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use super::formats::{format_of, map_format, stated_form};
 use super::gocator_frame::GocatorSurface;

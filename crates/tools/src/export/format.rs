@@ -43,7 +43,7 @@ impl ExportFormat {
 }
 
 /// A layout of other programs. Its fields are its options, and its documentation is its help.
-pub trait Export: std::fmt::Debug {
+pub trait Export: std::fmt::Debug + Sync {
     /// The splits that are exported where the user gives this one, or none; all where the list is empty.
     ///
     /// # Errors
@@ -68,7 +68,7 @@ pub trait Export: std::fmt::Debug {
         Ok(())
     }
 
-    /// Writes the export, sample by sample, through an [`ExportFolder`](super::export_folder::ExportFolder).
+    /// Writes the export, sample by sample, through an `ExportFolder`.
     ///
     /// # Errors
     /// Where the dataset is damaged or lacks what the layout needs, or the folder cannot be written.

@@ -4,7 +4,7 @@ use super::sample::Region;
 
 /// Lengths of runs of zeros and ones in turn, beginning with zeros [px].
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub(crate) struct RunLengthMask(Vec<u32>);
+pub(super) struct RunLengthMask(Vec<u32>);
 
 impl RunLengthMask {
     /// The mask of a picture of `rows` x `cols` that is 0 outside `bbox` and `is_set(row, col)` inside.

@@ -8,7 +8,6 @@
 //! synced before they got their names, and the order of the export is the same, so only their headers are read again.
 
 use std::collections::BTreeMap;
-use std::collections::btree_map::Entry;
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
@@ -77,10 +76,7 @@ impl Export for WebDataset {
                 Ok(files)
             };
             let take = |sample: &ExportSample, files: Vec<u8>| {
-                let tars = match splits.entry(sample.split) {
-                    Entry::Occupied(entry) => entry.into_mut(),
-                    Entry::Vacant(entry) => entry.insert(SplitTars::default()),
-                };
+                let tars = splits.entry(sample.split).or_default();
                 if tars.size + files.len() as u64 + END_OF_TAR.len() as u64 > most_bytes {
                     tars.close(&out)?;
                 }
