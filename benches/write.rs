@@ -65,9 +65,9 @@ fn channels(name: &str, kind: &str) -> Vec<ExrChannel> {
         _ => record.labels.instance.iter().map(|&n| f32::from(n)).collect(),
     };
     let samples = match kind {
-        "f16" => Samples::Half(numbers),
-        "f32" => Samples::Float(numbers),
-        _ => Samples::Uint(numbers.iter().map(|&n| n as u32).collect()),
+        "f16" => ChannelValues::Half(numbers),
+        "f32" => ChannelValues::Float(numbers),
+        _ => ChannelValues::Uint(numbers.iter().map(|&n| n as u32).collect()),
     };
     vec![ExrChannel { name: name.into(), samples }]
 }
@@ -103,10 +103,10 @@ fn whole_file(truth: bool, step: Option<i32>) -> Vec<ExrChannel> {
     ];
     if let (true, Some(truth)) = (truth, record.truth) {
         let round = |z: f32| step.map_or(z, |step| (z * 2f32.powi(step)).round() / 2f32.powi(step));
-        list.push(("Height", Some(Samples::Float(truth.height.into_iter().map(round).collect()))));
+        list.push(("Height", Some(ChannelValues::Float(truth.height.into_iter().map(round).collect()))));
         if let Below::Fibre { azimuth, dive } = truth.below {
-            list.push(("FibreAzimuth", Some(Samples::Half(azimuth))));
-            list.push(("FibreDive", Some(Samples::Half(dive))));
+            list.push(("FibreAzimuth", Some(ChannelValues::Half(azimuth))));
+            list.push(("FibreDive", Some(ChannelValues::Half(dive))));
         }
     }
     let channel = |(name, samples): (&str, Option<Samples>)| Some(ExrChannel { name: name.into(), samples: samples? });

@@ -1,7 +1,7 @@
 //! What numbers become on disk: PNG rounding and saturation, half floats that are exact, attributes in ASCII.
 
 use bench::settings::{Channel, Output};
-use dataset::{ExrChannel, Grey, Samples, encode, read_exr, read_png, write_exr, write_png};
+use dataset::{ChannelValues, ExrChannel, Grey, encode, read_exr, read_png, write_exr, write_png};
 use test_support::records::{SIZE, output, record};
 
 fn exr(samples: Samples, cols: usize) -> ExrChannel {
@@ -19,22 +19,22 @@ fn every_whole_number_survives() {
     let (.., image) = read_png(&write_png(&Grey::Eight(bytes.clone()), 16)).expect("it was just written");
     assert_eq!(image, Grey::Eight(bytes));
     // Digital numbers and labels in half floats, instances in whole numbers, sums in floats.
-    let halves = Samples::Half((0..=2048).map(|n| n as f32).collect());
+    let halves = ChannelValues::Half((0..=2048).map(|n| n as f32).collect());
     assert_eq!(exr(halves.clone(), 3).samples, halves);
-    let whole = Samples::Uint((0..=u32::from(u16::MAX)).collect());
+    let whole = ChannelValues::Uint((0..=u32::from(u16::MAX)).collect());
     assert_eq!(exr(whole.clone(), 256).samples, whole);
-    let sums = Samples::Float((0..70_000).map(|n| n as f32).collect());
+    let sums = ChannelValues::Float((0..70_000).map(|n| n as f32).collect());
     assert_eq!(exr(sums.clone(), 700).samples, sums);
 }
 
 #[test]
 fn half_floats_are_as_close_as_the_declaration_says() {
     let binned: Vec<f32> = (0..=255 * 64).map(|n| n as f32 / 64.0).collect();
-    let read = exr(Samples::Half(binned.clone()), 1).numbers();
+    let read = exr(ChannelValues::Half(binned.clone()), 1).numbers();
     let worst = read.iter().zip(&binned).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
     assert!(worst <= 0.0625, "{worst}");
     let angles: Vec<f32> = (-9000..=9000).map(|n| n as f32 / 100.0).collect();
-    let read = exr(Samples::Half(angles.clone()), 1).numbers();
+    let read = exr(ChannelValues::Half(angles.clone()), 1).numbers();
     let worst = read.iter().zip(&angles).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
     assert!(worst <= 0.032, "{worst} deg");
 }

@@ -23,7 +23,7 @@ mod _sheetlight {
     #[pymodule_export]
     use super::recipe::{Recipe, Samples};
     #[pymodule_export]
-    use super::sample::ExportSample;
+    use super::sample::Sample;
     #[pymodule_export]
     use super::stored::StoredDataset;
 

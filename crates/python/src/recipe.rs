@@ -13,7 +13,7 @@ use sheetlight::api::{self, Change, Fault, Record, Simulator, Stop};
 
 use crate::errors::{of_loading, of_program};
 use crate::pool::{Outcome, pool, spawn, thread_count, wait};
-use crate::sample::ExportSample;
+use crate::sample::Sample;
 
 /// A recipe.
 #[pyclass(frozen, module = "sheetlight._sheetlight")]

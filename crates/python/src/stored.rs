@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use sheetlight::api;
 
 use crate::errors::{of_fault, of_program};
-use crate::sample::ExportSample;
+use crate::sample::Sample;
 
 /// A dataset's folder.
 #[pyclass(frozen, module = "sheetlight._sheetlight")]

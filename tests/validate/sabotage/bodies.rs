@@ -2,7 +2,7 @@
 
 use bench::settings::Channel;
 use dataset::validate::Code::*;
-use dataset::{Encoded, ExrChannel, Samples};
+use dataset::{ChannelValues, Encoded, ExrChannel};
 use procedural::Class;
 
 use super::place::{ESTIMATES, boards, exr, inspect, inspect_rows, labels, png, relabel, with, write};
@@ -15,7 +15,7 @@ fn shown() -> usize {
 /// Adds `more` to the numbers of an EXR channel.
 fn raise(channels: &mut [ExrChannel], name: &str, more: f32) {
     let channel = channels.iter_mut().find(|channel| channel.name == name).expect("the channel");
-    let Samples::Float(numbers) = &mut channel.samples else { panic!("{name} is no float") };
+    let ChannelValues::Float(numbers) = &mut channel.samples else { panic!("{name} is no float") };
     numbers.iter_mut().for_each(|number| *number += more);
 }
 

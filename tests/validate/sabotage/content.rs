@@ -3,7 +3,7 @@
 use bench::settings::Channel;
 use bench::split::Split;
 use dataset::validate::Code::*;
-use dataset::{Encoded, Grey, Samples, write_png};
+use dataset::{ChannelValues, Encoded, Grey, write_png};
 use procedural::Class;
 
 use super::place::{SIZE, boards, codes_of, exr, labels, looked_at, of_recipe, png, relabel, with};
@@ -135,7 +135,7 @@ fn fibres_of_knots() {
         for sample in &mut flat {
             exr(sample, |channels, _| {
                 let dive = channels.iter_mut().find(|channel| channel.name == "FibreDive").expect("truth maps");
-                dive.samples = Samples::Half(dive.numbers().iter().map(|n| 0.0 * n).collect());
+                dive.samples = ChannelValues::Half(dive.numbers().iter().map(|n| 0.0 * n).collect());
             });
         }
         let expected: &[dataset::validate::Code] = if is_told { &[DiveDiffers] } else { &[] };
@@ -270,7 +270,7 @@ fn images() {
     let negative = |samples: &mut Vec<Encoded>| {
         exr(&mut samples[of_class("knot")], |channels, _| {
             let dive = channels.iter_mut().find(|channel| channel.name == "FibreDive").expect("truth maps");
-            dive.samples = Samples::Half(dive.numbers().iter().map(|n| n.abs() - 91.0).collect());
+            dive.samples = ChannelValues::Half(dive.numbers().iter().map(|n| n.abs() - 91.0).collect());
         });
     };
     with(negative, &[ValueRange, TruthDiffers], ".exr", "a dive below -90");
@@ -280,7 +280,7 @@ fn images() {
             let mut numbers = height.numbers();
             let at = numbers.iter().position(|z| !z.is_nan()).expect("a board");
             numbers[at] = f32::NAN;
-            height.samples = Samples::Float(numbers);
+            height.samples = ChannelValues::Float(numbers);
         });
     };
     with(none, &[TruthDiffers], ".exr", "a height that is none");

@@ -3,7 +3,7 @@
 use bench::settings::Channel;
 use dataset::validate::Code::*;
 use dataset::validate::ValidationReport;
-use dataset::{Encoded, Samples};
+use dataset::{ChannelValues, Encoded};
 
 use super::place::{SIZE, boards, exr, inspect, labels, png, relabel, with, write};
 
@@ -44,9 +44,9 @@ fn copy(samples: &mut [Encoded], from: usize, to: usize, change: &dyn Fn(Channel
                 _ => turned(channel.numbers()),
             };
             channel.samples = match channel.samples {
-                Samples::Half(_) => Samples::Half(numbers),
-                Samples::Float(_) => Samples::Float(numbers),
-                Samples::Uint(_) => Samples::Uint(numbers.iter().map(|&n| n as u32).collect()),
+                ChannelValues::Half(_) => ChannelValues::Half(numbers),
+                ChannelValues::Float(_) => ChannelValues::Float(numbers),
+                ChannelValues::Uint(_) => ChannelValues::Uint(numbers.iter().map(|&n| n as u32).collect()),
             };
         }
         let calibration = own.calibration.iter().filter(|(_, n)| !n.is_nan());

@@ -4,7 +4,7 @@
 use bench::settings::Channel;
 use dataset::validate::Code::ProfileDiffers;
 use dataset::validate::{RowChoice, ValidationReport};
-use dataset::{Dataset, Encoded, Samples, range_numbers, read_exr, read_png};
+use dataset::{ChannelValues, Dataset, Encoded, range_numbers, read_exr, read_png};
 use output_schema::DatasetHead;
 use procedural::Stream;
 use rand::RngExt;
@@ -119,8 +119,8 @@ fn forge(sample: &mut Encoded, name: &str, change: Change, other: &Encoded) {
             let missing = if channel.name == "Y" { 0.0 } else { f32::NAN };
             let numbers = map.iter().map(|v| if v.is_nan() { missing } else { *v }).collect();
             channel.samples = match channel.samples {
-                Samples::Half(_) => Samples::Half(numbers),
-                _ => Samples::Float(numbers),
+                ChannelValues::Half(_) => ChannelValues::Half(numbers),
+                _ => ChannelValues::Float(numbers),
             };
         }
     });

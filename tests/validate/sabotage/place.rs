@@ -7,7 +7,7 @@ use std::sync::{Mutex, OnceLock};
 use bench::settings::Channel;
 use dataset::record::AskedRows;
 use dataset::validate::{Code, Derive, Expect, RowChoice, TakeFrame, ValidationOptions, ValidationReport, validate};
-use dataset::{Dataset, Encoded, ExrChannel, Grey, Samples, ShardWriter};
+use dataset::{ChannelValues, Dataset, Encoded, ExrChannel, Grey, ShardWriter};
 use dataset::{read_exr, read_png, write_exr, write_png};
 use output_schema::{DatasetHead, RigWarning};
 use procedural::Class;
@@ -224,9 +224,9 @@ pub fn relabel(sample: &mut Encoded, label: &[u16], instance: &[u16]) {
         for (name, numbers) in [("Label", label), ("Instance", instance)] {
             let channel = channels.iter_mut().find(|channel| channel.name == name).expect("the channel");
             channel.samples = match channel.samples {
-                Samples::Uint(_) => Samples::Uint(numbers.iter().map(|&n| n.into()).collect()),
-                Samples::Half(_) => Samples::Half(numbers.iter().map(|&n| n.into()).collect()),
-                Samples::Float(_) => Samples::Float(numbers.iter().map(|&n| n.into()).collect()),
+                ChannelValues::Uint(_) => ChannelValues::Uint(numbers.iter().map(|&n| n.into()).collect()),
+                ChannelValues::Half(_) => ChannelValues::Half(numbers.iter().map(|&n| n.into()).collect()),
+                ChannelValues::Float(_) => ChannelValues::Float(numbers.iter().map(|&n| n.into()).collect()),
             };
         }
     });

@@ -2,7 +2,7 @@
 
 use bench::settings::Channel;
 use dataset::validate::Code::*;
-use dataset::{Encoded, ExrChannel, Samples};
+use dataset::{ChannelValues, Encoded, ExrChannel};
 use procedural::Class;
 
 use super::place::{boards, exr, labels, of_recipe, relabel, with};
@@ -49,9 +49,9 @@ fn changed(samples: &mut [Encoded], name: &str, change: Change) {
             for channel in channels.iter_mut().filter(|channel| channel.name == name) {
                 let numbers = change(&channel.numbers(), cols);
                 channel.samples = match channel.samples {
-                    Samples::Half(_) => Samples::Half(numbers),
-                    Samples::Float(_) => Samples::Float(numbers),
-                    Samples::Uint(_) => panic!("{name} is no number"),
+                    ChannelValues::Half(_) => ChannelValues::Half(numbers),
+                    ChannelValues::Float(_) => ChannelValues::Float(numbers),
+                    ChannelValues::Uint(_) => panic!("{name} is no number"),
                 };
             }
         });
