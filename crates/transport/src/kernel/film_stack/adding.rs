@@ -75,7 +75,7 @@ impl StackTables {
 }
 
 /// Where a line's light goes, as transforms; shares of what arrived.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(super) struct FilmFlow {
     /// Leaves upwards, turned by the film on its last way through [1].
     pub film: Spectrum,
@@ -123,23 +123,29 @@ pub(super) fn flow(tables: &StackTables, stack: &FilmStack, air_per_mm: f32) -> 
     let under = UnderReflection::of(tables, stack);
     // Tell light that pigment turns once from the rest: it leaves where it came in.
     let once = TurnedOnce::of(tables, stack, &film);
+    let layers = Layers { straight, film, gap, under };
     // Mirror by foil what pigment has turned on its way down.
-    let [lower_side, twice] = mirrored_by_foil(stack, &straight, &film, &gap, &under);
-    let (enter, mut out) = (stack.enter, FilmFlow::dark());
-    out.mirrored = lower_side + twice;
-    out.mirrored_twice = twice / (lower_side + twice).max(f32::MIN_POSITIVE);
-    out.straight = if under.foil { enter * gap.air_up * straight.passes * gap.air * under.glint } else { 0.0 };
-    out.passes = seen_through(stack.medium.n_eff, straight.extinction, stack.view_up);
-    (out.through, out.holds) = (film.laws[1], film.diffuse_back[0]);
+    let [lower_side, twice] = layers.mirrored_by_foil(stack);
+    let Layers { straight, film, gap, under } = &layers;
+    let enter = stack.enter;
+    let mut out = FilmFlow {
+        mirrored: lower_side + twice,
+        mirrored_twice: twice / (lower_side + twice).max(f32::MIN_POSITIVE),
+        straight: if under.foil { enter * gap.air_up * straight.passes * gap.air * under.glint } else { 0.0 },
+        passes: seen_through(stack.medium.n_eff, straight.extinction, stack.view_up),
+        through: film.laws[1],
+        holds: film.diffuse_back[0],
+        ..FilmFlow::default()
+    };
     for i in 0..FREQUENCY_COUNT {
         // Sum the bounces between film and what lies below (a geometric series).
-        let bounces = Bounces::at(i, &straight, &film, &gap, &under);
+        let bounces = layers.bounces(i);
         // Let light out that the film turned last.
         out.film[i] = enter * (film.back[i] + bounces.passed);
-        out.alone[i] = once.alone(i, enter, &film, tables.squares[i]);
+        out.alone[i] = once.alone(i, enter, film, tables.squares[i]);
         out.towards[i] = out.alone[i] + enter * film.laws[1] * bounces.passed;
         // Send light from below to the lens.
-        let [first, later] = under.sent(i, &bounces, &straight, &film, &gap);
+        let [first, later] = layers.sent(i, &bounces);
         out.below[i] = enter * gap.air_up * (first + later);
         out.below_first[i] = enter * gap.air_up * first;
         // Count all that leaves, and what never does.
@@ -154,30 +160,6 @@ pub(super) fn flow(tables: &StackTables, stack: &FilmStack, air_per_mm: f32) -> 
         }
     }
     out
-}
-
-impl FilmFlow {
-    /// No light anywhere.
-    #[inline(always)]
-    fn dark() -> Self {
-        let none = [0.0; FREQUENCY_COUNT];
-        Self {
-            film: none,
-            towards: none,
-            alone: none,
-            below: none,
-            below_first: none,
-            straight: 0.0,
-            mirrored: 0.0,
-            mirrored_twice: 0.0,
-            passes: 0.0,
-            through: 0.0,
-            holds: 0.0,
-            all: none,
-            total: 0.0,
-            sunk: 0.0,
-        }
-    }
 }
 
 /// Straight light: what is left of it after one way through, and what Fresnel's law throws back at both sides.
@@ -250,7 +232,7 @@ fn sealed_flow(tables: &StackTables, stack: &FilmStack, straight: &StraightLight
         all: std::array::from_fn(|i| enter * (turned[i] + first * lobe[i] + hops[i])),
         total,
         sunk: enter - total,
-        ..FilmFlow::dark()
+        ..FilmFlow::default()
     }
 }
 
@@ -381,28 +363,6 @@ impl<'a> UnderReflection<'a> {
         Self { foil, body, seen_body, mirrors, mirrors_straight, glint, shine, glow, shown }
     }
 
-    /// Radiance factor, at frequency `i`, of light that what lies below sends to the lens: that the film has not thrown
-    /// down again, and the rest [1].
-    #[inline(always)]
-    fn sent(
-        &self,
-        i: usize,
-        bounces: &Bounces,
-        straight: &StraightLight,
-        film: &FilmTransfer,
-        gap: &GapTransfer,
-    ) -> [f32; 2] {
-        let Self { glint, mirrors, mirrors_straight, .. } = *self;
-        let ahead = film.on[i] * gap.turned[i];
-        if self.foil {
-            let first = straight.passes * gap.air * glint + ahead * (1.0 - self.shown) * mirrors;
-            [first, (bounces.down - ahead) * self.glow]
-        } else {
-            let (sent, below) = (self.seen_body[i] * glint, bounces.below);
-            [sent * (1.0 - mirrors_straight) * below + below * self.shine, sent * (1.0 - mirrors) * bounces.down]
-        }
-    }
-
     /// Light that never comes back from what lies below, by the bounces at the lowest frequency [1].
     #[inline(always)]
     fn sunk(&self, bounces: &Bounces) -> f32 {
@@ -458,31 +418,6 @@ impl TurnedOnce {
     }
 }
 
-/// Radiance factors of what foil mirrors to the lens beside its glint: the film's lower side, lit by light that pigment
-/// has turned on its way down; and straight light that foil, film and foil have mirrored [1].
-#[inline(always)]
-fn mirrored_by_foil(
-    stack: &FilmStack,
-    straight: &StraightLight,
-    film: &FilmTransfer,
-    gap: &GapTransfer,
-    under: &UnderReflection<'_>,
-) -> [f32; 2] {
-    if !under.foil {
-        return [0.0; 2];
-    }
-    let lower_side = stack.enter * under.mirrors * under.shown * turned_down(stack, film.on[0]);
-    // Straight light leaves by two lobes, which reach further: turned half of the way by each, it goes towards the lens
-    // between them.
-    let gloss = stack.film.under.gloss;
-    let wide = Gloss { roughness: gloss.roughness.map(|roughness| FACET_TURN * roughness), ..gloss };
-    let back_down = straight.fresnel + (1.0 - straight.fresnel) * straight.mirrored;
-    let again = back_down * under.mirrors;
-    let glint = metal(&wide, under_normal(&stack.film), stack.light, stack.view);
-    let twice = stack.enter * straight.passes * again / (1.0 - again) * glint;
-    [lower_side * gap.air_up.powi(2), twice * gap.air_up.powi(4)]
-}
-
 /// Light between film and what lies below, at one frequency; shares of what entered.
 #[derive(Debug, Clone, Copy)]
 struct Bounces {
@@ -498,17 +433,42 @@ struct Bounces {
     passed: f32,
 }
 
-impl Bounces {
+/// What the steps have found of film, gap and what lies below.
+#[derive(Debug, Clone, Copy)]
+struct Layers<'a> {
+    straight: StraightLight,
+    film: FilmTransfer,
+    gap: GapTransfer,
+    under: UnderReflection<'a>,
+}
+
+impl Layers<'_> {
+    /// Radiance factors of what foil mirrors to the lens beside its glint: the film's lower side, lit by light that
+    /// pigment has turned on its way down; and straight light that foil, film and foil have mirrored [1].
     #[inline(always)]
-    fn at(
-        i: usize,
-        straight: &StraightLight,
-        film: &FilmTransfer,
-        gap: &GapTransfer,
-        under: &UnderReflection<'_>,
-    ) -> Self {
-        let StraightLight { fresnel, mirrored, .. } = *straight;
-        let UnderReflection { mirrors, mirrors_straight, .. } = *under;
+    fn mirrored_by_foil(&self, stack: &FilmStack) -> [f32; 2] {
+        let Self { straight, film, gap, under } = self;
+        if !under.foil {
+            return [0.0; 2];
+        }
+        let lower_side = stack.enter * under.mirrors * under.shown * turned_down(stack, film.on[0]);
+        // Straight light leaves by two lobes, which reach further: turned half of the way by each, it goes towards the
+        // lens between them.
+        let gloss = stack.film.under.gloss;
+        let wide = Gloss { roughness: gloss.roughness.map(|roughness| FACET_TURN * roughness), ..gloss };
+        let back_down = straight.fresnel + (1.0 - straight.fresnel) * straight.mirrored;
+        let again = back_down * under.mirrors;
+        let glint = metal(&wide, under_normal(&stack.film), stack.light, stack.view);
+        let twice = stack.enter * straight.passes * again / (1.0 - again) * glint;
+        [lower_side * gap.air_up.powi(2), twice * gap.air_up.powi(4)]
+    }
+
+    /// The bounces at frequency `i`.
+    #[inline(always)]
+    fn bounces(&self, i: usize) -> Bounces {
+        let Self { film, gap, under, .. } = self;
+        let StraightLight { fresnel, passes, mirrored, .. } = self.straight;
+        let (mirrors, mirrors_straight) = (under.mirrors, under.mirrors_straight);
         let [back, on, diffuse_back] = [film.back[i], film.on[i], film.diffuse_back[i]];
         let [g1, g2] = [gap.lambert[i], gap.lambert_twice[i]];
         let [h1, h2] = [gap.turned[i], gap.turned_twice[i]];
@@ -516,7 +476,7 @@ impl Bounces {
         let turn = scattered * g1 * g1 + mirrors * g2;
         // Straight light that is mirrored meets the film's surfaces, which throw part of it down again.
         let bounce = mirrors_straight * gap.lobe[i] * gap.air * gap.air;
-        let arrives = straight.passes / (1.0 - (fresnel + (1.0 - fresnel) * mirrored) * bounce);
+        let arrives = passes / (1.0 - (fresnel + (1.0 - fresnel) * mirrored) * bounce);
         let mirror = bounce * arrives;
         let again = (1.0 - fresnel) * back * mirror;
         let below = arrives * gap.air;
@@ -526,7 +486,23 @@ impl Bounces {
         let up = first / (1.0 - (diffuse_back * turn).min(MAX_LOOP_GAIN));
         let down = on * h1 + (again + diffuse_back * up) * g1;
         let passed = (1.0 - fresnel) * on * mirror + film.diffuse_on[i] * up;
-        Self { arrives, below, up, down, passed }
+        Bounces { arrives, below, up, down, passed }
+    }
+
+    /// Radiance factor, at frequency `i`, of light that what lies below sends to the lens: that the film has not thrown
+    /// down again, and the rest [1].
+    #[inline(always)]
+    fn sent(&self, i: usize, bounces: &Bounces) -> [f32; 2] {
+        let Self { straight, film, gap, under } = self;
+        let ahead = film.on[i] * gap.turned[i];
+        if under.foil {
+            let first = straight.passes * gap.air * under.glint + ahead * (1.0 - under.shown) * under.mirrors;
+            [first, (bounces.down - ahead) * under.glow]
+        } else {
+            let (sent, below) = (under.seen_body[i] * under.glint, bounces.below);
+            let first = sent * (1.0 - under.mirrors_straight) * below + below * under.shine;
+            [first, sent * (1.0 - under.mirrors) * bounces.down]
+        }
     }
 }
 
