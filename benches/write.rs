@@ -5,7 +5,7 @@
 use bench::settings::{Output, SensorStack, Size};
 use dataset::record::{Below, Record};
 use dataset::{
-    Dataset, ExrChannel, Grey, Samples, ShardWriter, encode, estimated_bytes_per_sample, read_exr, read_png,
+    ChannelValues, Dataset, ExrChannel, Grey, ShardWriter, encode, estimated_bytes_per_sample, read_exr, read_png,
     write_exr_as, write_png_as,
 };
 use divan::Bencher;
@@ -93,7 +93,7 @@ const EXR_TYPES: [(&str, &str); 10] = [
 fn whole_file(truth: bool, step: Option<i32>) -> Vec<ExrChannel> {
     let record = record();
     let named = |name: &str, kind: &str| channels(name, kind).into_iter().next().map(|c| c.samples);
-    let mut list: Vec<(&str, Option<Samples>)> = vec![
+    let mut list: Vec<(&str, Option<ChannelValues>)> = vec![
         ("Instance", named("instance", "u32")),
         ("Label", named("label", "f16")),
         ("Range", named("range", "f32")),
@@ -109,7 +109,8 @@ fn whole_file(truth: bool, step: Option<i32>) -> Vec<ExrChannel> {
             list.push(("FibreDive", Some(ChannelValues::Half(dive))));
         }
     }
-    let channel = |(name, samples): (&str, Option<Samples>)| Some(ExrChannel { name: name.into(), samples: samples? });
+    let channel =
+        |(name, samples): (&str, Option<ChannelValues>)| Some(ExrChannel { name: name.into(), samples: samples? });
     list.into_iter().filter_map(channel).collect()
 }
 

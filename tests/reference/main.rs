@@ -31,6 +31,6 @@ use test_support::target;
 fn expose(scene: &Scene, body: Body, profiles: Range<usize>) -> (Sensor, Band) {
     let equipment = Equipment { patterns: target::patterns(), line_solvers: reference::line_solver };
     let (sensor, specimen) = pipeline::set_up(scene, body, equipment);
-    let band = sensor.band(&specimen, profiles, Band::default());
+    let band = sensor.band(&specimen, profiles);
     (sensor, band)
 }
