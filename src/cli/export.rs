@@ -12,7 +12,7 @@ use super::console::Console;
 use super::generate::threads;
 use super::progress::{Progress, counted, describe_bytes};
 use super::{CommandResult, DONE, UsageError, output, print, whole};
-use tools::export::{EXPORTS, Export, Selection, Source};
+use tools::export::{EXPORTS, Export, ExportSource, Selection};
 
 /// Version of the layout of the document that `--json` prints.
 const SCHEMA_VERSION: u32 = 1;
@@ -104,7 +104,7 @@ pub(super) fn run(command: &ExportCommand, console: &Console) -> CommandResult {
     let splits = export.splits(common.split.split()).map_err(UsageError)?;
     output::check_outside_datasets(&common.out, false)?;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads(common.threads)?).build()?;
-    let source = Source::open(&common.dir, Selection { splits, indices: common.index.clone() })?;
+    let source = ExportSource::open(&common.dir, Selection { splits, indices: common.index.clone() })?;
     export.check_for(source.head()).map_err(UsageError)?;
     if source.unfinished > 0 {
         console.note(&format!("not finished and left out: {} of the dataset", counted(source.unfinished, "shard")));

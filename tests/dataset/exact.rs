@@ -4,7 +4,7 @@ use bench::settings::{Channel, Output};
 use dataset::{ChannelValues, ExrChannel, Grey, encode, read_exr, read_png, write_exr, write_png};
 use test_support::records::{SIZE, output, record};
 
-fn exr(samples: Samples, cols: usize) -> ExrChannel {
+fn exr(samples: ChannelValues, cols: usize) -> ExrChannel {
     let channel = ExrChannel { name: "A".into(), samples };
     let file = write_exr(vec![channel], cols, (0.04, 0.068), &serde_json::json!({}));
     read_exr(&file).expect("it was just written").2.remove(0)

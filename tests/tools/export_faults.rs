@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use test_support::program::{Place, assert_same, recipe, sawtooth_recipe, until};
-use tools::export::{EXPORTS, Selection, Source};
+use tools::export::{EXPORTS, ExportSource, Selection};
 
 /// A dataset of eight samples in shards of four, in `set`.
 fn dataset(text: String) -> Place {
@@ -92,7 +92,7 @@ fn shards_that_are_finished_later_change_no_scale() {
     let options = (coco.add_options)(clap::Command::new("coco")).get_matches_from(["coco", "--image", "range"]);
     let coco = (coco.read)(&options).expect("they are its own");
     let export = |out: &str, while_it_runs: &dyn Fn()| {
-        let source = Source::open(&place.path("set"), Selection::default()).expect("a shard is finished");
+        let source = ExportSource::open(&place.path("set"), Selection::default()).expect("a shard is finished");
         while_it_runs();
         coco.write(&source, &place.path(out), &|_, _| ()).expect("it is whole");
         place.json(&format!("{out}/export.json"))

@@ -19,7 +19,7 @@ use super::picture::TrainingPicture;
 use super::picture_options::{PictureContent, PictureOptions};
 use super::run_length::RunLengthMask;
 use super::sample::{ExportSample, Region};
-use super::source::{ExportProgress, Source};
+use super::source::{ExportProgress, ExportSource};
 use bench::split::Split;
 use dataset::Fault;
 
@@ -92,7 +92,7 @@ impl Export for Coco {
         Ok(())
     }
 
-    fn write(&self, source: &Source, out: &Path, progress: ExportProgress) -> Result<ExportSummary, Fault> {
+    fn write(&self, source: &ExportSource, out: &Path, progress: ExportProgress) -> Result<ExportSummary, Fault> {
         let maps = self.pictures.image.maps();
         let images = [maps, &["instance"]].concat();
         source.needs(&images)?;
@@ -141,7 +141,7 @@ impl Export for Coco {
 }
 
 /// What comes before the images of every document.
-fn header(source: &Source, classes: &[Category], scaling: &Value) -> Value {
+fn header(source: &ExportSource, classes: &[Category], scaling: &Value) -> Value {
     let head = source.head();
     let category =
         |class: &Category| json!({"id": class.value, "name": class.name, "supercategory": class.supercategory});

@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use output_schema::file::{TEMPORARY, temporary};
 use serde_json::{Value, json};
 
-use super::source::Source;
+use super::source::ExportSource;
 use dataset::atomic_file::FileError;
 use dataset::{Fault, GENERATOR_VERSION, enclosed, own_remedy};
 
@@ -63,7 +63,7 @@ impl ExportFolder {
         root: &Path,
         format: &str,
         options: Value,
-        source: &Source,
+        source: &ExportSource,
         fill: impl FnOnce(Self) -> Result<ExportSummary, Fault>,
     ) -> Result<ExportSummary, Fault> {
         match Self::open(root, format, options, source.told())? {

@@ -6,7 +6,7 @@ use clap::{ArgMatches, Args, Command};
 use output_schema::DatasetHead;
 
 use super::export_folder::ExportSummary;
-use super::source::{ExportProgress, Source};
+use super::source::{ExportProgress, ExportSource};
 use bench::split::Split;
 use dataset::Fault;
 
@@ -72,5 +72,5 @@ pub trait Export: std::fmt::Debug + Sync {
     ///
     /// # Errors
     /// Where the dataset is damaged or lacks what the layout needs, or the folder cannot be written.
-    fn write(&self, source: &Source, out: &Path, progress: ExportProgress) -> Result<ExportSummary, Fault>;
+    fn write(&self, source: &ExportSource, out: &Path, progress: ExportProgress) -> Result<ExportSummary, Fault>;
 }

@@ -9,7 +9,7 @@ use serde_json::json;
 use super::export_folder::{ExportFolder, ExportSummary};
 use super::format::{Export, ExportFormat};
 use super::sample::key;
-use super::source::{ExportProgress, Source};
+use super::source::{ExportProgress, ExportSource};
 use crate::compare::{RangeUnit, ScanMaps, frame_of};
 use crate::icon::{
     IconScan, PeakLight, ProfileMark, RangeValues, ScanWriter, Scatter, SensorImage, SensorTraits, Traits, WorldTraits,
@@ -73,7 +73,7 @@ impl Export for Icon {
         Ok(())
     }
 
-    fn write(&self, source: &Source, out: &Path, progress: ExportProgress) -> Result<ExportSummary, Fault> {
+    fn write(&self, source: &ExportSource, out: &Path, progress: ExportProgress) -> Result<ExportSummary, Fault> {
         let images = &source.head().images;
         if images.bits > 8 {
             let what = format!("its numbers have {} bits, and the camera's files hold 8", images.bits);

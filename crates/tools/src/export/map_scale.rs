@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use super::picture_options::PictureOptions;
 use super::sample::ExportSample;
-use super::source::{ExportProgress, Source};
+use super::source::{ExportProgress, ExportSource};
 use dataset::Fault;
 
 /// Samples that a scale is found from.
@@ -56,7 +56,7 @@ impl MapScales {
     ///
     /// # Errors
     /// Where these samples are damaged, or no pixel shows the object.
-    pub(super) fn of(source: &Source, given: &PictureOptions, progress: ExportProgress) -> Result<Self, Fault> {
+    pub(super) fn of(source: &ExportSource, given: &PictureOptions, progress: ExportProgress) -> Result<Self, Fault> {
         let maps = given.image.maps();
         let unknown: Vec<&str> = [("range", given.range_ends), ("scatter", given.scatter_ends)]
             .into_iter()

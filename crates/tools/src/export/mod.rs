@@ -27,7 +27,7 @@ pub(crate) use export_folder::EXPORT_DOCUMENT;
 pub use export_folder::ExportSummary;
 pub use format::{Export, ExportFormat};
 pub use sample::ExportSample;
-pub use source::{ExportProgress, Selection, Source};
+pub use source::{ExportProgress, ExportSource, Selection};
 
 /// Every export, in the order of the help.
 pub const EXPORTS: &[ExportFormat] = &[coco::FORMAT, mvtec::FORMAT, webdataset::FORMAT, png::FORMAT, icon::FORMAT];

@@ -20,7 +20,7 @@ use super::map_scale::MapScales;
 use super::picture::TrainingPicture;
 use super::picture_options::PictureOptions;
 use super::sample::{ExportSample, Region};
-use super::source::{ExportProgress, Source};
+use super::source::{ExportProgress, ExportSource};
 use bench::split::Split;
 use dataset::{Fault, Grey, write_png};
 
@@ -61,7 +61,7 @@ impl Export for Mvtec {
         self.pictures.check()
     }
 
-    fn write(&self, source: &Source, out: &Path, progress: ExportProgress) -> Result<ExportSummary, Fault> {
+    fn write(&self, source: &ExportSource, out: &Path, progress: ExportProgress) -> Result<ExportSummary, Fault> {
         let head = source.head();
         let maps = self.pictures.image.maps();
         let images = [maps, &["label"]].concat();
@@ -111,13 +111,13 @@ impl Export for Mvtec {
 }
 
 /// The splits of the layout that are asked for.
-fn asked(source: &Source) -> impl Iterator<Item = Split> {
+fn asked(source: &ExportSource) -> impl Iterator<Item = Split> {
     [Split::Train, Split::Test].into_iter().filter(|split| source.selection.has_split(split.name()))
 }
 
 /// Refuses where a split that is asked for has no samples: its folder would be missing, and whoever learns or judges
 /// with the export would find out there. One of them alone is made where it alone is asked for.
-fn has_splits(source: &Source) -> Result<(), Fault> {
+fn has_splits(source: &ExportSource) -> Result<(), Fault> {
     let Some(missing) = asked(source).find(|split| source.in_split(*split) == 0) else { return Ok(()) };
     let other = if missing == Split::Train { Split::Test } else { Split::Train };
     let more = match (source.selection.indices.is_empty(), source.unfinished) {
@@ -131,7 +131,7 @@ fn has_splits(source: &Source) -> Result<(), Fault> {
 }
 
 /// What the user should know: pictures and samples that are left out, and folders without a picture.
-fn notes(source: &Source, left_out: u64, counts: &BTreeMap<String, u64>) -> Vec<String> {
+fn notes(source: &ExportSource, left_out: u64, counts: &BTreeMap<String, u64>) -> Vec<String> {
     let mut notes = Vec::new();
     if left_out > 0 {
         notes.push(format!(

@@ -16,7 +16,7 @@ use super::export_folder::{ExportFolder, ExportSummary, GrowingFile};
 use super::format::{Export, ExportFormat};
 use super::picture::colour_png;
 use super::sample::ExportSample;
-use super::source::{ExportProgress, Source};
+use super::source::{ExportProgress, ExportSource};
 use bench::split::Split;
 use dataset::Fault;
 use drawing::class_colour;
@@ -47,7 +47,7 @@ pub(super) struct MapOptions {
 
 impl MapOptions {
     /// The chosen maps, in the order of columns.
-    pub(super) fn chosen(&self, source: &Source) -> Result<Vec<&'static str>, Fault> {
+    pub(super) fn chosen(&self, source: &ExportSource) -> Result<Vec<&'static str>, Fault> {
         let is_chosen =
             |map: &&str| if self.maps.is_empty() { source.has(map) } else { self.maps.iter().any(|name| name == map) };
         let maps: Vec<&'static str> = IMAGES.into_iter().filter(is_chosen).collect();
@@ -61,7 +61,7 @@ impl MapOptions {
 }
 
 impl Export for Png {
-    fn write(&self, source: &Source, out: &Path, progress: ExportProgress) -> Result<ExportSummary, Fault> {
+    fn write(&self, source: &ExportSource, out: &Path, progress: ExportProgress) -> Result<ExportSummary, Fault> {
         let maps = self.maps.chosen(source)?;
         let images = match self.colour && !maps.contains(&"label") {
             true => [maps.as_slice(), &["label"]].concat(),

@@ -46,7 +46,7 @@ impl Selection {
 
 /// An open dataset and the samples chosen from it.
 #[derive(Debug, Clone)]
-pub struct Source {
+pub struct ExportSource {
     pub(super) dataset: Dataset,
     pub(super) selection: Selection,
     /// Shards with chosen samples.
@@ -66,7 +66,7 @@ pub struct Source {
     sums: DatasetSums,
 }
 
-impl Source {
+impl ExportSource {
     /// Opens a dataset.
     ///
     /// # Errors

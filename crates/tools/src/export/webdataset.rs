@@ -20,7 +20,7 @@ use super::export_folder::{ExportFolder, ExportSummary, GrowingFile};
 use super::format::{Export, ExportFormat};
 use super::png::MapOptions;
 use super::sample::ExportSample;
-use super::source::{Done, ExportProgress, Source};
+use super::source::{Done, ExportProgress, ExportSource};
 use bench::split::Split;
 use dataset::Fault;
 
@@ -53,7 +53,7 @@ struct SplitTars {
 }
 
 impl Export for WebDataset {
-    fn write(&self, source: &Source, out: &Path, progress: ExportProgress) -> Result<ExportSummary, Fault> {
+    fn write(&self, source: &ExportSource, out: &Path, progress: ExportProgress) -> Result<ExportSummary, Fault> {
         let maps = self.maps.chosen(source)?;
         // A tar is closed before it grows beyond this; one sample is always in it.
         let most_bytes = self.tar_mb * 1_000_000;
@@ -108,7 +108,12 @@ fn name(split: Split, number: u64) -> String {
 
 /// The tars of a split that a stopped run has finished, and what is in them; `None` where there are none, or where they
 /// are not the first of this export.
-fn keep(out: &ExportFolder, source: &Source, split: Split, maps: &[&str]) -> Result<Option<(SplitTars, Done)>, Fault> {
+fn keep(
+    out: &ExportFolder,
+    source: &ExportSource,
+    split: Split,
+    maps: &[&str],
+) -> Result<Option<(SplitTars, Done)>, Fault> {
     let mut tars = SplitTars::default();
     let mut sizes = Vec::new();
     let mut last = None;

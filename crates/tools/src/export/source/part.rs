@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::{ExportProgress, Selection, Source};
+use super::{ExportProgress, ExportSource, Selection};
 use crate::export::sample::ExportSample;
 use bench::split::Split;
 use dataset::Fault;
@@ -16,7 +16,7 @@ pub(crate) struct Done {
     pub last: u64,
 }
 
-impl Source {
+impl ExportSource {
     /// `count` finished samples evenly spread over all that are, whatever was chosen; as [`Source::each`] else.
     pub(crate) fn spread<T: Send>(
         &self,

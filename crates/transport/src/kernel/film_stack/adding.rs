@@ -123,10 +123,10 @@ pub(super) fn flow(tables: &StackTables, stack: &FilmStack, air_per_mm: f32) -> 
     let under = UnderReflection::of(tables, stack);
     // Tell light that pigment turns once from the rest: it leaves where it came in.
     let once = TurnedOnce::of(tables, stack, &film);
-    let layers = Layers { straight, film, gap, under };
+    let layers = FilmLayers { straight, film, gap, under };
     // Mirror by foil what pigment has turned on its way down.
     let [lower_side, twice] = layers.mirrored_by_foil(stack);
-    let Layers { straight, film, gap, under } = &layers;
+    let FilmLayers { straight, film, gap, under } = &layers;
     let enter = stack.enter;
     let mut out = FilmFlow {
         mirrored: lower_side + twice,
@@ -435,14 +435,14 @@ struct Bounces {
 
 /// What the steps have found of film, gap and what lies below.
 #[derive(Debug, Clone, Copy)]
-struct Layers<'a> {
+struct FilmLayers<'a> {
     straight: StraightLight,
     film: FilmTransfer,
     gap: GapTransfer,
     under: UnderReflection<'a>,
 }
 
-impl Layers<'_> {
+impl FilmLayers<'_> {
     /// Radiance factors of what foil mirrors to the lens beside its glint: the film's lower side, lit by light that
     /// pigment has turned on its way down; and straight light that foil, film and foil have mirrored [1].
     #[inline(always)]
