@@ -215,7 +215,7 @@ mod tests {
             let [got, spread] = turned_depth(&stack).map(f64::from);
             assert!((got / mean - 1.0).abs() < 0.002, "{sigma} {mu_a} {thickness_mm}: {got} for {mean}");
             assert!((spread / variance - 1.0).abs() < 0.01, "{sigma} {mu_a} {thickness_mm}: {spread} for {variance}");
-            assert!(super::film_beside(&stack).iter().all(|beside| beside.is_finite() && *beside <= 0.0));
+            assert!(super::super::film_beside(&stack).iter().all(|beside| beside.is_finite() && *beside <= 0.0));
         }
     }
 }
