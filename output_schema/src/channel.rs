@@ -1,4 +1,6 @@
 //! The channels of `exr/*/*.exr`: one layer, scan lines from the top, row 0 exposed first.
+//!
+//! `dataset/src/exr.rs` writes a channel, and the rule `exr` of validate checks it.
 
 /// Type of a channel's samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,4 +1,11 @@
 //! A body: whatever lies on the conveyor.
+//!
+//! A new subject is a variant of [`Body`] and [`Slice`] with surface, matter, hull, bounds and instances. A body whose
+//! hull is its surface says so in [`Body::is_its_hull`]. One that hides itself or throws light onto itself says so in
+//! `surface_grids` of `scanner/src/specimen.rs`. In the crate `recipe`, `subject.rs` has its `Subject` and `Plan`,
+//! `keys/mod.rs` its groups of parameters, `constraints/object.rs` its rules. The pipeline makes it in `body` and has
+//! its numbers in `effective.rs`. What its labels can show stands in `output_schema/src/subject.rs`, its truth maps in
+//! `dataset/src/record.rs`.
 
 use glam::{Vec2, Vec3};
 

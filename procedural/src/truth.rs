@@ -1,4 +1,11 @@
 //! The truth at a point and about whole things: classes, instances and their numbers.
+//!
+//! A new class comes last in [`Class`] and says on which side of [`Class::is_of_wood`] it stands. The order is that of
+//! `PIXEL_CLASSES` in output_schema, which a test holds. What a subject gets later is a run of its own in
+//! `output_schema/src/subject.rs`, with the minor version since when labels show it. The colour of a class stands in
+//! `drawing/src/classes.rs`, its kind and whether it is good in `tools/src/export/classes.rs`. A class in the middle
+//! would change what stored labels mean. That takes a new major of `SCHEMA_VERSION`, and `OLDEST_MINOR` 0 there and in
+//! `sheetlight_schema.py`.
 
 use crate::wood::KnotNames;
 use crate::{Film, Medium};

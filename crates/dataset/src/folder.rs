@@ -1,4 +1,18 @@
 //! Dataset folder: beginning, continuing and completing a dataset; what is done of it is read as everybody reads it.
+//!
+//! - One process at a time holds a shard, by a lock of the kernel on `shards/.lock-<shard>`; the folder has one for its
+//!   documents. Shards that others hold come last and are waited for: exit status 0 means that all is there.
+//! - Whoever opens the folder to write removes temporary names, and shards that nobody holds and that have no manifest.
+//!   These are names that this program makes for shards of this dataset, to the letter; others stay.
+//! - A manifest that cannot be read is a fault: somebody finished its shard, so it is not made again.
+//! - `dataset.json` is read anew before each shard, and before card and metadata are finished: another process may have
+//!   extended the dataset.
+//! - To continue is to make the shards that are not finished. Recipe, seed, version, target and shard size must be the
+//!   same, else each difference is named. A larger number of samples extends the dataset; of a smaller one only the
+//!   shards with these samples are made.
+//! - A dataset of which nothing is made or held takes another number and another size of shards; one of many parts may
+//!   not do that, since it does not know what others have elsewhere.
+//! - No dataset begins in another one's folder, and commands write nothing there but under `reports/`.
 
 use std::fs;
 use std::io::{Error, ErrorKind};

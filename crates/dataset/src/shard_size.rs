@@ -1,4 +1,7 @@
 //! Shard size: how large a sample will be on disk, and how many of them make a shard.
+//!
+//! A shard is what a stop loses. To keep the samples of an unfinished one would need a second form of each on disk,
+//! written and synced beside the first, and trusted when it is read.
 
 use super::table_writer::ROW_GROUP_BYTES;
 use bench::settings::{Channel, Output, SensorStack, Size, Splits};

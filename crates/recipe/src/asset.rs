@@ -1,4 +1,8 @@
 //! Assets, the files that a recipe names, read once and known by their content.
+//!
+//! A setting of the type `File` names such a file, or `FolderOrFile` a folder of pictures that becomes one tar
+//! (`slice_tar.rs`). What it must hold is asked where the recipe is read, so that faults name line and key. Its hash,
+//! its copy in the dataset, `gen validate` and `gen --recipe FOLDER` follow by themselves.
 
 use std::sync::Arc;
 

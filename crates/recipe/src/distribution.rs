@@ -20,6 +20,10 @@
 //! the distribution function of the form, F^-1(F(min) + u (F(max) - F(min))). It rises with u, which correlations
 //! ([`super::correlation`]) and low-discrepancy sampling ([`super::sampling`]) rest on. Both ways have the one law of
 //! [`Distribution::law`], and not the same numbers.
+//!
+//! A new form is a variant of [`Distribution`] with draw, quantile, bounds, mass and law, and a row of `FORMS`.
+//! `schema.rs` has its arguments, `canonical.rs` its canonical form. `every_form` of the tests holds its quantile to
+//! its law.
 
 use procedural::{Parameter, Stream, normal};
 use rand::{Rng, RngExt};

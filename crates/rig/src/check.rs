@@ -6,6 +6,9 @@
 //! the class are looked at too, and a warning is given where all of them fall short: one scan that is overexposed by
 //! chance is none. The result follows from recipe and seed alone.
 //!
+//! A new shortfall is a variant of [`Shortfall`] with limit, words and remedy. It has a column, a warning among the
+//! rules of validate, a cause here, and a row of docs/guide/faults.md.
+//!
 //! Neglected: classes beyond the most frequent ones; light that fills pockets, and where exactly light leaves that has crept far; and light of slow
 //! models of transport, of which only the geometry is looked at. What single samples fall short in, their rows tell.
 

@@ -1,6 +1,16 @@
 //! A blister pack: formed film over tablets, closed by foil.
 //!
 //! `Blister --form--> Pack --slice--> PackSlice --> Surface, Matter`.
+//!
+//! A new defect has its numbers and its entry of `DEFECT_COUNTS` in `parameters.rs`; `plan.rs` says which pocket gets
+//! it. Its shape is in `damage.rs` (tablets), `flange.rs` (film and seal) or `contaminants.rs`, and `fill.rs` joins
+//! them. How a tablet lies, and which one it is, is in `tablet_placement.rs`. Which label stands before others, and a
+//! stain that changes matter alone, is in `pack_point.rs`; there the path model of packs must see it too. Nothing lies
+//! on the film.
+//!
+//! It also has a pack in `gen study packs`, a class of samples in each `recipes/blister*.yaml` and `recipes/gap`. Where
+//! what is in a pocket counts as a tablet, `python/baseline_patches.py` and `tests/models/blister_*.yaml` name it. New
+//! shares of classes change what those networks are tested on (`make baselines`).
 
 mod card_placement;
 mod contaminants;

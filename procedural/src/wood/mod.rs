@@ -7,6 +7,10 @@
 //! (`inclusions`), the saw (`sawn_surface`), tools (`tool_marks`), torn grain and loss by decay (`face_grain`), canals, vessels and rays (`anatomy`), cracks, holes and wane (`openings`), dirt and burns (`coats`), wet places (`moisture`), and what all of that means for
 //! light (`coefficients`). What is inside was sawn flat and then warped with the board.
 //! Sources stand in each file; docs/theory/wood.md says what is not modelled.
+//!
+//! A new defect has its numbers in `parameters`. What changes the wood of a stem goes to `zones` or `inclusions`, what
+//! lowers the face to `openings`, what lies on it to `coats`. It has a class of samples in recipes/wood-grading.yaml, a
+//! row in the test `wood_defects` and its count in `extremes`.
 
 mod anatomy;
 mod around_knot;

@@ -19,6 +19,9 @@
 //! the middle is; a zero of the derivative finds the middle as long as the window reaches it.
 //!
 //! Neglected: interpolation of higher order, weights by noise.
+//!
+//! A new method is a variant of `PeakMethod` and its word in `bench/src/settings/extraction.rs`, its arm here, its keys
+//! in `recipe/src/keys/settings.rs`, and a row with bias and spread in docs/theory/instrument/extraction.md.
 
 use std::ops::Range;
 

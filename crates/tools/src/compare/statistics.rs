@@ -1,4 +1,7 @@
 //! Statistics of one side of a comparison, over all of its scans.
+//!
+//! A new statistic is a function of one scan in a file of its own, its sums here, its rows in `comparison.rs`. What
+//! `gen fit` fits by is a line of `summary.rs`, with the scale in which it scatters nearly normally.
 
 use super::distribution::EmpiricalDistribution;
 use super::line_width::{full_width, line_deviation};
