@@ -11,3 +11,4 @@ mod files;
 mod rows;
 mod sabotage;
 mod statistics;
+mod texts;
