@@ -28,7 +28,7 @@ use scanner::optics::speckle::PatternCache;
 use study::rig::{check, mistakes};
 
 pub use self::estimate::GenerateEstimate;
-pub use self::expected_dataset::{ExpectedDataset, declared};
+pub use self::expected_dataset::ExpectedDataset;
 pub use self::memory::MemoryEstimate;
 
 /// Memory for samples on their way to disk [bytes].

@@ -17,7 +17,7 @@ const CRATES: [(&str, &[&str]); 18] = [
     ("crates/reference", &["files", "numerics", "procedural", "transport"]),
     ("crates/scanner", &["bench", "numerics", "procedural", "transport"]),
     ("crates/recipe", &["bench", "files", "numerics", "procedural", "wood_picture", "yaml"]),
-    ("crates/dataset", &["bench", "files", "numerics", "output_schema", "procedural"]),
+    ("crates/dataset", &["bench", "files", "output_schema", "procedural"]),
     ("crates/tools", &["bench", "dataset", "drawing", "files", "output_schema", "procedural", "recipe", "yaml"]),
     ("crates/pipeline", &["bench", "dataset", "procedural", "recipe", "reference", "scanner", "transport"]),
     (

@@ -82,6 +82,7 @@ fn literals(source: &str) -> Vec<String> {
 
 #[test]
 fn literals_are_found() {
-    let source = "let a = \"one two\"; // \"no\"\nlet b = r#\"three \"four\"\"#; 'a: loop { '\"'; '\\''; b\"\\\"five\"; \"si\\\n   x\" }";
+    let source = "let a = \"one two\"; // \"no\"\nlet b = r#\"three \"four\"\"#; 'a: loop { '\"'; '\\''; \
+        b\"\\\"five\"; \"si\\\n   x\" }";
     assert_eq!(literals(source), ["one two", "three \"four\"", "\\\"five", "six"]);
 }

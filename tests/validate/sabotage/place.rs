@@ -52,8 +52,15 @@ pub fn boards() -> &'static Boards {
     })
 }
 
-/// Warnings that say what to look at: estimates beside exact comparisons.
-pub const ESTIMATES: [Code; 3] = [Code::RangeDiffers, Code::OutlineDiffers, Code::DiveDiffers];
+/// Warnings that say what to look at, where nothing exact can be compared.
+pub const ESTIMATES: [Code; 6] = [
+    Code::RangeDiffers,
+    Code::OutlineDiffers,
+    Code::DiveDiffers,
+    Code::TruthDiffers,
+    Code::SampleRepeated,
+    Code::SampleAlike,
+];
 
 /// The head and the samples of a recipe, rendered.
 pub fn of_recipe(text: &str, samples: u64) -> (DatasetHead, Vec<Encoded>) {
@@ -132,7 +139,8 @@ pub fn inspect(root: &Path) -> ValidationReport {
 
 /// The same with rows that are exposed again, as many as `gen validate` takes where nobody says how many, for some choices of them.
 pub fn inspect_rows(root: &Path, seeds: std::ops::Range<u64>) -> Vec<ValidationReport> {
-    let again = ExpectedDataset::of(&Dataset::open(root).expect("it opens")).expect("its recipe loads");
+    let folder = Dataset::open(root).expect("it opens");
+    let again = ExpectedDataset::with_warnings(&folder, known_warnings).expect("its recipe loads");
     seeds.map(|seed| compare_rows(root, Ok(&again), again.rows(None, seed))).collect()
 }
 

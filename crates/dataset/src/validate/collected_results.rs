@@ -82,9 +82,8 @@ impl CollectedResults {
     pub(super) fn alike(&mut self) -> Vec<Finding> {
         self.rows.sort_by_key(|(place, _)| *place);
         let prints = self.rows.iter().filter_map(|(_, row)| Some((row, row.print.as_deref()?)));
-        let split = |row: &CheckedRow| row.split.map_or("no split", Split::name);
         let samples =
-            prints.map(|(row, print)| duplicates::PrintedSample { index: row.index, split: split(row), print });
+            prints.map(|(row, print)| duplicates::PrintedSample { index: row.index, split: &row.split, print });
         duplicates::check(&samples.collect::<Vec<_>>())
     }
 

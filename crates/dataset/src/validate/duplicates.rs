@@ -1,4 +1,5 @@
-//! Duplicates: samples that are there twice: identical maps, or maps that share their noise.
+//! Duplicates: samples that are there twice: identical maps, or maps that share their noise. Warnings of datasets of which
+//! no row is exposed again: a copy differs in every row that is, and what a recipe makes alike is no fault.
 //!
 //! Two samples may show the same thing: a recipe whose numbers are all fixed draws one board again and again. What they
 //! never share is shot noise: it is keyed by the index. So a sample is told by small contrasts, a checkerboard over each

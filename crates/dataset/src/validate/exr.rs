@@ -87,7 +87,7 @@ pub(super) fn check(
             decoded.add(&name, numbers);
         }
     }
-    pixels::truth(head, &channels, decoded, place, report);
+    pixels::truth(task, &channels, decoded, place, report);
     if !task.is_exact() {
         pixels::dive(row, &channels, decoded, place, report);
     }

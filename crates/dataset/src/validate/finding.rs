@@ -95,7 +95,7 @@ codes! {
     ObjectDiffers,
     /// A pixel has another class than its instance, or an instance where there is none.
     InstanceClass,
-    /// Labels or objects are not what the truth maps show.
+    /// Labels or objects are not what the truth maps show; a warning where the recipe cannot be drawn again.
     TruthDiffers,
     /// Labels or instances are not those of the body that the recipe makes.
     LabelDiffers,
@@ -111,10 +111,6 @@ codes! {
     ExrDiffers,
     /// The maps of a sample have another SHA-256 than the manifest says.
     SampleChecksum,
-    /// Two samples have the same measured maps.
-    SampleRepeated,
-    /// Two samples share their noise: one is a copy of the other with small changes.
-    SampleAlike,
     /// The dataset card or `croissant.json` lacks a line that the program wrote.
     CardDiffers,
     /// The sensor frames are not those that the recipe keeps.
@@ -123,12 +119,6 @@ codes! {
     StackBlank,
     /// Two sensor frames have the same pixels, noise and all.
     StackRepeated,
-    /// The classes come otherwise than the recipe's shares give.
-    ClassBalance,
-    /// The splits come otherwise than the recipe's shares give.
-    SplitBalance,
-    /// The drawn numbers of a parameter are spread otherwise than its declaration makes likely.
-    DistributionDiffers,
     /// A sample could not be rendered again.
     RerenderFailed,
     /// A sample that was rendered again is not what is on disk.
@@ -141,6 +131,10 @@ codes! {
     OutlineDiffers,
     /// Warning: in the middle of a knot the fibre seems to dive otherwise than the knot's axis.
     DiveDiffers,
+    /// Warning: two samples have the same measured maps.
+    SampleRepeated,
+    /// Warning: two samples seem to share their noise: one is a copy of the other with small changes.
+    SampleAlike,
     /// Warning: less than two thirds of the object lie in the field of the images, or no pixel shows it.
     ObjectOutOfView,
     /// Warning: Range is measured in less than a tenth of the pixels that show the object.
@@ -178,20 +172,17 @@ impl Code {
                 "bring dataset.json back from a copy: what it says no longer fits its samples"
             }
             Self::CardDiffers => "remove the file and run the command that made the dataset again: it writes it anew",
-            Self::SampleRepeated | Self::SampleAlike => "remove the manifests of both shards and run the command again",
             Self::WriterDiffers => "validate with the program version and target that the message names",
             Self::VersionDiffers => "validate with the program version that wrote the dataset; it stays readable",
             Self::VersionUnknown => "use the program version that the message names",
             Self::ManifestMissing => "run the command that began the dataset to continue it",
             Self::FileUnreadable => "let it be read by whom `gen` runs for; nothing is known to be wrong with it",
             Self::FileUnexpected => "remove the file, or continue the dataset if it is being written",
-            Self::ClassBalance | Self::SplitBalance | Self::DistributionDiffers => {
-                "samples were left out, added or drawn otherwise: make the dataset again from its recipe"
-            }
             Self::RerenderFailed => "validate with the recipe and program version of dataset.json",
             Self::RangeDiffers => "look at the sample: this is an estimate; --rows 1 compares Range exactly",
-            Self::OutlineDiffers | Self::DiveDiffers => {
-                "look at the sample: this is an estimate; the program version that wrote the dataset compares exactly"
+            Self::OutlineDiffers | Self::DiveDiffers => LOOK,
+            Self::SampleRepeated | Self::SampleAlike => {
+                "look at both samples: this is an estimate; --rows 1 compares them exactly, with the version that wrote them"
             }
             Self::ObjectOutOfView => Shortfall::ObjectOutOfView.remedy(),
             Self::HardlyMeasured => Shortfall::HardlyMeasured.remedy(),
@@ -211,6 +202,10 @@ impl Code {
         }
     }
 }
+
+/// What to do about what is likely wrong, where nothing exact can be compared.
+pub(super) const LOOK: &str =
+    "look at the sample: this is an estimate; the program version that wrote the dataset compares exactly";
 
 /// Every code with its meaning and remedy, as a table in Markdown.
 pub fn fault_table() -> String {

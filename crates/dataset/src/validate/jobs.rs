@@ -15,7 +15,6 @@ use parquet::arrow::arrow_reader::ParquetRecordBatchReader;
 
 use super::finding::{Code, Finding};
 use super::report::ValidationReport;
-use super::sample::CheckedSample;
 use super::shard::{self, CheckedRow, JobResult, OpenShard};
 use super::shard_task::ShardTask;
 use super::{files, sample, stack};
@@ -179,10 +178,7 @@ fn row(
     let listed = listed.map(|place| &shard.manifest.samples[place]);
     let exr = listed.and_then(|listed| shard.exr(listed, report));
     let seen = caught(path, || Ok(sample::check(&shard.task, batch, file, listed, exr.as_deref(), report)));
-    let CheckedSample { numbers, print, frames } = seen.map_err(|fault| report.faults.push(fault)).ok()??;
-    (shard.task.seen)(&numbers);
-    let split = Split::ALL.into_iter().find(|split| split.name() == numbers.split);
-    Some(CheckedRow { index: numbers.index, split, print: print.map(Box::new), frames })
+    seen.map_err(|fault| report.faults.push(fault)).ok()?
 }
 
 /// Readers of other crates may panic on content that was made to mislead; that is a fault of the file.

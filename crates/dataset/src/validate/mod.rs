@@ -2,13 +2,11 @@
 //!
 //! ```text
 //! dataset.json -> each shard: manifest -> files -> rows -> images, EXR, labels -> (exposed or rendered again) -> Report
-//!                                                      \-> counts of all rows -> statistics ---------^
 //! ```
 //!
 //! A damaged file gives a fault, never a panic. Only files whose checksum is right are decoded. Of the samples as many are
-//! in memory as there are threads; what stays of each is its print (see `alike`) and the digest of its id.
+//! in memory as there are threads; what stays of each is its print (see `duplicates`) and the digest of its id.
 
-mod balance;
 mod card;
 mod collected_results;
 mod columns;
@@ -30,7 +28,6 @@ mod pixels;
 mod report;
 mod row_choice;
 mod sample;
-mod sample_counts;
 mod shard;
 mod shard_task;
 mod stack;
@@ -40,22 +37,18 @@ mod usefulness;
 
 use std::collections::{BTreeSet, HashSet};
 use std::path::Path;
-use std::sync::{Mutex, PoisonError};
 
 use output_schema::file::{CARD, CROISSANT, DATASET, REPORTS, data_path, exr_folder, manifest_path, stack_path};
 use output_schema::{DatasetHead, SCHEMA_VERSION};
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 
-pub use balance::{ALPHA, BalanceStatistics, BalanceTest, ClassCount, SplitCount};
 pub use expected::{Derive, DerivedSample, Expect, ExpectedRow, TakeFrame, UnlitRow};
 pub use finding::{Code, Finding, fault_table};
 pub use report::ValidationReport;
 pub use row_choice::RowChoice;
-pub use sample_counts::{DeclaredLaws, ParameterLaws, RowNumbers};
 
 use self::collected_results::CollectedResults;
-use self::sample_counts::SampleCounts;
 use self::shard_task::ShardTask;
 use crate::Encoded;
 use bench::split::Split;
@@ -83,8 +76,6 @@ pub struct ValidationOptions<'a> {
     pub derive: Option<Derive<'a>>,
     /// Which rows of each sample are exposed again by `derive`; `None` to expose nothing.
     pub rows: Option<RowChoice>,
-    /// How rows are drawn; `None` to make no statistics.
-    pub declared: Option<&'a DeclaredLaws>,
     /// How a sample is rendered again; `None` to compare nothing.
     pub rerender: Option<Rerender<'a>>,
     /// How many samples are rendered again.
@@ -112,26 +103,10 @@ pub fn validate(folder: &Path, options: &ValidationOptions) -> ValidationReport 
     let expect = options.expect.filter(|_| comparable);
     let derive = options.derive.filter(|_| comparable);
     let rows = options.rows.filter(|rows| derive.is_some() && rows.places > 0);
-    let tally = options.declared.filter(|_| comparable).map(|declared| Mutex::new(SampleCounts::new(declared)));
     let rerender = options.rerender.filter(|_| same && options.rerender_samples > 0);
     let chosen =
         rerender.map_or_else(BTreeSet::new, |_| chosen(&head, options.rerender_samples, options.rerender_seed));
-    let seen = |row: &RowNumbers| {
-        if let Some(tally) = &tally {
-            tally.lock().unwrap_or_else(PoisonError::into_inner).add(row);
-        }
-    };
-    let task = ShardTask {
-        root: folder,
-        head: &head,
-        number: 0,
-        expect,
-        derive,
-        rows,
-        rerender,
-        chosen: &chosen,
-        seen: &seen,
-    };
+    let task = ShardTask { root: folder, head: &head, number: 0, expect, derive, rows, rerender, chosen: &chosen };
     let jobs = (0..head.shards).flat_map(|number| jobs::of(ShardTask { number, ..task }));
     let run = |(place, job): (u64, jobs::ValidationJob)| {
         let found = job.run();
@@ -168,29 +143,12 @@ pub fn validate(folder: &Path, options: &ValidationOptions) -> ValidationReport 
     if same {
         card::check(folder, &head, &found.present(), counts, finished, &mut report);
     }
-    report.faults.extend(found.alike());
-    if let Some(tally) = tally {
-        let tally = tally.into_inner().unwrap_or_else(PoisonError::into_inner);
-        let (statistics, faults) = balance::judge(&tally, head.samples);
-        report.statistics = Some(statistics);
-        report.faults.extend(faults);
-    }
+    report.warnings.extend(found.alike());
     if head.schema_version != SCHEMA_VERSION {
         // What another version writes otherwise is no damage: nothing is to be removed for it.
         report.faults.iter_mut().for_each(|fault| fault.fault.remedy = Code::VersionDiffers.remedy().into());
     }
     report
-}
-
-/// The statistics of rows without any files, and what is wrong with them; `samples` is how many there should be.
-pub fn statistics(
-    declared: &DeclaredLaws,
-    rows: impl Iterator<Item = RowNumbers>,
-    samples: u64,
-) -> (BalanceStatistics, Vec<Finding>) {
-    let mut tally = SampleCounts::new(declared);
-    rows.for_each(|row| tally.add(&row));
-    balance::judge(&tally, samples)
 }
 
 /// `count` indices of the dataset, from `seed` and what the dataset is.

@@ -3,12 +3,13 @@
 
 use std::borrow::Cow;
 
-use output_schema::{DatasetHead, PIXEL_CLASSES};
+use output_schema::PIXEL_CLASSES;
 
 use super::columns::StoredRow;
 use super::finding::{Code, Finding};
 use super::images::DecodedImages;
 use super::report::ValidationReport;
+use super::shard_task::ShardTask;
 use crate::ExrChannel;
 
 /// The classes of pixels that belong to no instance.
@@ -60,15 +61,15 @@ pub(super) fn instances(row: &StoredRow, decoded: &DecodedImages, place: &str, r
 
 /// Labels against the truth maps of the EXR file.
 pub(super) fn truth(
-    head: &DatasetHead,
+    task: &ShardTask,
     channels: &[ExrChannel],
     decoded: &DecodedImages,
     place: &str,
     report: &mut ValidationReport,
 ) {
     let map = |name| map(channels, name);
-    let mut fault = |what: String| report.faults.push(Finding::new(Code::TruthDiffers, place, what));
-    let bin = &head.recipe.canonical["output"]["bin"];
+    let mut fault = |what: String| report.tell(task.is_exact(), Finding::new(Code::TruthDiffers, place, what));
+    let bin = &task.head.recipe.canonical["output"]["bin"];
     // A binned pixel is of the most frequent class, its truth a mean of what is known.
     let whole = bin["columns"] == 1 && bin["profiles"] == 1;
     if let (Some(height), Some(label)) = (map("Height"), decoded.get("label")) {

@@ -5,8 +5,7 @@ use std::fmt;
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use super::balance::BalanceStatistics;
-use super::finding::{Code, Finding};
+use super::finding::{Code, Finding, LOOK};
 
 /// Everything that validation found, and how much it looked at.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
@@ -38,8 +37,6 @@ pub struct ValidationReport {
     pub unexposed: u64,
     /// The seed that chose rows and frames; null where none were to be exposed.
     pub rows_seed: Option<u64>,
-    /// Classes, splits and drawn numbers against the recipe; null where there is none to compare with.
-    pub statistics: Option<BalanceStatistics>,
 }
 
 /// Faults of one code that [`ValidationReport`] prints in full.
@@ -68,6 +65,11 @@ impl ValidationReport {
     /// The codes of the faults, each once, in order.
     pub fn codes(&self) -> Vec<Code> {
         codes(&self.faults)
+    }
+
+    /// A fault where samples are compared exactly with what their recipe makes, and else a warning that says *look at this*.
+    pub(super) fn tell(&mut self, is_exact: bool, finding: Finding) {
+        if is_exact { self.faults.push(finding) } else { self.warnings.push(finding.with_remedy(LOOK)) }
     }
 
     pub(super) fn add(&mut self, other: Self) {

@@ -8,26 +8,17 @@ use output_schema::file::exr_path;
 use output_schema::{ManifestFile, ManifestSample};
 
 use super::columns::{StoredRow, stored_row};
-use super::duplicates::{self, NoisePrint};
 use super::expected::DerivedSample;
 use super::exposed_rows::RowComparison;
 use super::finding::{Code, Finding};
 use super::frame_digest::FrameDigest;
 use super::outline::ScanLight;
 use super::report::ValidationReport;
-use super::sample_counts::RowNumbers;
+use super::shard::CheckedRow;
 use super::shard_task::ShardTask;
-use super::{expected, exr, images, labels, outline, pixels, stack, true_rows, unlit, usefulness};
+use super::{duplicates, expected, exr, images, labels, outline, pixels, stack, true_rows, unlit, usefulness};
 use crate::record::{AskedRows, StackFrame};
 use crate::{image_path, maps_sha256, row_batch};
-
-/// What later checks need of a row.
-pub(super) struct CheckedSample {
-    pub(super) numbers: RowNumbers,
-    pub(super) print: Option<NoisePrint>,
-    /// Its sensor frames that were exposed again, in any order.
-    pub(super) frames: Vec<FrameDigest>,
-}
 
 /// Checks one row; `listed` is what the manifest says about it, `exr` its EXR file, where that is whole. What later checks
 /// need, where the row can be read.
@@ -38,7 +29,7 @@ pub(super) fn check(
     listed: Option<&ManifestSample>,
     exr: Option<&[u8]>,
     report: &mut ValidationReport,
-) -> Option<CheckedSample> {
+) -> Option<CheckedRow> {
     report.samples += 1;
     let row = match stored_row(batch, task.head) {
         Ok(row) => row,
@@ -115,7 +106,8 @@ pub(super) fn check(
         let scale = [row.range_offset, row.range_scale];
         true_rows::range(&rows, (cols, scale, task.head.images.most_dn()), &decoded, &place, report);
     }
-    let print = duplicates::print(cols, &decoded, &row.numbers);
+    // A copy differs in every row that is exposed again.
+    let print = if task.rows.is_none() { duplicates::print(cols, &decoded, &row.numbers) } else { None };
     let complete = exr.is_some() || task.head.images.exr.is_empty();
     let png = row.png.iter().map(|(name, bytes)| (name.as_str(), bytes.as_slice()));
     if complete && maps_sha256(png, exr) != listed.sha256 {
@@ -124,9 +116,7 @@ pub(super) fn check(
     if task.chosen.contains(&listed.index) {
         rerender(task, batch, exr, listed.index, &place, report);
     }
-    let class = usize::try_from(row.class).ok().filter(|class| *class < task.head.classes.len())?;
-    let numbers = RowNumbers { index: listed.index, split: row.split, class, numbers: row.numbers };
-    Some(CheckedSample { numbers, print, frames })
+    Some(CheckedRow { index: listed.index, split: row.split, print: print.map(Box::new), frames })
 }
 
 /// The first and the last row of a label image that show the object, with the row before and the row behind.

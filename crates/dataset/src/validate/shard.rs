@@ -51,7 +51,8 @@ pub(super) struct JobResult {
 /// What stays of a row to be compared with others.
 pub(super) struct CheckedRow {
     pub(super) index: u64,
-    pub(super) split: Option<Split>,
+    pub(super) split: String,
+    /// `None` where rows of it are exposed again, which tell copies exactly.
     pub(super) print: Option<Box<NoisePrint>>,
     /// Its sensor frames that were exposed again, in any order.
     pub(super) frames: Vec<FrameDigest>,

@@ -125,9 +125,10 @@ fn blank(rows: &[FrameRow], task: &ShardTask, path: &str, report: &mut Validatio
     if task.is_exact() && blank.iter().take(MAX_BLANK_AGAIN).all(is_blank) {
         return;
     }
-    let told = if task.is_exact() { &mut report.faults } else { &mut report.warnings };
     let what = |(id, index, profile): &Key| format!("profile {profile} of sample {index} ({id}) is 0 everywhere");
-    told.extend(blank.into_iter().map(|key| Finding::new(Code::StackBlank, path, what(key))));
+    for key in blank {
+        report.tell(task.is_exact(), Finding::new(Code::StackBlank, path, what(key)));
+    }
 }
 
 /// Every row without its pixels, and the frames that are to be compared.
