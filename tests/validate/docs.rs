@@ -1,6 +1,7 @@
-//! Purpose: docs/validate.md lists every code of a fault with its meaning and its remedy, as the program has them. `BLESS=1`
-//! writes the table again.
+//! Purpose: docs/validate.md lists every code of a fault with its meaning and its remedy, as the program has them.
+//! `BLESS=1` writes the table again.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
@@ -29,6 +30,22 @@ fn shortfalls_have_the_codes_of_findings() {
         assert_eq!((code.name().as_str(), code.remedy()), (shortfall.code(), shortfall.remedy()));
         assert!(code.meaning().starts_with("Warning: "), "{}", code.meaning());
     }
+}
+
+/// Whoever adds a code adds a dataset that has its fault.
+#[test]
+fn every_code_is_told_of_some_damage() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/validate");
+    let mut damages = String::new();
+    for entry in ["", "sabotage"].iter().flat_map(|part| fs::read_dir(folder.join(part)).expect("a folder")).flatten() {
+        // Helpers damage nothing.
+        if entry.path().is_file() && !["docs.rs", "place.rs"].iter().any(|helper| *helper == entry.file_name()) {
+            damages += &fs::read_to_string(entry.path()).expect("a source");
+        }
+    }
+    let told: BTreeSet<&str> = damages.split(|c: char| !c.is_alphanumeric()).collect();
+    let silent: Vec<_> = Code::ALL.iter().filter(|code| !told.contains(format!("{code:?}").as_str())).collect();
+    assert!(silent.is_empty(), "no damage in tests/validate/sabotage proves {silent:?}");
 }
 
 #[test]

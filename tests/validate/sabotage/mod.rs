@@ -1,4 +1,5 @@
-//! Damage of every kind to datasets that the program made: each is reported as that fault, and a clean dataset has none.
+//! Damage of every kind to datasets that the program made: each is reported as that fault, and a clean dataset has
+//! none.
 
 mod bodies;
 mod clean;
@@ -14,3 +15,4 @@ mod place;
 mod review;
 mod tags;
 mod truth;
+mod useless;

@@ -5,7 +5,7 @@ use std::fmt;
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use super::finding::{Code, Finding, LOOK};
+use super::rules::{Code, Finding, LOOK};
 
 /// Everything that validation found, and how much it looked at.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
@@ -67,9 +67,21 @@ impl ValidationReport {
         codes(&self.faults)
     }
 
-    /// A fault where samples are compared exactly with what their recipe makes, and else a warning that says *look at this*.
-    pub(super) fn tell(&mut self, is_exact: bool, finding: Finding) {
+    /// A fault where samples are compared exactly with what their recipe makes, and else a warning that says *look at
+    /// this*.
+    pub(super) fn tell(&mut self, is_exact: bool, code: Code, place: impl Into<String>, what: impl Into<String>) {
+        let finding = Finding::new(code, place, what);
         if is_exact { self.faults.push(finding) } else { self.warnings.push(finding.with_remedy(LOOK)) }
+    }
+
+    /// Adds a fault.
+    pub(super) fn fault(&mut self, code: Code, place: impl Into<String>, what: impl Into<String>) {
+        self.faults.push(Finding::new(code, place, what));
+    }
+
+    /// Adds a warning.
+    pub(super) fn warn(&mut self, code: Code, place: impl Into<String>, what: impl Into<String>) {
+        self.warnings.push(Finding::new(code, place, what));
     }
 
     pub(super) fn add(&mut self, other: Self) {
@@ -131,7 +143,8 @@ impl fmt::Display for ValidationReport {
         });
         write!(
             f,
-            "checked {} shards, {} files ({megabytes:.1} MB), {} samples, {} images; {} rendered again;{exposed} {} faults, {} warnings",
+            "checked {} shards, {} files ({megabytes:.1} MB), {} samples, {} images; {} rendered \
+                again;{exposed} {} faults, {} warnings",
             self.shards,
             self.files,
             self.samples,

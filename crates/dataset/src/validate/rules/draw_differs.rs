@@ -1,21 +1,32 @@
-//! Unlit row: a row against what its recipe makes without light: the bench, effective physics and the body's own instances, bit for bit.
+//! A row against what its recipe draws, and what it makes without light: the bench, effective physics and the body's
+//! own instances, bit for bit.
 //!
 //! What light decides stays with the other checks: which instances a pixel shows, their boxes and their areas.
 
 use procedural::Instance;
 
-use super::columns::{StoredObject, StoredRow};
-use super::expected::UnlitRow;
-use super::finding::{Code, Finding};
-use super::report::ValidationReport;
+use super::{Code, REMAKE_OR_REPORT, Rule};
+use crate::validate::columns::{StoredObject, StoredRow};
+use crate::validate::expected::{self, UnlitRow};
+use crate::validate::report::ValidationReport;
+use crate::validate::sample::StoredSample;
+
+pub(super) const RULE: Rule = Rule {
+    meaning: "A drawn number, or what follows from the draws without light, is not what recipe, seed and index give.",
+    remedy: REMAKE_OR_REPORT,
+};
 
 /// Names of the numbers of [`UnlitRow::grid`].
 const GRID: [&str; 4] = ["row_mm", "col_mm", "range_offset", "range_scale"];
 /// Differences of a row that one fault names.
 const MAX_NAMED_DIFFERENCES: usize = 3;
 
-/// Checks one row.
-pub(super) fn check(row: &StoredRow, unlit: &UnlitRow, place: &str, report: &mut ValidationReport) {
+pub(super) fn check(sample: &StoredSample, report: &mut ValidationReport) {
+    let StoredSample { row, place, .. } = sample;
+    if let Some(expected) = &sample.expected {
+        expected::numbers(row, sample.task.head, expected, place, report);
+    }
+    let Some(unlit) = sample.derived.as_ref().map(|derived| &derived.unlit) else { return };
     let mut other = Vec::new();
     let grid = [row.row_mm, row.col_mm, row.range_offset, row.range_scale];
     let stored = GRID.into_iter().zip(grid).map(|(name, value)| (name.to_owned(), value)).collect::<Vec<_>>();
@@ -34,7 +45,7 @@ pub(super) fn check(row: &StoredRow, unlit: &UnlitRow, place: &str, report: &mut
             String::new()
         };
         let named = other.iter().take(MAX_NAMED_DIFFERENCES).map(String::as_str).collect::<Vec<_>>().join("; ");
-        report.faults.push(Finding::new(Code::DrawDiffers, place, format!("{named}{more}")));
+        report.fault(Code::DrawDiffers, place, format!("{named}{more}"));
     }
 }
 
