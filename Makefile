@@ -229,8 +229,9 @@ kernel-table: ## measure the kernel's table anew: three quarters of an hour on t
 film-table: ## measure the table of films anew: some six minutes on two cores
 	cargo run --release --locked --example film_table -- crates/transport/src/kernel/film_stack/film.bin
 
-bless: ## renew committed references (recipe schema and key reference, data dictionary)
+bless: ## renew committed references (recipe schema and key reference, data dictionary, table and texts of faults)
 	BLESS=1 cargo test $(ALL) --test recipe_schema --test dictionary
+	BLESS=1 cargo test $(ALL) --test validate -- docs:: texts::
 
 judge: ## ask the reference Monte Carlo anew for what tests/data/judge keeps: half an hour on two cores
 	BLESS=1 cargo test $(ALL) --test reference

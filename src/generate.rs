@@ -29,7 +29,7 @@ use rig::{check, mistakes};
 use scanner::optics::speckle::PatternCache;
 
 pub use self::estimate::GenerateEstimate;
-pub use self::expected_dataset::{ExpectedDataset, declared};
+pub use self::expected_dataset::ExpectedDataset;
 pub use self::memory::MemoryEstimate;
 
 /// Memory for samples on their way to disk [bytes].

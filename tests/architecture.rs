@@ -16,7 +16,7 @@ const CRATES: [(&str, &[&str]); 21] = [
     ("crates/wood_picture", &["numerics", "procedural"]),
     ("crates/scanner", &["bench", "numerics", "procedural", "transport"]),
     ("crates/recipe", &["bench", "files", "numerics", "output_schema", "procedural", "wood_picture", "yaml"]),
-    ("crates/dataset", &["bench", "files", "numerics", "output_schema", "procedural"]),
+    ("crates/dataset", &["bench", "files", "output_schema", "procedural"]),
     ("crates/tools", &["bench", "dataset", "drawing", "files", "output_schema", "procedural", "recipe", "yaml"]),
     ("crates/pipeline", &["bench", "dataset", "procedural", "recipe", "scanner", "transport"]),
     ("crates/rig", &["bench", "dataset", "pipeline", "recipe", "scanner"]),

@@ -82,7 +82,7 @@ enum Command {
     Rig(rig::RigArgs),
     /// List datasets with their facts: recipe, seed, samples, classes, splits, size
     List(list::ListArgs),
-    /// Check a dataset: files, draws, images, labels, statistics, samples rendered again
+    /// Check a dataset: files, draws, images, labels, rows exposed again, samples rendered again
     Validate(validate::ValidateArgs),
     /// List the recipes that are built in, or print the text of one
     Recipe {

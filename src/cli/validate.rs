@@ -13,7 +13,7 @@ use super::progress::{ValidationProgress, counted};
 use super::{CommandResult, DONE, FAULTS, print, whole};
 use crate::generate::ExpectedDataset;
 use dataset::record::AskedRows;
-use dataset::validate::{DeclaredLaws, Derive, Expect, TakeFrame, ValidationOptions, ValidationReport, validate};
+use dataset::validate::{Derive, Expect, TakeFrame, ValidationOptions, ValidationReport, validate};
 use dataset::{Dataset, DatasetSums};
 
 /// Name of the report that `--save` keeps.
@@ -85,7 +85,6 @@ pub(super) fn run(arguments: &ValidateArgs, console: &Console) -> CommandResult 
         warn(expected_dataset.recipe(), console);
     }
     let expected_dataset = expected_dataset.as_ref().map_err(String::as_str);
-    let declared: Option<DeclaredLaws> = expected_dataset.ok().map(ExpectedDataset::declared);
     let expect = expected_dataset.ok().map(|expected_dataset| |index: u64| expected_dataset.expected(index));
     let derive = expected_dataset.ok().map(|expected_dataset| {
         |index, asked: &AskedRows, take: TakeFrame| expected_dataset.derived(index, asked, take)
@@ -106,7 +105,6 @@ pub(super) fn run(arguments: &ValidateArgs, console: &Console) -> CommandResult 
         expect: expect.as_ref().map(|expect| expect as Expect),
         derive: derive.as_ref().map(|derive| derive as Derive),
         rows: rows.flatten(),
-        declared: declared.as_ref(),
         rerender: Some(&rerender),
         rerender_samples: arguments.rerender,
         rerender_seed: arguments.rerender_seed,

@@ -1,16 +1,14 @@
 //! Expected content of a finished dataset, made again from its own `dataset.json`: for validation.
 
 use output_schema::{DatasetHead, RigWarning};
-use procedural::Parameter;
 
 use super::{DatasetRequest, dataset_head, equipment, recipe_of, render_sample, rig_warnings};
 use bench::settings::{Order, Transport};
-use bench::split::Split;
 use dataset::record::AskedRows;
-use dataset::validate::{DeclaredLaws, DerivedSample, ExpectedRow, ParameterLaws, RowChoice, TakeFrame, UnlitRow};
-use dataset::{Dataset, Encoded, encode_numbers};
+use dataset::validate::{DerivedSample, ExpectedRow, RowChoice, TakeFrame, UnlitRow};
+use dataset::{Dataset, encode_numbers};
 use pipeline;
-use recipe::{Distribution, Recipe};
+use recipe::Recipe;
 use scanner::optics::speckle::PatternCache;
 
 /// Rows of an image for each place at which rows are exposed again, where nobody says how many places.
@@ -102,51 +100,8 @@ impl ExpectedDataset {
         Some(RowChoice { places, strip: if alone { 1 } else { STRIP_ROWS }, frames, seed })
     }
 
-    /// How the rows are drawn.
-    pub fn declared(&self) -> DeclaredLaws {
-        declared(&self.recipe, self.head.seed)
-    }
-
     /// The sample, rendered and encoded again.
     pub fn sample(&self, index: u64) -> Encoded {
         render_sample(&self.recipe, self.head.seed, index, &self.patterns, &|_| ())
-    }
-}
-
-/// How the rows of a dataset of `recipe` and `seed` are drawn.
-pub fn declared(recipe: &Recipe, seed: u64) -> DeclaredLaws {
-    let classes = recipe.classes();
-    let parameter = |(parameter, _): (&'static Parameter, f64)| {
-        let path = parameter.path();
-        let mut distinct: Vec<&Distribution> = Vec::new();
-        let law_of_class = classes.iter().filter_map(|class| recipe.distribution(&class.name, &path)).map(|own| {
-            distinct.iter().position(|known| *known == own).unwrap_or_else(|| {
-                distinct.push(own);
-                distinct.len() - 1
-            })
-        });
-        let law_of_class = law_of_class.collect();
-        let by_group = recipe.is_drawn_by_log(&path);
-        ParameterLaws { laws: distinct.iter().map(|own| own.law(parameter)).collect(), path, law_of_class, by_group }
-    };
-    let own = recipe.clone();
-    let class_of = move |index: u64| {
-        let class = own.class_of(seed, index);
-        own.classes().iter().position(|known| known.name == class.name).unwrap_or(usize::MAX)
-    };
-    let splits = recipe.splits();
-    let own = recipe.clone();
-    let split_of = move |index: u64| own.split_of(seed, index) as usize;
-    DeclaredLaws {
-        classes: classes.iter().map(|class| (class.name.clone(), class.share)).collect(),
-        class_of: Box::new(class_of),
-        split_of: Box::new(split_of),
-        group: recipe.boards_per_log(),
-        splits: Split::ALL
-            .iter()
-            .map(|split| split.name().to_owned())
-            .zip([splits.train, splits.validation, splits.test])
-            .collect(),
-        parameters: recipe.draw(seed, 0).values().into_iter().map(parameter).collect(),
     }
 }

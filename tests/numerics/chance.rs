@@ -4,7 +4,7 @@ use procedural::Stream;
 use rand::RngExt;
 
 use numerics::chance::{
-    HISTOGRAM_CELLS, UnitHistogram, binomial, holm, kolmogorov_smirnov, likelihood_ratio, likelihood_ratio_chance,
+    HISTOGRAM_CELLS, UnitHistogram, binomial, kolmogorov_smirnov, likelihood_ratio, likelihood_ratio_chance,
 };
 
 /// Even numbers of [0, 1), the same in every run.
@@ -118,14 +118,4 @@ fn the_chi_square_bound_bounds_the_exact_chance() {
     assert!(least < 10.0, "{least}");
     assert_eq!(likelihood_ratio(&[1, 3], &[0.0, 1.0]), f64::INFINITY);
     assert_eq!(likelihood_ratio_chance(f64::INFINITY, 2), 0.0);
-}
-
-#[test]
-fn holm_steps_down() {
-    // By hand: 4 x 0.01, 3 x 0.02, then 2 x 0.03 = 0.06 and not less than the one before, then 0.5.
-    let adjusted = holm(&[0.03, 0.01, 0.5, 0.02]);
-    let expected = [0.06, 0.04, 0.5, 0.06];
-    assert!(adjusted.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-15), "{adjusted:?}");
-    assert_eq!(holm(&[0.0, 1.0, 1.0]), [0.0, 1.0, 1.0]);
-    assert!(holm(&[]).is_empty());
 }

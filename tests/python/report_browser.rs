@@ -162,10 +162,8 @@ fn pages_fit_their_window() {
     let (place, _) = planks_page("--frames 0");
     let long = "aNameWithoutAnyBlank".repeat(8);
     let fault = json!({"code": "file-checksum", "place": long, "what": long, "remedy": long});
-    let test = json!({"of": long, "test": "exact", "samples": 6, "statistic": 1.25, "p": 0.5, "adjusted_p": 0.75});
     let validation = json!({
         "format": "sheetlight-validation", "clean": false, "faults": [fault], "samples": 6, "paths": [{long.as_str(): long}],
-        "statistics": {"alpha": 1e-6, "tests": [test]},
     });
     let shares =
         json!({"accuracy": 0.5, "low": 0.25, "high": 0.75, "samples": 6, "of": 6, "from": 1.5, "to": 123_456.5});

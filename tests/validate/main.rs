@@ -10,4 +10,4 @@ mod docs;
 mod files;
 mod rows;
 mod sabotage;
-mod statistics;
+mod texts;

@@ -13,8 +13,8 @@ fn head() -> DatasetHead {
     records::head(&output(), &Size { columns: 64, rows: 20, profiles: 100 }, 10_000)
 }
 
-/// Of 10 000 samples as many meet a forgery as promised, within 4 standard errors: strips or more, rows alone neither more nor
-/// less.
+/// Of 10 000 samples as many meet a forgery as promised, within 4 standard errors: strips or more, rows alone neither
+/// more nor less.
 #[test]
 fn forgeries_are_met_with_the_chance_that_is_promised() {
     let (head, samples) = (head(), 10_000);
@@ -42,8 +42,8 @@ fn forgeries_are_met_with_the_chance_that_is_promised() {
     }
 }
 
-/// Strips lie in the image, frames are those that are kept, each as often as the others; another seed asks for others, and no
-/// places ask for nothing.
+/// Strips lie in the image, frames are those that are kept, each as often as the others; another seed asks for others,
+/// and no places ask for nothing.
 #[test]
 fn all_rows_and_frames_have_their_turn() {
     let head = head();

@@ -64,7 +64,7 @@ impl Shortfall {
     }
 
     /// What to do, where no more is known.
-    pub fn remedy(self) -> &'static str {
+    pub const fn remedy(self) -> &'static str {
         match self {
             Self::ObjectOutOfView => {
                 "bring the object into the field by its offset_mm, lead_in_mm and size, or enlarge the field by scan.columns, \

@@ -244,11 +244,6 @@ impl Recipe {
         log_group::boards_per_log(&self.settings)
     }
 
-    /// Whether the parameter at `path` is drawn once for all boards of a log, where these are several.
-    pub fn is_drawn_by_log(&self, path: &str) -> bool {
-        self.boards_per_log() > 1 && log_group::is_of_log(path)
-    }
-
     /// Sizes of the scan.
     pub fn size(&self) -> Size {
         self.settings.size()

@@ -1,5 +1,6 @@
-//! Forgeries that are consistent in themselves: images, channels, sums and manifests agree, and only what the recipe measures
-//! says otherwise. What is forged as a whole is always told; of a part as often as the rows promise that are exposed again.
+//! Forgeries that are consistent in themselves: images, channels, sums and manifests agree, and only what the recipe
+//! measures says otherwise. What is forged as a whole is always told; of a part as often as the rows promise that are
+//! exposed again.
 
 use bench::settings::Channel;
 use dataset::validate::Code::ProfileDiffers;
@@ -11,7 +12,7 @@ use rand::RngExt;
 use sheetlight::generate::ExpectedDataset;
 use tempfile::TempDir;
 
-use super::place::{compare_rows, exr, of_recipe, png, write_as};
+use super::place::{compare_rows, exr, measure, of_recipe, png, write_as};
 use test_support::program::{FRAMES, mesh_recipe, pack_recipe, recipe, sawtooth_recipe};
 
 /// A change of a map `[rows, cols]` of so many columns; the same map of another sample.
@@ -83,8 +84,9 @@ fn subjects() -> Vec<Subject> {
 
 impl Subject {
     /// What validation says of forged samples: of old, and with rows that are exposed again.
-    fn reports(&self, forged: Vec<Encoded>, rows: RowChoice) -> [ValidationReport; 2] {
+    fn reports(&self, what: &str, forged: Vec<Encoded>, rows: RowChoice) -> [ValidationReport; 2] {
         let place = write_as(self.head.clone(), forged);
+        measure(place.path(), Ok(&self.expected), &format!("{what}, {}", self.name));
         [None, Some(rows)].map(|rows| compare_rows(place.path(), Ok(&self.expected), rows))
     }
 
@@ -156,7 +158,8 @@ fn whole_maps_are_always_told() {
                 if !subject.is_whole(&forged, name) {
                     continue;
                 }
-                let [old, new] = subject.reports(forged, subject.usual((10 * place + kind) as u64));
+                let [old, new] =
+                    subject.reports(&format!("{name} {what}"), forged, subject.usual((10 * place + kind) as u64));
                 tried += 1;
                 before += usize::from(!old.is_clean());
                 if new.is_clean() {
@@ -198,7 +201,7 @@ fn sensor_frames_are_told() {
         for (what, change) in changes {
             let mut forged = subject.samples.clone();
             change(&mut forged);
-            let [old, new] = subject.reports(forged, subject.usual(1));
+            let [old, new] = subject.reports(&format!("frames {what}"), forged, subject.usual(1));
             let fault = new.faults.iter().find(|found| found.fault.place == "stacks/00000.parquet, sample 0");
             let fault = fault.unwrap_or_else(|| panic!("{}, frames {what}:\n{new}", subject.name));
             assert!(old.is_clean() && fault.code == ProfileDiffers, "{}, frames {what}: {old}\n{new}", subject.name);
@@ -209,7 +212,8 @@ fn sensor_frames_are_told() {
     }
 }
 
-/// Forgeries of parts are told as often as promised, or more: by `places` of a sample, over seeds, within 4 standard errors.
+/// Forgeries of parts are told as often as promised, or more: by `places` of a sample, over seeds, within 4 standard
+/// errors.
 #[test]
 fn parts_are_told_as_often_as_promised() {
     const SEEDS: u64 = 24;
@@ -224,6 +228,7 @@ fn parts_are_told_as_often_as_promised() {
         let other = lines.filter(|(a, b)| a.iter().zip(*b).any(|(a, b)| a.to_bits() != b.to_bits())).count();
         let share = other as f64 / forged[0].rows as f64;
         let place = write_as(subject.head.clone(), forged);
+        measure(place.path(), Ok(&subject.expected), &format!("{what}, {share:.3} of the rows"));
         for places in [1, 4] {
             let told = |seed: &u64| {
                 let rows = RowChoice { places, ..subject.usual(*seed) };
@@ -248,7 +253,7 @@ fn faults_say_where() {
     let made = read_png(&subject.samples[0].png[2].1).expect("an image").2.numbers();
     let rows = RowChoice { places: 1, strip: 8, frames: 1, seed: 3 };
     let strip = rows.of(&subject.head, 0).strips.remove(0);
-    let [old, new] = subject.reports(forged, rows);
+    let [old, new] = subject.reports("a map brighter", forged, rows);
     assert!(old.is_clean() && new.codes() == [ProfileDiffers] && new.faults.len() == 1, "{old}\n{new}");
     let fault = &new.faults[0].fault;
     assert!(fault.place.starts_with("data/") && fault.place.ends_with("sample 0"), "{}", fault.place);

@@ -11,7 +11,7 @@ use procedural::Stream;
 use rand::RngExt;
 use sheetlight::generate::ExpectedDataset;
 
-use super::place::{compare_rows, of_recipe, write_as};
+use super::place::{compare_rows, measure, of_recipe, write_as};
 use test_support::program::recipe;
 
 /// What a forger has: the frames of a sample, which one to change, its columns, the same frame of another sample.
@@ -191,6 +191,7 @@ fn one_forged_frame_of_many_is_told() {
             let faults = report(Some(rows)).faults.into_iter();
             faults.inspect(|found| assert_eq!(found.code, ProfileDiffers)).map(|found| found.fault.place).collect()
         };
+        measure(place.path(), Ok(&expected), "frames of 30 samples, one of each");
         let others = report(None);
         assert!(others.is_clean(), "seed {seed}: other rules tell it:\n{others}");
         let all = found(usual);

@@ -1,6 +1,7 @@
 //! A small dataset of boards, kept as encoded samples: changed before it is written, or on the disk afterwards.
 
 use std::collections::BTreeMap;
+use std::hash::{BuildHasher, Hasher, RandomState};
 use std::path::Path;
 use std::sync::{Mutex, OnceLock};
 
@@ -52,8 +53,15 @@ pub fn boards() -> &'static Boards {
     })
 }
 
-/// Warnings that say what to look at: estimates beside exact comparisons.
-pub const ESTIMATES: [Code; 3] = [Code::RangeDiffers, Code::OutlineDiffers, Code::DiveDiffers];
+/// Warnings that say what to look at, where nothing exact can be compared.
+pub const ESTIMATES: [Code; 6] = [
+    Code::RangeDiffers,
+    Code::OutlineDiffers,
+    Code::DiveDiffers,
+    Code::TruthDiffers,
+    Code::SampleRepeated,
+    Code::SampleAlike,
+];
 
 /// The head and the samples of a recipe, rendered.
 pub fn of_recipe(text: &str, samples: u64) -> (DatasetHead, Vec<Encoded>) {
@@ -67,7 +75,12 @@ pub fn of_recipe(text: &str, samples: u64) -> (DatasetHead, Vec<Encoded>) {
 
 /// What validation says of such samples, by its codes.
 pub fn codes_of(head: &DatasetHead, samples: Vec<Encoded>) -> Vec<Code> {
-    inspect(write_as(head.clone(), samples).path()).codes()
+    let folder = write_as(head.clone(), samples);
+    let codes = inspect(folder.path()).codes();
+    if !codes.is_empty() {
+        measured(folder.path(), "a damage");
+    }
+    codes
 }
 
 /// The codes of what validation says to look at in such samples, where it cannot draw their recipe again.
@@ -123,16 +136,23 @@ fn known_warnings(recipe: &Recipe, seed: u64) -> Vec<RigWarning> {
 
 /// What validation says, given what the recipe in the folder draws, as `gen validate --rows 0` gives it.
 pub fn inspect(root: &Path) -> ValidationReport {
+    again(root, |again| compare(root, again))
+}
+
+/// Gives `take` the recipe in a folder, to be drawn again.
+fn again<T>(root: &Path, take: impl FnOnce(Result<&ExpectedDataset, &str>) -> T) -> T {
     let folder = Dataset::open(root).ok();
     let again = folder
         .as_ref()
         .map_or(Err("no dataset".to_owned()), |folder| ExpectedDataset::with_warnings(folder, known_warnings));
-    compare(root, again.as_ref().map_err(String::as_str))
+    take(again.as_ref().map_err(String::as_str))
 }
 
-/// The same with rows that are exposed again, as many as `gen validate` takes where nobody says how many, for some choices of them.
+/// The same with rows that are exposed again, as many as `gen validate` takes where nobody says how many, for some
+/// choices of them.
 pub fn inspect_rows(root: &Path, seeds: std::ops::Range<u64>) -> Vec<ValidationReport> {
-    let again = ExpectedDataset::of(&Dataset::open(root).expect("it opens")).expect("its recipe loads");
+    let folder = Dataset::open(root).expect("it opens");
+    let again = ExpectedDataset::with_warnings(&folder, known_warnings).expect("its recipe loads");
     seeds.map(|seed| compare_rows(root, Ok(&again), again.rows(None, seed))).collect()
 }
 
@@ -164,6 +184,24 @@ pub fn compare_rows(root: &Path, again: Result<&ExpectedDataset, &str>, rows: Op
     report
 }
 
+/// With `SABOTAGE_SEEDS=n` in the environment: prints of how many fresh choices of rows, as many as `gen validate`
+/// takes where nobody says how many, the damaged dataset has faults.
+pub fn measure(root: &Path, again: Result<&ExpectedDataset, &str>, what: &str) {
+    let Some(seeds) = std::env::var("SABOTAGE_SEEDS").ok().and_then(|seeds| seeds.parse().ok()) else { return };
+    let found = (0..seeds).filter(|_| {
+        // As the program does: from the system's source of chance.
+        let seed = RandomState::new().build_hasher().finish();
+        !compare_rows(root, again, again.ok().and_then(|again| again.rows(None, seed))).is_clean()
+    });
+    let (found, thread) = (found.count(), std::thread::current());
+    println!("share | {} | {what} | {found} | {seeds}", thread.name().unwrap_or_default());
+}
+
+/// [`measure`] with the recipe in the folder.
+pub fn measured(root: &Path, what: &str) {
+    again(root, |again| measure(root, again, what));
+}
+
 /// Asks for exactly these codes and for a word in the place of a fault.
 pub fn says(root: &Path, codes: &[Code], place: &str, what: &str) {
     let report = inspect(root);
@@ -171,6 +209,7 @@ pub fn says(root: &Path, codes: &[Code], place: &str, what: &str) {
     codes.sort_unstable();
     assert_eq!(report.codes(), codes, "{what}:\n{report}");
     assert!(report.faults.iter().any(|found| found.fault.place.contains(place)), "{what}: no `{place}` in\n{report}");
+    measured(root, what);
 }
 
 /// The clean dataset, damaged on the disk.

@@ -3,10 +3,9 @@
 use std::fmt::Write;
 use std::fs;
 
+use dataset::validate::Code;
 use dataset::validate::Code::*;
-use dataset::validate::{Code, DeclaredLaws, ParameterLaws, RowNumbers, statistics};
 use dataset::{Dataset, Encoded};
-use numerics::chance::DrawLaw;
 use output_schema::{OLDEST_MINOR, SCHEMA_VERSION};
 use procedural::Class;
 use procedural::wood::{KnotNames, KnotPlace};
@@ -142,28 +141,4 @@ fn a_folder_without_a_readable_head_keeps_nothing() {
     fs::create_dir(place.path("set")).expect("made");
     let run = place.run("validate set --save");
     assert!(run.code == 1 && run.err.contains("validate without --save") && run.out.is_empty(), "{}", run.err);
-}
-
-#[test]
-fn a_range_of_few_floats_is_not_tested_for_its_spread() {
-    let (min, max) = (38.0, 38.00000000000001);
-    let below = Box::new(move |x: f64| (x - min) / (max - min));
-    let declared = DeclaredLaws {
-        classes: vec![("one".into(), 1.0)],
-        class_of: Box::new(|_| 0),
-        splits: vec![("train".into(), 1.0)],
-        split_of: Box::new(|_| 0),
-        group: 1,
-        parameters: vec![ParameterLaws {
-            path: "laser.power_mw".into(),
-            laws: vec![DrawLaw::Continuous { min, max, cdf: below }],
-            law_of_class: vec![0],
-            by_group: false,
-        }],
-    };
-    let row =
-        |index| RowNumbers { index, split: "train".into(), class: 0, numbers: vec![[min, max][index as usize % 2]] };
-    assert!(statistics(&declared, (0..500).map(row), 500).1.is_empty());
-    let outside = |index| RowNumbers { numbers: vec![39.0], ..row(index) };
-    assert_eq!(statistics(&declared, (0..500).map(outside), 500).1.len(), 1);
 }

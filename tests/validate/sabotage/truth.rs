@@ -1,4 +1,5 @@
-//! Truth maps that were changed in all samples alike, objects that the image's border cuts, and headers of other programs.
+//! Truth maps that were changed in all samples alike, objects that the image's border cuts, and headers of other
+//! programs.
 
 use bench::settings::Channel;
 use dataset::validate::Code::*;

@@ -1,13 +1,10 @@
 //! Collected results: what all jobs found, put together in any order and told in the order of jobs.
 
-use output_schema::file::manifest_path;
-
-use super::finding::{Code, Finding};
 use super::frame_digest::FrameDigest;
 use super::report::{MAX_PRINTED_FINDINGS, ValidationReport};
+use super::rules::{Code, Finding, duplicates, id_repeated, profile_differs};
 use super::shard::{CheckedRow, JobResult};
 use super::shard_task::ShardTask;
-use super::{duplicates, frames};
 use crate::ClassCounts;
 use bench::split::Split;
 
@@ -67,7 +64,7 @@ impl CollectedResults {
         report.add(std::mem::take(&mut self.counts));
         self.faults.sort_by_key(|(place, _)| *place);
         report.faults.extend(runs(self.faults.drain(..).flat_map(|(_, faults)| faults)));
-        report.faults.extend(self.repeated());
+        id_repeated::check(&mut self.ids, report);
         self.warnings.sort_by_key(|(place, _)| *place);
         report.warnings.extend(self.warnings.drain(..).flat_map(|(_, warnings)| warnings));
     }
@@ -82,26 +79,18 @@ impl CollectedResults {
     pub(super) fn alike(&mut self) -> Vec<Finding> {
         self.rows.sort_by_key(|(place, _)| *place);
         let prints = self.rows.iter().filter_map(|(_, row)| Some((row, row.print.as_deref()?)));
-        let split = |row: &CheckedRow| row.split.map_or("no split", Split::name);
         let samples =
-            prints.map(|(row, print)| duplicates::PrintedSample { index: row.index, split: split(row), print });
+            prints.map(|(row, print)| duplicates::PrintedSample { index: row.index, split: &row.split, print });
         duplicates::check(&samples.collect::<Vec<_>>())
     }
 
     /// Sensor frames that are not what they are when they are exposed again.
     pub(super) fn other_frames(&self, task: &ShardTask) -> Vec<Finding> {
-        frames::check(task, self.rows.iter().flat_map(|(_, row)| &row.frames).copied().collect(), &self.frames)
-    }
-
-    /// Samples whose id another one has.
-    fn repeated(&mut self) -> Vec<Finding> {
-        self.ids.sort_unstable();
-        let same = self.ids.windows(2).filter(|pair| pair[0].0 == pair[1].0);
-        same.map(|pair| {
-            let what = format!("samples {} and {} have the same id", pair[0].1, pair[1].1);
-            Finding::new(Code::IdRepeated, manifest_path(pair[1].2), what)
-        })
-        .collect()
+        profile_differs::frames(
+            task,
+            self.rows.iter().flat_map(|(_, row)| &row.frames).copied().collect(),
+            &self.frames,
+        )
     }
 }
 

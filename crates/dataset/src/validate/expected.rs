@@ -5,8 +5,8 @@ use output_schema::{DatasetHead, ManifestSample};
 use procedural::Instance;
 
 use super::columns::StoredRow;
-use super::finding::{Code, Finding};
 use super::report::ValidationReport;
+use super::rules::{Code, Finding};
 use crate::record::{AskedRows, ExposedRows, StackFrame, TrueRow};
 use crate::{Encoded, differences};
 

@@ -1,25 +1,22 @@
 //! Jobs: the work on a dataset as a sequence of jobs, each small enough that one for every core fit in memory.
 //!
-//! Whoever takes the next job moves the reader on: it opens a shard, sums a table, or reads one row of it. The row is then
-//! checked outside, beside others, whatever the number of shards. An EXR file is read once, with its row; a table is
-//! summed just before its rows are read, so that the second reading comes from the system's cache.
+//! Whoever takes the next job moves the reader on: it opens a shard, sums a table, or reads one row of it. The row is
+//! then checked outside, beside others, whatever the number of shards. An EXR file is read once, with its row; a table
+//! is summed just before its rows are read, so that the second reading comes from the system's cache.
 
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
 use arrow_array::RecordBatch;
-use output_schema::SCHEMA_VERSION;
-use output_schema::arrow::row_schema;
 use output_schema::file::{data_path, stack_path};
 use parquet::arrow::arrow_reader::ParquetRecordBatchReader;
 
-use super::finding::{Code, Finding};
 use super::report::ValidationReport;
-use super::sample::CheckedSample;
+use super::rules::tables::{self, caught};
+use super::rules::{Code, Finding, files};
 use super::shard::{self, CheckedRow, JobResult, OpenShard};
 use super::shard_task::ShardTask;
-use super::{files, sample, stack};
-use crate::{TableBounds, check_lengths, enclosed, largest};
+use super::{sample, stack};
+use crate::{check_lengths, largest};
 use bench::split::Split;
 
 /// Jobs of one dataset or shard, in the order in which faults are told.
@@ -60,7 +57,7 @@ fn table<'a>(shard: &Arc<OpenShard<'a>>, split: Option<Split>) -> ShardJobs<'a> 
         files::check(shard.task.root, file, most, &mut report)
     });
     let reader = file.and_then(|_| {
-        let opened = caught(&path, || reader(&shard, &path));
+        let opened = caught(&path, || tables::rows(&shard, &path));
         opened.map_err(|fault| report.faults.push(fault)).ok()
     });
     let told = std::iter::once(ValidationJob::Told(report));
@@ -118,25 +115,6 @@ impl SampleTable<'_> {
     }
 }
 
-/// A reader of the rows of a table, which has the columns that it should.
-fn reader(shard: &OpenShard, path: &str) -> Result<ParquetRecordBatchReader, Finding> {
-    let unreadable = |e: String| Finding::new(Code::TableUnreadable, path, e);
-    let file = enclosed::open(shard.task.root, path, largest::table_bytes(shard.task.head));
-    let file = file.map_err(|e| unreadable(e.to_string()))?;
-    let bounds = TableBounds::of_rows(shard.task.head);
-    let builder = bounds.open(file, &|_| true).map_err(unreadable)?;
-    let (found, expected) = (builder.schema().clone(), row_schema(shard.task.head));
-    // Another version's metadata and descriptions differ; each value's name and type is asked for where it is read.
-    if shard.task.head.schema_version == SCHEMA_VERSION && *found != expected {
-        let fields =
-            expected.fields().iter().filter(|field| found.field_with_name(field.name()).ok() != Some(field.as_ref()));
-        let names: Vec<&str> = fields.map(|field| field.name().as_str()).collect();
-        let what = format!("its columns are not those that are declared: {names:?}, their order, or the metadata");
-        return Err(Finding::new(Code::SchemaDiffers, path, what));
-    }
-    builder.with_batch_size(1).build().map_err(|e| unreadable(e.to_string()))
-}
-
 impl ValidationJob<'_> {
     /// What is found when it is done.
     pub(super) fn run(self) -> JobResult {
@@ -179,14 +157,5 @@ fn row(
     let listed = listed.map(|place| &shard.manifest.samples[place]);
     let exr = listed.and_then(|listed| shard.exr(listed, report));
     let seen = caught(path, || Ok(sample::check(&shard.task, batch, file, listed, exr.as_deref(), report)));
-    let CheckedSample { numbers, print, frames } = seen.map_err(|fault| report.faults.push(fault)).ok()??;
-    (shard.task.seen)(&numbers);
-    let split = Split::ALL.into_iter().find(|split| split.name() == numbers.split);
-    Some(CheckedRow { index: numbers.index, split, print: print.map(Box::new), frames })
-}
-
-/// Readers of other crates may panic on content that was made to mislead; that is a fault of the file.
-fn caught<T>(path: &str, read: impl FnOnce() -> Result<T, Finding>) -> Result<T, Finding> {
-    let gave_up = |_| Err(Finding::new(Code::TableUnreadable, path, "a reader gave up on its content"));
-    catch_unwind(AssertUnwindSafe(read)).unwrap_or_else(gave_up)
+    seen.map_err(|fault| report.faults.push(fault)).ok()?
 }

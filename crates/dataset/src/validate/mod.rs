@@ -1,61 +1,41 @@
 //! Validation: reads a dataset folder, believes nothing, and names each fault with its place and what to do.
 //!
 //! ```text
-//! dataset.json -> each shard: manifest -> files -> rows -> images, EXR, labels -> (exposed or rendered again) -> Report
-//!                                                      \-> counts of all rows -> statistics ---------^
+//! dataset.json -> each shard: manifest -> files -> rows -> images, EXR, labels -> (exposed or rendered again) ->
+//! Report
 //! ```
 //!
-//! A damaged file gives a fault, never a panic. Only files whose checksum is right are decoded. Of the samples as many are
-//! in memory as there are threads; what stays of each is its print (see `alike`) and the digest of its id.
+//! A damaged file gives a fault, never a panic. Only files whose checksum is right are decoded. Of the samples as many
+//! are in memory as there are threads; what stays of each is its print (see `duplicates`) and the digest of its id.
 
-mod balance;
-mod card;
 mod collected_results;
 mod columns;
-mod duplicates;
 mod expected;
-mod exposed_rows;
-mod exr;
-mod files;
-mod finding;
 mod frame_digest;
-mod frames;
-mod head;
-mod images;
 mod jobs;
-mod labels;
-mod manifest_origin;
-mod outline;
-mod pixels;
 mod report;
 mod row_choice;
+mod rules;
 mod sample;
-mod sample_counts;
 mod shard;
 mod shard_task;
 mod stack;
-mod true_rows;
-mod unlit;
-mod usefulness;
 
 use std::collections::{BTreeSet, HashSet};
 use std::path::Path;
-use std::sync::{Mutex, PoisonError};
 
 use output_schema::file::{CARD, CROISSANT, DATASET, REPORTS, data_path, exr_folder, manifest_path, stack_path};
 use output_schema::{DatasetHead, SCHEMA_VERSION};
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 
-pub use balance::{ALPHA, BalanceStatistics, BalanceTest, ClassCount, SplitCount};
 pub use expected::{Derive, DerivedSample, Expect, ExpectedRow, TakeFrame, UnlitRow};
-pub use finding::{Code, Finding, fault_table};
 pub use report::ValidationReport;
 pub use row_choice::RowChoice;
-pub use sample_counts::{DeclaredLaws, ParameterLaws, RowNumbers};
+pub use rules::{Code, Finding, fault_table};
 
 use self::collected_results::CollectedResults;
-use self::sample_counts::SampleCounts;
+use self::rules::{card_differs, dataset_differs, dataset_json, files};
 use self::shard_task::ShardTask;
 use crate::Encoded;
 use bench::split::Split;
@@ -83,8 +63,6 @@ pub struct ValidationOptions<'a> {
     pub derive: Option<Derive<'a>>,
     /// Which rows of each sample are exposed again by `derive`; `None` to expose nothing.
     pub rows: Option<RowChoice>,
-    /// How rows are drawn; `None` to make no statistics.
-    pub declared: Option<&'a DeclaredLaws>,
     /// How a sample is rendered again; `None` to compare nothing.
     pub rerender: Option<Rerender<'a>>,
     /// How many samples are rendered again.
@@ -98,41 +76,78 @@ pub struct ValidationOptions<'a> {
 /// Checks everything in the folder.
 pub fn validate(folder: &Path, options: &ValidationOptions) -> ValidationReport {
     let mut report = ValidationReport::default();
-    let Some(mut head) = head::read(folder, &mut report) else { return report };
-    let same = head.schema_version == SCHEMA_VERSION;
-    // Nothing that the head gives is compared where it is the head that was changed.
-    let edited = same && manifest_origin::check(folder, &mut head, options.expect, &mut report);
-    let same = same && !edited;
+    let Some(mut head) = dataset_json::read(folder, &mut report) else { return report };
     let mut of_assets = ValidationReport::default();
     let assets = files::assets(folder, &head, &mut of_assets);
-    // A recipe does not load without its files: that is told of the file alone.
-    let expected = options.expect_head.filter(|expected| expected.is_ok() || of_assets.is_clean());
-    let loads = expected.is_some() || options.expect_head.is_none();
-    let comparable = same && loads && expected.is_none_or(|expected| expected::head(&head, expected, &mut report));
-    let expect = options.expect.filter(|_| comparable);
-    let derive = options.derive.filter(|_| comparable);
-    let rows = options.rows.filter(|rows| derive.is_some() && rows.places > 0);
-    let tally = options.declared.filter(|_| comparable).map(|declared| Mutex::new(SampleCounts::new(declared)));
-    let rerender = options.rerender.filter(|_| same && options.rerender_samples > 0);
+    let comparable = Comparable::check(folder, &mut head, options, of_assets.is_clean(), &mut report);
+    let rerender = options.rerender.filter(|_| comparable.documents && options.rerender_samples > 0);
     let chosen =
         rerender.map_or_else(BTreeSet::new, |_| chosen(&head, options.rerender_samples, options.rerender_seed));
-    let seen = |row: &RowNumbers| {
-        if let Some(tally) = &tally {
-            tally.lock().unwrap_or_else(PoisonError::into_inner).add(row);
-        }
-    };
+    let derive = options.derive.filter(|_| comparable.samples);
     let task = ShardTask {
         root: folder,
         head: &head,
         number: 0,
-        expect,
+        expect: options.expect.filter(|_| comparable.samples),
         derive,
-        rows,
+        rows: options.rows.filter(|rows| derive.is_some() && rows.places > 0),
         rerender,
         chosen: &chosen,
-        seen: &seen,
     };
-    let jobs = (0..head.shards).flat_map(|number| jobs::of(ShardTask { number, ..task }));
+    let mut found = shards(&task, options);
+    report.add(of_assets);
+    let strangers = strangers(&task, &found, assets);
+    found.tell(&mut report);
+    report.faults.extend(found.other_frames(&task));
+    report.rows_seed = task.rows.map(|rows| rows.seed);
+    report.faults.extend(strangers);
+    let codes = report.codes();
+    let finished = !codes.contains(&Code::ManifestMissing);
+    let believed =
+        finished && ![Code::ManifestDiffers, Code::ManifestUnreadable].iter().any(|code| codes.contains(code));
+    if comparable.documents {
+        let counts = believed.then_some(&found.listed);
+        card_differs::check(folder, &head, &found.present(), counts, finished, &mut report);
+    }
+    report.warnings.extend(found.alike());
+    if head.schema_version != SCHEMA_VERSION {
+        // What another version writes otherwise is no damage: nothing is to be removed for it.
+        report.faults.iter_mut().for_each(|fault| fault.fault.remedy = Code::VersionDiffers.remedy().into());
+    }
+    report.chosen = chosen.into_iter().collect();
+    report
+}
+
+/// What of a dataset can be compared with what this program makes.
+struct Comparable {
+    /// Its documents: it has this version's schema, and its head was not changed.
+    documents: bool,
+    /// Its samples too: their recipe is drawn again.
+    samples: bool,
+}
+
+impl Comparable {
+    fn check(
+        folder: &Path,
+        head: &mut DatasetHead,
+        options: &ValidationOptions,
+        has_assets: bool,
+        report: &mut ValidationReport,
+    ) -> Self {
+        let same = head.schema_version == SCHEMA_VERSION;
+        // Nothing that the head gives is compared where it is the head that was changed.
+        let documents = same && !dataset_differs::check(folder, head, options.expect, report);
+        // A recipe does not load without its files: that is told of the file alone.
+        let expected = options.expect_head.filter(|expected| expected.is_ok() || has_assets);
+        let loads = expected.is_some() || options.expect_head.is_none();
+        let samples = documents && loads && expected.is_none_or(|expected| expected::head(head, expected, report));
+        Self { documents, samples }
+    }
+}
+
+/// Runs the jobs of all shards.
+fn shards(task: &ShardTask, options: &ValidationOptions) -> CollectedResults {
+    let jobs = (0..task.head.shards).flat_map(|number| jobs::of(ShardTask { number, ..*task }));
     let run = |(place, job): (u64, jobs::ValidationJob)| {
         let found = job.run();
         if let Some(progress) = options.progress {
@@ -140,57 +155,23 @@ pub fn validate(folder: &Path, options: &ValidationOptions) -> ValidationReport 
         }
         CollectedResults::of(place, found)
     };
-    let found = (0u64..).zip(jobs).par_bridge().map(run);
-    let mut found = found.reduce(CollectedResults::default, CollectedResults::and);
+    (0u64..).zip(jobs).par_bridge().map(run).reduce(CollectedResults::default, CollectedResults::and)
+}
 
+/// Files of the folder that nothing names.
+fn strangers(task: &ShardTask, found: &CollectedResults, assets: Vec<String>) -> Vec<Finding> {
     let mut expected: HashSet<String> = [DATASET, CARD, CROISSANT].map(String::from).into();
     expected.extend(assets);
-    report.add(of_assets);
-    expected.extend((0..head.shards).map(manifest_path));
-    expected.extend(std::mem::take(&mut found.tables));
+    expected.extend((0..task.head.shards).map(manifest_path));
+    expected.extend(found.tables.iter().cloned());
     // A shard whose manifest could be read has looked into its folder itself.
     let own: HashSet<String> = found.opened.iter().chain(&found.hidden).map(|&shard| exr_folder(shard)).collect();
     // What a manifest that cannot be read may name is no stranger.
     let tables =
         |&shard: &u64| Split::ALL.map(|split| data_path(split.name(), shard)).into_iter().chain([stack_path(shard)]);
     expected.extend(found.hidden.iter().flat_map(tables));
-    found.tell(&mut report);
-    report.faults.extend(found.other_frames(&task));
-    report.rows_seed = rows.map(|rows| rows.seed);
-    report.chosen = chosen.into_iter().collect();
     let is_skipped = |path: &str| own.contains(path) || path == REPORTS;
-    report.faults.extend(files::unexpected(folder, "", &|path| expected.contains(path), &is_skipped));
-    let finished = !report.codes().contains(&Code::ManifestMissing);
-    let codes = report.codes();
-    let believed =
-        finished && ![Code::ManifestDiffers, Code::ManifestUnreadable].iter().any(|code| codes.contains(code));
-    let counts = believed.then_some(&found.listed);
-    if same {
-        card::check(folder, &head, &found.present(), counts, finished, &mut report);
-    }
-    report.faults.extend(found.alike());
-    if let Some(tally) = tally {
-        let tally = tally.into_inner().unwrap_or_else(PoisonError::into_inner);
-        let (statistics, faults) = balance::judge(&tally, head.samples);
-        report.statistics = Some(statistics);
-        report.faults.extend(faults);
-    }
-    if head.schema_version != SCHEMA_VERSION {
-        // What another version writes otherwise is no damage: nothing is to be removed for it.
-        report.faults.iter_mut().for_each(|fault| fault.fault.remedy = Code::VersionDiffers.remedy().into());
-    }
-    report
-}
-
-/// The statistics of rows without any files, and what is wrong with them; `samples` is how many there should be.
-pub fn statistics(
-    declared: &DeclaredLaws,
-    rows: impl Iterator<Item = RowNumbers>,
-    samples: u64,
-) -> (BalanceStatistics, Vec<Finding>) {
-    let mut tally = SampleCounts::new(declared);
-    rows.for_each(|row| tally.add(&row));
-    balance::judge(&tally, samples)
+    files::unexpected(task.root, "", &|path| expected.contains(path), &is_skipped)
 }
 
 /// `count` indices of the dataset, from `seed` and what the dataset is.

@@ -5,8 +5,7 @@ use std::fmt;
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use super::balance::BalanceStatistics;
-use super::finding::{Code, Finding};
+use super::rules::{Code, Finding, LOOK};
 
 /// Everything that validation found, and how much it looked at.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
@@ -38,8 +37,6 @@ pub struct ValidationReport {
     pub unexposed: u64,
     /// The seed that chose rows and frames; null where none were to be exposed.
     pub rows_seed: Option<u64>,
-    /// Classes, splits and drawn numbers against the recipe; null where there is none to compare with.
-    pub statistics: Option<BalanceStatistics>,
 }
 
 /// Faults of one code that [`ValidationReport`] prints in full.
@@ -68,6 +65,23 @@ impl ValidationReport {
     /// The codes of the faults, each once, in order.
     pub fn codes(&self) -> Vec<Code> {
         codes(&self.faults)
+    }
+
+    /// A fault where samples are compared exactly with what their recipe makes, and else a warning that says *look at
+    /// this*.
+    pub(super) fn tell(&mut self, is_exact: bool, code: Code, place: impl Into<String>, what: impl Into<String>) {
+        let finding = Finding::new(code, place, what);
+        if is_exact { self.faults.push(finding) } else { self.warnings.push(finding.with_remedy(LOOK)) }
+    }
+
+    /// Adds a fault.
+    pub(super) fn fault(&mut self, code: Code, place: impl Into<String>, what: impl Into<String>) {
+        self.faults.push(Finding::new(code, place, what));
+    }
+
+    /// Adds a warning.
+    pub(super) fn warn(&mut self, code: Code, place: impl Into<String>, what: impl Into<String>) {
+        self.warnings.push(Finding::new(code, place, what));
     }
 
     pub(super) fn add(&mut self, other: Self) {
@@ -129,7 +143,8 @@ impl fmt::Display for ValidationReport {
         });
         write!(
             f,
-            "checked {} shards, {} files ({megabytes:.1} MB), {} samples, {} images; {} rendered again;{exposed} {} faults, {} warnings",
+            "checked {} shards, {} files ({megabytes:.1} MB), {} samples, {} images; {} rendered \
+                again;{exposed} {} faults, {} warnings",
             self.shards,
             self.files,
             self.samples,

@@ -7,7 +7,6 @@ use std::sync::{Mutex, PoisonError};
 use output_schema::DatasetHead;
 
 use super::row_choice::RowChoice;
-use super::sample_counts::RowNumbers;
 use super::{Derive, Expect, Rerender};
 use crate::record::{AskedRows, StackFrame};
 
@@ -23,8 +22,6 @@ pub(super) struct ShardTask<'a> {
     pub(super) rows: Option<RowChoice>,
     pub(super) rerender: Option<Rerender<'a>>,
     pub(super) chosen: &'a BTreeSet<u64>,
-    /// Takes what each row says.
-    pub(super) seen: &'a (dyn Fn(&RowNumbers) + Sync),
 }
 
 impl ShardTask<'_> {

@@ -1,133 +1,67 @@
 //! Sensor frames: every kept profile of every sample, in order.
 
-use std::collections::HashMap;
-
 use arrow_array::RecordBatch;
 use arrow_array::cast::AsArray;
 use arrow_array::types::{Int32Type, Int64Type};
 use output_schema::arrow::stack_schema;
 use output_schema::file::stack_path;
-use output_schema::{DatasetHead, Manifest, ManifestFile, SCHEMA_VERSION};
+use output_schema::{Manifest, ManifestFile, SCHEMA_VERSION};
 
-use super::duplicates::sum;
-use super::finding::{Code, Finding};
 use super::frame_digest::{self, FrameDigest};
 use super::report::ValidationReport;
+use super::rules::duplicates::sum;
+use super::rules::{Code, stack_blank, stack_differs, stack_repeated};
 use super::shard_task::ShardTask;
 use crate::record::StackFrame;
 use crate::{TableBounds, check_lengths, enclosed, frame_numbers, largest};
 
-/// Blank frames of a shard that are exposed again.
-const MAX_BLANK_AGAIN: usize = 8;
-
-/// Checks the sensor frames of a shard: every so-many-th of the profiles of each sample, as the recipe says; those that are to be
-/// compared with what is exposed again.
+/// Checks the sensor frames of a shard: every so-many-th of the profiles of each sample, as the recipe says; those that
+/// are to be compared with what is exposed again.
 pub(super) fn check(
     task: &ShardTask,
     manifest: &Manifest,
     file: &ManifestFile,
     report: &mut ValidationReport,
 ) -> Vec<FrameDigest> {
-    let mut fault = |code, what: String| report.faults.push(Finding::new(code, &file.path, what));
-    match read(task, &file.path) {
-        Ok((rows, asked)) => {
-            order(&rows, task.head, manifest, file, &mut fault);
-            blank(&rows, task, &file.path, report);
-            asked
-        }
+    let (rows, asked) = match read(task, &file.path) {
+        Ok(read) => read,
         Err((code, what)) => {
-            fault(code, what);
-            Vec::new()
+            report.fault(code, &file.path, what);
+            return Vec::new();
         }
+    };
+    let most = task.head.images.most_dn();
+    for row in rows.iter().filter(|row| row.most > most) {
+        report.fault(Code::ValueRange, &file.path, format!("{} has {} DN, beyond {most}", row.name(), row.most));
     }
-}
-
-/// The frames are there, in order, and each has a content of its own.
-fn order(
-    rows: &[FrameRow],
-    head: &DatasetHead,
-    manifest: &Manifest,
-    file: &ManifestFile,
-    fault: &mut dyn FnMut(Code, String),
-) {
-    content(rows, head, fault);
+    stack_repeated::check(&rows, &file.path, report);
     if file.rows != Some(rows.len() as u64) {
-        fault(Code::RowCount, format!("it has {} rows, its manifest says {:?}", rows.len(), file.rows));
+        let what = format!("it has {} rows, its manifest says {:?}", rows.len(), file.rows);
+        report.fault(Code::RowCount, &file.path, what);
     }
-    // `stack_every` is checked by the caller; a step of 1 keeps the rule harmless without it.
-    let step = head.images.stack_every.unwrap_or(1) as i64;
-    let mut rows = rows.iter().peekable();
-    let mut counts = Vec::new();
-    for sample in &manifest.samples {
-        let mut count = 0;
-        while let Some(FrameRow { key: (id, _, profile), .. }) = rows.next_if(|row| row.key.1 == sample.index as i64) {
-            if *id != sample.id || *profile != count * step {
-                return fault(
-                    Code::StackDiffers,
-                    format!("sample {}: frame {count} is profile {profile} of {id}", sample.index),
-                );
-            }
-            count += 1;
-        }
-        counts.push(count);
-    }
-    if let Some(FrameRow { key: (id, index, profile), .. }) = rows.next() {
-        fault(Code::StackDiffers, format!("profile {profile} of sample {index} ({id}) is out of order"));
-    }
-    // A recipe that is none is told elsewhere.
-    let profiles = head.recipe.canonical["scan"]["profiles"].as_u64();
-    let kept = profiles.map(|profiles| profiles.div_ceil(step.max(1) as u64) as i64).or(counts.first().copied());
-    let other = manifest.samples.iter().zip(&counts).find(|(_, count)| Some(**count) != kept || **count == 0);
-    if let Some((sample, count)) = other {
-        let what = format!("sample {} has {count} frames, not {}", sample.index, kept.unwrap_or_default());
-        fault(Code::StackDiffers, what);
-    }
+    stack_differs::check(&rows, task.head, manifest, &file.path, report);
+    stack_blank::check(&rows, task, &file.path, report);
+    asked
 }
 
 /// Id, index and profile of each row.
 type Key = (String, i64, i64);
 
 /// A row without its pixels.
-struct FrameRow {
-    key: Key,
+pub(super) struct FrameRow {
+    pub(super) key: Key,
     /// Of all pixels.
-    sum: u64,
-    least: u16,
-    most: u16,
+    pub(super) sum: u64,
+    pub(super) least: u16,
+    pub(super) most: u16,
 }
 
-/// Noise makes each frame the only one of its kind; no number is beyond the converter's greatest.
-fn content(rows: &[FrameRow], head: &DatasetHead, fault: &mut dyn FnMut(Code, String)) {
-    let mut first: HashMap<u64, &Key> = HashMap::new();
-    for row in rows {
-        let (id, index, profile) = &row.key;
-        let frame = format!("profile {profile} of sample {index} ({id})");
-        if row.most > head.images.most_dn() {
-            fault(Code::ValueRange, format!("{frame} has {} DN, beyond {}", row.most, head.images.most_dn()));
-        }
-        let before = *first.entry(row.sum).or_insert(&row.key);
-        if *before != row.key && row.least < row.most {
-            let what = format!("{frame} has the pixels of profile {} of sample {} ({})", before.2, before.1, before.0);
-            fault(Code::StackRepeated, what);
-        }
+impl FrameRow {
+    /// The frame in words.
+    pub(super) fn name(&self) -> String {
+        let (id, index, profile) = &self.key;
+        format!("profile {profile} of sample {index} ({id})")
     }
-}
-
-/// A frame of nothing is a fault unless it is one when it is exposed again: where little light comes and the dark level
-/// is 0, some are. Where none can be exposed it is looked at.
-fn blank(rows: &[FrameRow], task: &ShardTask, path: &str, report: &mut ValidationReport) {
-    let blank: Vec<&Key> = rows.iter().filter(|row| row.most == 0).map(|row| &row.key).collect();
-    let is_blank = |(_, index, profile): &&Key| {
-        let made = task.exposed_again(index.unsigned_abs(), profile.unsigned_abs());
-        made.is_some_and(|frame| frame.dn.iter().all(|dn| *dn == 0))
-    };
-    // The first tell of all of them.
-    if task.is_exact() && blank.iter().take(MAX_BLANK_AGAIN).all(is_blank) {
-        return;
-    }
-    let told = if task.is_exact() { &mut report.faults } else { &mut report.warnings };
-    let what = |(id, index, profile): &Key| format!("profile {profile} of sample {index} ({id}) is 0 everywhere");
-    told.extend(blank.into_iter().map(|key| Finding::new(Code::StackBlank, path, what(key))));
 }
 
 /// Every row without its pixels, and the frames that are to be compared.

@@ -5,12 +5,10 @@
 //! which no limit theorem says anything.
 
 mod count_tests;
-mod holm;
 mod kolmogorov_smirnov;
 mod normal;
 
 pub use self::count_tests::{binomial, likelihood_ratio, likelihood_ratio_chance};
-pub use self::holm::holm;
 pub use self::kolmogorov_smirnov::{HISTOGRAM_CELLS, UnitHistogram, kolmogorov_smirnov};
 pub use self::normal::{normal_below, normal_quantile};
 

@@ -75,6 +75,36 @@ fn marginals_are_the_declared_laws() {
     }
 }
 
+/// Every number of every built-in recipe follows the law that it declares, in each class by itself. Numbers that boards of
+/// one log have in common are one draw: of each log the first board counts.
+#[test]
+fn every_built_in_recipe_draws_by_its_laws() {
+    // Some 30 000 tests, most of them of numbers that never vary.
+    const ALPHA: f64 = 1e-10;
+    for name in Recipe::embedded().map(|built_in| built_in.name) {
+        let recipe = Recipe::load(name).expect("built in");
+        let mut columns: BTreeMap<String, Vec<Vec<f64>>> = BTreeMap::new();
+        for index in (0..6000).map(|place| place * recipe.boards_per_log()) {
+            let scene = recipe.draw(0, index);
+            let values = scene.values();
+            let columns = columns.entry(scene.class.clone()).or_insert_with(|| vec![Vec::new(); values.len()]);
+            columns.iter_mut().zip(values).for_each(|(column, (_, value))| column.push(value));
+        }
+        assert_eq!(columns.len(), recipe.classes().len(), "{name}");
+        for (class, columns) in columns {
+            for ((parameter, _), numbers) in recipe.draw(0, 0).values().into_iter().zip(columns) {
+                let path = parameter.path();
+                let law = recipe.distribution(&class, &path).expect("declared").law(parameter);
+                if let DrawLaw::Continuous { min, max, .. } = law {
+                    assert!(numbers.iter().all(|x| (min..=max).contains(x)), "{name}, {path} in {class}");
+                }
+                let p = chance(&law, &numbers);
+                assert!(p > ALPHA, "{name}, {path} in {class}: chance {p:e}");
+            }
+        }
+    }
+}
+
 /// Spearman's correlation of numbers without ties.
 fn spearman(a: &[f64], b: &[f64]) -> f64 {
     let ranks = |numbers: &[f64]| {
@@ -216,7 +246,7 @@ fn every_prefix_of_a_class_covers_each_key_evenly() {
 /// Whether a sample is one of a choice.
 type ChosenScene = fn(&Scene) -> bool;
 
-/// The tests of laws that validation makes over all classes, over a split and over every second stretch of 16 samples: none is near
+/// Tests of laws over all classes, over a split and over every second stretch of 16 samples: none is near
 /// an alarm. 400 tests, so that the least of them is below 10^-8 with a chance of 4 in 10^6.
 #[test]
 fn choices_of_samples_pass_the_tests_of_laws() {

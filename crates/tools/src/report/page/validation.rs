@@ -23,7 +23,7 @@ const COUNTED: [(&str, &str, &str); 5] = [
     ("files", "file", "files"),
 ];
 /// Keys that are shown elsewhere.
-const KEYS_SHOWN_ELSEWHERE: [&str; 19] = [
+const KEYS_SHOWN_ELSEWHERE: [&str; 18] = [
     "format",
     "schema_version",
     "clean",
@@ -42,7 +42,6 @@ const KEYS_SHOWN_ELSEWHERE: [&str; 19] = [
     "bytes",
     "shards",
     "chosen",
-    "statistics",
 ];
 
 /// The section.
@@ -60,7 +59,7 @@ pub(super) fn section(facts: &PageData) -> Markup {
         @if current && was_clean && damaged {
             p.stale { strong { "Damaged since? " } "This page finds files " a href="#troubles" { "missing or damaged" } ". Make it again: " code { (again) } }
         }
-        @if let Ok(document) = &kept.document { (verdict(document, current && !damaged)) (findings(&document["faults"])) (findings(&document["warnings"])) (statistics(&document["statistics"])) (others(document)) }
+        @if let Ok(document) = &kept.document { (verdict(document, current && !damaged)) (findings(&document["faults"])) (findings(&document["warnings"])) (others(document)) }
     }
 }
 
@@ -100,31 +99,6 @@ fn findings(list: &Value) -> Markup {
                 summary { code { (code) } " " small { (of.len()) } " " span.dim { (of.first().map_or(String::new(), |fault| text(fault, "remedy"))) } }
                 ul { @for fault in of.iter().take(MAX_LISTED_FAULTS) { li { code { (text(fault, "place")) } ": " (text(fault, "what")) } } }
                 @if of.len() > MAX_LISTED_FAULTS { p.dim { "and " (of.len() - MAX_LISTED_FAULTS) " more" } }
-            }
-        }
-    }
-}
-
-/// Tests against the recipe: how many, how near the nearest came, and each of them, the nearest first.
-fn statistics(document: &Value) -> Markup {
-    let p = |test: &&Value| test["adjusted_p"].as_f64().unwrap_or(1.0);
-    let mut tests: Vec<&Value> = document["tests"].as_array().into_iter().flatten().collect();
-    tests.sort_by(|a, b| p(a).total_cmp(&p(b)));
-    let field = |test: &Value, key: &str| plain(&test[key]);
-    html! {
-        @if let Some(nearest) = tests.first() {
-            p { (count(tests.len() as u64)) " tests of drawn numbers against the recipe. The least probable has p = "
-                (number(p(nearest))) ", corrected for their number (" code { (field(nearest, "of")) } ")"
-                @if let Some(alpha) = document["alpha"].as_f64() { "; a fault is one below " (number(alpha)) } "." }
-            details.group {
-                summary { "Tests" }
-                div.scroll tabindex="0" { table {
-                    thead { tr { @for title in ["of", "test", "samples", "statistic", "p", "corrected p"] { th { (title) } } } }
-                    tbody { @for test in tests.iter().take(MAX_TABLE_ROWS) { tr {
-                        @for key in ["of", "test", "samples", "statistic", "p", "adjusted_p"] { td { (field(test, key)) } }
-                    } } }
-                } }
-                @if tests.len() > MAX_TABLE_ROWS { p.dim { "and " (tests.len() - MAX_TABLE_ROWS) " more" } }
             }
         }
     }

@@ -1,5 +1,5 @@
-//! Card: the dataset card and `croissant.json` against `dataset.json`: they may have more lines, and another licence; what the program
-//! wrote stays.
+//! Card: the dataset card and `croissant.json` against `dataset.json`: they may have more lines, and another licence;
+//! what the program wrote stays.
 
 use std::fs;
 use std::path::Path;
@@ -8,11 +8,15 @@ use output_schema::DatasetHead;
 use output_schema::file::{CROISSANT, DATASET};
 
 use super::files::unread;
-use super::finding::{Code, Finding};
-use super::report::ValidationReport;
+use super::{Code, Finding, Rule};
+use crate::validate::report::ValidationReport;
 use crate::{ClassCounts, descriptions, enclosed, largest};
 use bench::split::Split;
 
+pub(super) const RULE: Rule = Rule {
+    meaning: "The dataset card or `croissant.json` lacks a line that the program wrote.",
+    remedy: REWRITE_REMEDY,
+};
 /// First words of the lines that belong to whoever publishes the dataset.
 const OWNERS_LINES: [&str; 2] = ["license: ", "  \"license\": "];
 /// What to do about a document that is missing or changed.
@@ -21,9 +25,9 @@ const REWRITE_REMEDY: &str = "remove the file and run the command that made the 
 /// What to do about one that was written before all shards were there, as parts have it that were put together.
 const FINISH_REMEDY: &str = "run the command that made the dataset once more, without --part: it finishes the file";
 
-/// Checks the documents of a dataset whose samples are of these splits, so many of each class and split where manifests can be
-/// believed; one that is not finished names all splits.
-pub(super) fn check(
+/// Checks the documents of a dataset whose samples are of these splits, so many of each class and split where manifests
+/// can be believed; one that is not finished names all splits.
+pub(in crate::validate) fn check(
     folder: &Path,
     head: &DatasetHead,
     present: &[Split],
@@ -34,7 +38,8 @@ pub(super) fn check(
     // Its absence was told before.
     let document = enclosed::read(folder, DATASET, largest::DOCUMENT_BYTES).unwrap_or_default();
     let none = ClassCounts::new();
-    // Of parts that were put together nobody has written the counts; nothing in them is wrong where every split has files.
+    // Of parts that were put together nobody has written the counts; nothing in them is wrong where every split has
+    // files.
     let unfinished = descriptions(head, &Split::ALL, &none, &document);
     let has_all = present.len() == Split::ALL.len();
     let is_open = counts.is_none();
@@ -73,8 +78,8 @@ pub(super) fn check(
     }
 }
 
-/// The first line of `expected` that `found` does not have in its place among the others; rows of counts may be filled where
-/// it `is_open`.
+/// The first line of `expected` that `found` does not have in its place among the others; rows of counts may be filled
+/// where it `is_open`.
 fn missing_line(found: &[u8], expected: &[u8], is_open: bool) -> Option<(usize, String)> {
     let mut lines = found.split(|&byte| byte == b'\n');
     let own = |line: &[u8], other: &[u8]| {

@@ -1,4 +1,5 @@
-//! Files against manifests: there, whole, unchanged, and no others.
+//! Files against manifests: there, whole, unchanged, and no others. A file is opened, measured and summed in one pass,
+//! so its rules are one file.
 
 use std::fs::File;
 use std::io::{self, ErrorKind, Read};
@@ -8,19 +9,37 @@ use output_schema::file::DATASET;
 use output_schema::{AssetHead, DatasetHead, ManifestFile};
 use sha2::{Digest, Sha256};
 
-use super::finding::{Code, Finding};
-use super::report::ValidationReport;
+use super::{Code, Finding, REMAKE, Rule};
+use crate::validate::report::ValidationReport;
 use crate::{enclosed, hex, largest, own_remedy};
 
+pub(super) const MISSING: Rule = Rule { meaning: "A file of the manifest is not there.", remedy: REMAKE };
+pub(super) const UNREADABLE: Rule = Rule {
+    meaning: "A file or folder is there, but may not be read.",
+    remedy: "let it be read by whom `gen` runs for; nothing is known to be wrong with it",
+};
+pub(super) const SIZE: Rule = Rule { meaning: "A file has another size than its manifest says.", remedy: REMAKE };
+pub(super) const CHECKSUM: Rule =
+    Rule { meaning: "A file has another SHA-256 than its manifest says.", remedy: REMAKE };
+pub(super) const UNEXPECTED: Rule = Rule {
+    meaning: "A file that no manifest names.",
+    remedy: "remove the file, or continue the dataset if it is being written",
+};
+
 /// Reads one file of a manifest, once; its bytes, where it is whole and of at most `most` bytes.
-pub(super) fn read(root: &Path, file: &ManifestFile, most: u64, report: &mut ValidationReport) -> Option<Vec<u8>> {
+pub(in crate::validate) fn read(
+    root: &Path,
+    file: &ManifestFile,
+    most: u64,
+    report: &mut ValidationReport,
+) -> Option<Vec<u8>> {
     let mut bytes = Vec::new();
     let whole = whole(root, file, most, report, |part| bytes.extend_from_slice(part));
     whole.then_some(bytes)
 }
 
 /// Checks one file of a manifest; `true` where it is whole and of at most `most` bytes.
-pub(super) fn check(root: &Path, file: &ManifestFile, most: u64, report: &mut ValidationReport) -> bool {
+pub(in crate::validate) fn check(root: &Path, file: &ManifestFile, most: u64, report: &mut ValidationReport) -> bool {
     whole(root, file, most, report, |_| ())
 }
 
@@ -51,13 +70,13 @@ fn whole(root: &Path, file: &ManifestFile, most: u64, report: &mut ValidationRep
 
 /// The code of a file that could not be read: `otherwise`, unless it is there and may not be, or the system is at
 /// fault.
-pub(super) fn unread(e: &io::Error, otherwise: Code) -> Code {
+pub(in crate::validate) fn unread(e: &io::Error, otherwise: Code) -> Code {
     let is_there = e.kind() == ErrorKind::PermissionDenied || own_remedy(e).is_some();
     if is_there { Code::FileUnreadable } else { otherwise }
 }
 
 fn fail(report: &mut ValidationReport, code: Code, file: &ManifestFile, what: &str) -> bool {
-    report.faults.push(Finding::new(code, &file.path, what));
+    report.fault(code, &file.path, what);
     false
 }
 
@@ -76,13 +95,13 @@ fn sum(mut file: impl Read, mut take: impl FnMut(&[u8])) -> io::Result<String> {
 }
 
 /// Checks the copies of files that the recipe names; their paths.
-pub(super) fn assets(root: &Path, head: &DatasetHead, report: &mut ValidationReport) -> Vec<String> {
+pub(in crate::validate) fn assets(root: &Path, head: &DatasetHead, report: &mut ValidationReport) -> Vec<String> {
     let mut paths = Vec::new();
     for asset in &head.assets {
         let place = asset.key.split('.').fold(&head.recipe.canonical, |value, key| &value[key]);
         if !asset.is_in_folder() || place["sha256"].as_str() != Some(&asset.sha256) {
             let what = format!("its asset `{}` is none of its recipe", asset.path);
-            report.faults.push(Finding::new(Code::DatasetUnreadable, DATASET, what));
+            report.fault(Code::DatasetUnreadable, DATASET, what);
             continue;
         }
         let AssetHead { path, bytes, sha256, .. } = asset.clone();
@@ -97,7 +116,7 @@ pub(super) fn assets(root: &Path, head: &DatasetHead, report: &mut ValidationRep
 }
 
 /// Every file below `folder` of `root` that is not expected; folders that are skipped are not listed.
-pub(super) fn unexpected(
+pub(in crate::validate) fn unexpected(
     root: &Path,
     folder: &str,
     is_expected: &dyn Fn(&str) -> bool,

@@ -1,4 +1,5 @@
-//! Unlit row: a row against what its recipe makes without light: the bench, effective physics and the body's own instances, bit for bit.
+//! A row against what its recipe draws, and what it makes without light: the bench, effective physics and the body's
+//! own instances, bit for bit.
 //!
 //! What light decides stays with the other checks: which instances a pixel shows, their boxes and their areas.
 
@@ -9,18 +10,29 @@ use output_schema::row::{OBJECT, ROW};
 use output_schema::{ColumnKind, DatasetHead, Source};
 use procedural::Instance;
 
-use super::columns::{StoredObject, StoredRow};
-use super::expected::UnlitRow;
-use super::finding::{Code, Finding};
-use super::report::ValidationReport;
+use super::{Code, REMAKE_OR_REPORT, Rule};
 use crate::record::Object;
+use crate::validate::columns::{StoredObject, StoredRow};
+use crate::validate::expected::{self, UnlitRow};
+use crate::validate::report::ValidationReport;
+use crate::validate::sample::StoredSample;
 use crate::{cell, object_cells, table_reader};
+
+pub(super) const RULE: Rule = Rule {
+    meaning: "A drawn number, or what follows from the draws without light, is not what recipe, seed and index give.",
+    remedy: REMAKE_OR_REPORT,
+};
 
 /// Differences of a row that one fault names.
 const MAX_NAMED_DIFFERENCES: usize = 3;
 
-/// Checks one row.
-pub(super) fn check(row: &StoredRow, unlit: &UnlitRow, head: &DatasetHead, place: &str, report: &mut ValidationReport) {
+pub(super) fn check(sample: &StoredSample, report: &mut ValidationReport) {
+    let StoredSample { row, place, .. } = sample;
+    if let Some(expected) = &sample.expected {
+        expected::numbers(row, sample.task.head, expected, place, report);
+    }
+    let head = sample.task.head;
+    let Some(unlit) = sample.derived.as_ref().map(|derived| &derived.unlit) else { return };
     let mut other = Vec::new();
     for column in ROW.iter().filter(|column| column.follows == Source::Scene) {
         // The number of Range is called as the row has it, whatever its unit.
@@ -49,7 +61,7 @@ pub(super) fn check(row: &StoredRow, unlit: &UnlitRow, head: &DatasetHead, place
             String::new()
         };
         let named = other.iter().take(MAX_NAMED_DIFFERENCES).map(String::as_str).collect::<Vec<_>>().join("; ");
-        report.faults.push(Finding::new(Code::DrawDiffers, place, format!("{named}{more}")));
+        report.fault(Code::DrawDiffers, place, format!("{named}{more}"));
     }
 }
 

@@ -1,22 +1,34 @@
-//! Duplicates: samples that are there twice: identical maps, or maps that share their noise.
+//! Duplicates, found in one search: samples that are there twice: identical maps, or maps that share their noise.
+//! Warnings of datasets of which no row is exposed again: a copy differs in every row that is, and what a recipe makes
+//! alike is no fault.
 //!
 //! Two samples may show the same thing: a recipe whose numbers are all fixed draws one board again and again. What they
-//! never share is shot noise: it is keyed by the index. So a sample is told by small contrasts, a checkerboard over each
-//! of 256 blocks of 4 x 4 pixels of Scatter, which structure leaves to noise. Blocks whose contrast has the same sign in
-//! most samples are structure that the recipe gives to all, and are left out. Of two strangers half of the signs agree.
+//! never share is shot noise: it is keyed by the index. So a sample is told by small contrasts, a checkerboard over
+//! each of 256 blocks of 4 x 4 pixels of Scatter, which structure leaves to noise. Blocks whose contrast has the same
+//! sign in most samples are structure that the recipe gives to all, and are left out. Of two strangers half of the
+//! signs agree.
 //!
-//! Signs alone find candidates and no more: speckle is cut from patterns of 128 pixels that samples with a like grain share,
-//! and of some ten thousand pairs one enters them at the same place. So the numbers have to agree too, within the step of a
-//! digital number, which shot noise keeps strangers from; and samples whose drawn numbers are the same are like each other
-//! because the recipe says so, and are not compared.
+//! Signs alone find candidates and no more: speckle is cut from patterns of 128 pixels that samples with a like grain
+//! share, and of some ten thousand pairs one enters them at the same place. So the numbers have to agree too, within
+//! the step of a digital number, which shot noise keeps strangers from; and samples whose drawn numbers are the same
+//! are like each other because the recipe says so, and are not compared.
 
 use std::collections::HashMap;
 
 use output_schema::file::DATASET;
 
-use super::finding::{Code, Finding};
 use super::images::DecodedImages;
+use super::{Code, Finding, Rule};
 
+pub(super) const REPEATED: Rule =
+    Rule { meaning: "Warning: two samples have the same measured maps.", remedy: LOOK_AT_BOTH };
+pub(super) const ALIKE: Rule = Rule {
+    meaning: "Warning: two samples seem to share their noise: one is a copy of the other with small changes.",
+    remedy: LOOK_AT_BOTH,
+};
+/// What to do about two samples.
+const LOOK_AT_BOTH: &str =
+    "look at both samples: this is an estimate; --rows 1 compares them exactly, with the version that wrote them";
 /// Blocks along each side of an image.
 const BLOCKS_PER_SIDE: usize = 16;
 /// Blocks.
@@ -51,7 +63,7 @@ type BlockBits = [u64; BLOCKS / 64];
 
 /// What tells a sample: 1.1 kB, whatever the size of its images.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct NoisePrint {
+pub(in crate::validate) struct NoisePrint {
     /// Of every measured pixel.
     sum: u64,
     /// Of every drawn number.
@@ -65,7 +77,7 @@ pub(super) struct NoisePrint {
 }
 
 /// The print of a sample with these drawn numbers; `None` where its maps are too small or show nothing.
-pub(super) fn print(cols: usize, decoded: &DecodedImages, drawn: &[f64]) -> Option<NoisePrint> {
+pub(in crate::validate) fn print(cols: usize, decoded: &DecodedImages, drawn: &[f64]) -> Option<NoisePrint> {
     let maps = ["range", "reflectance", "scatter"].map(|name| decoded.get(name));
     let map = maps[2].or(maps[1]).or(maps[0])?;
     let rows = map.len() / cols.max(1);
@@ -108,7 +120,7 @@ pub(super) fn print(cols: usize, decoded: &DecodedImages, drawn: &[f64]) -> Opti
 }
 
 /// 64 bits of all numbers and their order: equal for equal images, and for others once in 2^64.
-pub(super) fn sum(numbers: &[u16]) -> u64 {
+pub(in crate::validate) fn sum(numbers: &[u16]) -> u64 {
     // Four chains side by side: each step of one waits for its product.
     let mut chains = [HASH_FACTOR, !HASH_FACTOR, HASH_FACTOR.rotate_left(17), HASH_FACTOR.rotate_left(43)];
     let mut add = |part: &[u16]| {
@@ -194,14 +206,14 @@ impl NoisePrint {
 }
 
 /// One sample to be compared.
-pub(super) struct PrintedSample<'a> {
-    pub(super) index: u64,
-    pub(super) split: &'a str,
-    pub(super) print: &'a NoisePrint,
+pub(in crate::validate) struct PrintedSample<'a> {
+    pub(in crate::validate) index: u64,
+    pub(in crate::validate) split: &'a str,
+    pub(in crate::validate) print: &'a NoisePrint,
 }
 
 /// Pairs of samples that are one; each but the first of identical ones, and each pair of others.
-pub(super) fn check(samples: &[PrintedSample]) -> Vec<Finding> {
+pub(in crate::validate) fn check(samples: &[PrintedSample]) -> Vec<Finding> {
     let mut faults = Vec::new();
     let mut told: HashMap<(usize, usize), ()> = HashMap::new();
     let mut first: HashMap<u64, usize> = HashMap::new();

@@ -1,25 +1,48 @@
-//! Usefulness: the shares of a row against its images, and what makes a sample of little use though nothing is wrong with it.
+//! The shares of a row against its images, and what makes a sample of little use though nothing is wrong with it.
+//! Pixels are counted once, so these rules are one file.
 
 use output_schema::row::SHARES;
 
-use super::columns::StoredRow;
-use super::finding::{Code, Finding};
-use super::images::DecodedImages;
-use super::report::ValidationReport;
-use super::shard_task::ShardTask;
-use crate::shares::{ObjectPixels, SampleShares};
+use super::{Code, REMAKE_OR_REPORT, Rule};
+use crate::shares::{ObjectPixels, SampleShares, Shortfall};
+use crate::validate::report::ValidationReport;
+use crate::validate::sample::StoredSample;
 
-/// Checks the shares of a row; `decoded` are its images.
-pub(super) fn check(
-    task: &ShardTask,
-    row: &StoredRow,
-    decoded: &DecodedImages,
-    place: &str,
-    report: &mut ValidationReport,
-) {
+pub(super) const DIFFERS: Rule =
+    Rule { meaning: "The measured or the saturated share is not what the images show.", remedy: REMAKE_OR_REPORT };
+pub(super) const OBJECT_OUT_OF_VIEW: Rule = Rule {
+    meaning: "Warning: less than two thirds of the object lie in the field of the images, or no pixel shows it.",
+    remedy: Shortfall::ObjectOutOfView.remedy(),
+};
+pub(super) const HARDLY_MEASURED: Rule = Rule {
+    meaning: "Warning: Range is measured in less than a tenth of the pixels that show the object.",
+    remedy: Shortfall::HardlyMeasured.remedy(),
+};
+pub(super) const PARTLY_MEASURED: Rule = Rule {
+    meaning: "Warning: Range is measured in less than 80 % of the pixels that show matter without defect.",
+    remedy: Shortfall::PartlyMeasured.remedy(),
+};
+pub(super) const SATURATED: Rule = Rule {
+    meaning: "Warning: the line saturates in 95 % of the object's measured pixels, or more.",
+    remedy: Shortfall::Saturated.remedy(),
+};
+
+impl From<Shortfall> for Code {
+    fn from(shortfall: Shortfall) -> Self {
+        match shortfall {
+            Shortfall::ObjectOutOfView => Self::ObjectOutOfView,
+            Shortfall::HardlyMeasured => Self::HardlyMeasured,
+            Shortfall::PartlyMeasured => Self::PartlyMeasured,
+            Shortfall::Saturated => Self::Saturated,
+        }
+    }
+}
+
+pub(super) fn check(sample: &StoredSample, report: &mut ValidationReport) {
+    let StoredSample { task, row, images: decoded, place, .. } = sample;
     let Some(shares) = row.shares else { return };
     let SampleShares { measured, saturated, in_view, .. } = shares;
-    let mut fault = |code, what: String| report.faults.push(Finding::new(code, place, what));
+    let mut fault = |code, what: String| report.fault(code, place, what);
     let stored = SHARES.into_iter().zip([measured, saturated, in_view]);
     let outside: Vec<String> = stored
         .filter(|(_, share)| !share.is_nan() && !(0.0..=1.0).contains(share))
@@ -63,6 +86,7 @@ pub(super) fn check(
         return fault(Code::ShareDiffers, other.join("; "));
     }
     let shares = SampleShares { sound, ..shares };
-    let short = shares.shortfalls().into_iter();
-    report.warnings.extend(short.map(|short| Finding::new(short.into(), place, shares.describe(short))));
+    for short in shares.shortfalls() {
+        report.warn(short.into(), place, shares.describe(short));
+    }
 }

@@ -1,7 +1,7 @@
-//! Outline: label against picture: where the label ends at the background, Range steps between the object and the
+//! An estimate of label against picture: where the label ends at the background, Range steps between the object and the
 //! conveyor.
 //!
-//! An estimate, for datasets whose recipe cannot be drawn again. On each of the four sides of the object, pixels 2 and
+//! Made for datasets whose recipe cannot be drawn again. On each of the four sides of the object, pixels 2 and
 //! 3 places beyond its edge are expected at the conveyor's height and those 2 and 3 places within at the object's, told
 //! apart half way between both. The object's height there is taken from the pixels further within that are of the
 //! edge's own class, less what these rise towards its middle. A mask that is shifted by three pixels, mirrored, or of
@@ -12,9 +12,14 @@
 //! the object, their peaks are out of place by more than a card is thick, and a conveyor that is taken for the object
 //! is dark.
 
-use super::finding::{Code, Finding};
-use super::images::DecodedImages;
-use super::report::ValidationReport;
+use super::{Code, LOOK, Rule};
+use crate::validate::report::ValidationReport;
+use crate::validate::sample::StoredSample;
+
+pub(super) const RULE: Rule = Rule {
+    meaning: "Warning: the label's outline seems not to be where Range steps from the conveyor to the object.",
+    remedy: LOOK,
+};
 
 /// The strip beyond or within an edge: from this place on [px].
 const NEAR: usize = 2;
@@ -37,27 +42,19 @@ const SIGMA: f32 = 1.4826;
 /// Saturated share from which a scan without Reflectance is left out [1].
 const SATURATED_LEFT_OUT: f64 = 0.1;
 
-/// What decides which pixels of a scan can be compared.
-pub(super) struct ScanLight {
-    /// Whether the laser has a second line.
-    pub second_line: bool,
-    /// Reflectance that is saturated [DN].
-    pub most_dn: u16,
-    /// Share of the object's measured pixels that are, where the row says it [1].
-    pub saturated_share: Option<f64>,
-}
-
-/// Checks the edges of one sample; under a second line those of columns alone.
-pub(super) fn check(
-    cols: usize,
-    light: &ScanLight,
-    decoded: &DecodedImages,
-    place: &str,
-    report: &mut ValidationReport,
-) {
-    let (Some(label), Some(range)) = (decoded.get("label"), decoded.get("range")) else { return };
-    let reflectance = decoded.get("reflectance");
-    if reflectance.is_none() && light.saturated_share.is_some_and(|share| share > SATURATED_LEFT_OUT) {
+/// Checks the edges of one sample; under a second line, which lights the object ahead of the line, those of columns
+/// alone.
+pub(super) fn check(sample: &StoredSample, report: &mut ValidationReport) {
+    let (head, cols) = (sample.task.head, sample.cols());
+    let recipe = &head.recipe.canonical;
+    // The thesis' method lets light out beyond the object's edges.
+    if sample.task.is_exact() || recipe["transport"]["model"] == "thesis" {
+        return;
+    }
+    let (Some(label), Some(range)) = (sample.images.get("label"), sample.images.get("range")) else { return };
+    let reflectance = sample.images.get("reflectance");
+    let share = sample.row.shares.as_ref().map(|shares| shares.saturated);
+    if reflectance.is_none() && share.is_some_and(|share| share > SATURATED_LEFT_OUT) {
         return;
     }
     let mut conveyor: Vec<u16> =
@@ -68,9 +65,9 @@ pub(super) fn check(
     let level = median(&mut conveyor);
     conveyor.iter_mut().for_each(|r| *r = (f32::from(*r) - level).abs() as u16);
     let noise = SIGMA * median(&mut conveyor);
-    let saturated = |i: usize| reflectance.and_then(|dn| dn.get(i)).is_some_and(|dn| *dn >= light.most_dn);
+    let saturated = |i: usize| reflectance.and_then(|dn| dn.get(i)).is_some_and(|dn| *dn >= head.images.most_dn());
     for (name, lines) in [("column", Lines { cols, across: false }), ("row", Lines { cols, across: true })] {
-        if lines.across && light.second_line {
+        if lines.across && recipe["laser"]["second_line_mm"] != 0.0 {
             continue;
         }
         for backwards in [false, true] {
@@ -78,10 +75,11 @@ pub(super) fn check(
             if wrong > WRONG {
                 let side = if backwards { "last" } else { "first" };
                 let what = format!(
-                    "{:.0} % of the pixels about the {side} {name} of the object are not at the height that the label says",
+                    "{:.0} % of the pixels about the {side} {name} of the object are not at the height that the \
+                        label says",
                     100.0 * wrong
                 );
-                report.warnings.push(Finding::new(Code::OutlineDiffers, place, what));
+                report.warn(Code::OutlineDiffers, &sample.place, what);
             }
         }
     }

@@ -1,22 +1,29 @@
-//! Origin that manifests name: `dataset.json` against all of them: where these agree with each other and not with it, it alone was changed.
+//! `dataset.json` says something else than its recipe ([`expected::head`](crate::validate::expected)) or than all
+//! manifests, which agree with each other: then it alone was changed.
 
 use std::path::Path;
 
 use output_schema::file::{DATASET, manifest_path};
 use output_schema::{DatasetHead, Generator, Manifest};
 
-use super::Expect;
-use super::finding::{Code, Finding};
-use super::report::ValidationReport;
+use super::{Code, RESTORE, Rule};
+use crate::validate::Expect;
+use crate::validate::report::ValidationReport;
 use crate::{enclosed, largest};
+
+pub(super) const RULE: Rule = Rule {
+    meaning: "`dataset.json` says something else than its recipe gives, or is not written as the program writes it.",
+    remedy: RESTORE,
+};
 
 /// Generator, recipe hash and seed.
 type Origin = (Generator, String, u64);
 
-/// Takes the origin of all manifests into `head` where they agree on another one, and tells it once; `true` where it did.
+/// Takes the origin of all manifests into `head` where they agree on another one, and tells it once; `true` where it
+/// did.
 ///
 /// One manifest alone is believed if the id of its first sample is not the one that `expect` draws for the head.
-pub(super) fn check(
+pub(in crate::validate) fn check(
     root: &Path,
     head: &mut DatasetHead,
     expect: Option<Expect>,
@@ -50,7 +57,7 @@ pub(super) fn check(
     let text = |(generator, hash, seed): &Origin| format!("{} {}, {hash}, {seed}", generator.name, generator.version);
     let (said, all) = (text(&own), text(&found));
     let what = format!("its generator, recipe hash and seed are {said}; all manifests agree on {all}");
-    report.faults.push(Finding::new(Code::DatasetDiffers, DATASET, what));
+    report.fault(Code::DatasetDiffers, DATASET, what);
     (head.generator, head.recipe.hash, head.seed) = found;
     true
 }

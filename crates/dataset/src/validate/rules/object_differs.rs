@@ -1,14 +1,19 @@
-//! Labels against themselves: objects and areas are what the images show.
+//! The objects of a row against the images: numbers, order, boxes, areas, and the defects among them.
 
 use std::collections::BTreeMap;
 
-use output_schema::PIXEL_CLASSES;
 use procedural::Class;
 
-use super::columns::{StoredRow, in_range};
-use super::finding::{Code, Finding};
-use super::images::{DecodedImages, known_labels};
-use super::report::ValidationReport;
+use super::{Code, REMAKE_OR_REPORT, Rule};
+use crate::validate::columns::{StoredRow, in_range};
+use crate::validate::report::ValidationReport;
+use crate::validate::sample::StoredSample;
+
+pub(super) const RULE: Rule = Rule {
+    meaning: "An object's area or box is not what the instance image shows, an instance has no object, or \
+        `defect_classes` is not what pixels show.",
+    remedy: REMAKE_OR_REPORT,
+};
 
 /// Rounding in a sum of as many areas as an image has pixels [1].
 const AREA: f64 = 1e-6;
@@ -21,22 +26,14 @@ struct LabelledRegion {
     last: (usize, usize),
 }
 
-/// Checks objects, their numbers, and the areas of classes.
-///
-/// `values` are the pixel classes that labels of the dataset's subject can show; `turned` says that the object turns.
-pub(super) fn check(
-    row: &StoredRow,
-    values: &[u8],
-    turned: bool,
-    decoded: &DecodedImages,
-    place: &str,
-    report: &mut ValidationReport,
-) {
-    let mut fault = |code, what: String| report.faults.push(Finding::new(code, place, what));
+/// Checks objects, their numbers and pixels.
+pub(super) fn check(sample: &StoredSample, report: &mut ValidationReport) {
+    let (row, place) = (&sample.row, &sample.place);
+    // The pixel classes that labels of the dataset's subject can show.
+    let values = &sample.task.head.label_values;
+    let turned = sample.task.head.recipe.canonical["motion"]["kind"] == "turntable";
+    let mut fault = |code, what: String| report.fault(code, place, what);
     let (cols, rows) = (i64::from(row.cols), i64::from(row.rows));
-    if row.class_area_px.iter().sum::<i64>() != cols * rows {
-        fault(Code::ClassAreaDiffers, format!("the areas {:?} are not {cols} x {rows} pixels", row.class_area_px));
-    }
     for object in &row.objects {
         let [x, y, width, height] = object.bbox.map(i64::from);
         let inside = x >= 0 && y >= 0 && width > 0 && height > 0 && x + width <= cols && y + height <= rows;
@@ -44,7 +41,8 @@ pub(super) fn check(
         let known = [object.class, object.state].iter().all(|class| values.iter().any(|&v| i64::from(v) == *class));
         let nested = u16::try_from(object.instance).is_ok() && (0..object.instance).contains(&object.within);
         if !inside || !area || !known || !nested {
-            let what = "is not inside the image, of no known class, of no number from 1 to 65535, or lies within none before it";
+            let what = "is not inside the image, of no known class, of no number from 1 to 65535, or lies within none \
+                before it";
             fault(Code::ValueRange, format!("object {object:?} {what}"));
         }
         for (name, value) in object.numbers.iter().filter(|(name, value)| !in_range(name, *value)) {
@@ -70,26 +68,14 @@ pub(super) fn check(
         }
     }
     defects(row, values, place, report);
-    if !known_labels(decoded, values, place, report) {
-        return;
-    }
-    if let Some(label) = decoded.get("label") {
-        let mut areas = vec![0i64; PIXEL_CLASSES.len()];
-        label.iter().for_each(|&class| areas[usize::from(class)] += 1);
-        let shown: Vec<i64> = values.iter().map(|&value| areas[usize::from(value)]).collect();
-        if shown != row.class_area_px {
-            let what = format!("the label image shows {shown:?} pixels, the row says {:?}", row.class_area_px);
-            report.faults.push(Finding::new(Code::ClassAreaDiffers, place, what));
-        }
-    }
-    if let Some(instance) = decoded.get("instance") {
+    if let Some(instance) = sample.images.get("instance").filter(|_| sample.unknown_label.is_none()) {
         objects(row, instance, place, report);
     }
 }
 
 /// The defects that the row lists against its objects and the areas of classes, which are those of the images.
 fn defects(row: &StoredRow, values: &[u8], place: &str, report: &mut ValidationReport) {
-    let mut fault = |code, what: String| report.faults.push(Finding::new(code, place, what));
+    let mut fault = |code, what: String| report.fault(code, place, what);
     let classes = || values.iter().filter_map(|&value| Class::ALL.get(usize::from(value)));
     let mut is_known = true;
     for name in row.defects.iter().chain(row.unseen.iter().flatten()) {
@@ -146,7 +132,7 @@ fn objects(row: &StoredRow, instance: &[u16], place: &str, report: &mut Validati
     }
     let numbered = (0..).zip(all).filter_map(|(number, seen)| seen.map(|seen| (number, seen)));
     let mut seen: BTreeMap<i32, LabelledRegion> = numbered.collect();
-    let mut fault = |what| report.faults.push(Finding::new(Code::ObjectDiffers, place, what));
+    let mut fault = |what: String| report.fault(Code::ObjectDiffers, place, what);
     let mut last = 0;
     for object in &row.objects {
         if object.instance <= last {

@@ -1,4 +1,5 @@
-//! Head: `dataset.json`, read, of a version that this program knows, consistent in itself, written as the program writes it.
+//! `dataset.json`, read once: there, of a version that this program knows, consistent in itself, written as the program
+//! writes it. The rules of reading it are one file.
 
 use std::path::Path;
 
@@ -7,14 +8,29 @@ use output_schema::{DatasetHead, FORMAT, SCHEMA_VERSION, SubjectFiles, refuse_ve
 use serde_json::Value;
 
 use super::files::unread;
-use super::finding::{Code, Finding};
-use super::report::ValidationReport;
+use super::{Code, Rule};
+use crate::validate::report::ValidationReport;
 use crate::{enclosed, largest, to_document};
 
+pub(super) const MISSING: Rule =
+    Rule { meaning: "`dataset.json` is not there.", remedy: "name the folder that holds dataset.json" };
+pub(super) const UNREADABLE: Rule = Rule {
+    meaning: "`dataset.json` is no document of this format.",
+    remedy: "bring dataset.json back from a copy, or make the dataset again",
+};
+pub(super) const VERSION_UNKNOWN: Rule = Rule {
+    meaning: "The dataset was written with a schema that this program does not read.",
+    remedy: "use the program version that the message names",
+};
+pub(super) const VERSION_DIFFERS: Rule = Rule {
+    meaning: "The dataset was written with another minor version of the schema: much of it cannot be compared.",
+    remedy: "validate with the program version that wrote the dataset; it stays readable",
+};
+
 /// Reads the head; `None` where nothing else can be checked.
-pub(super) fn read(folder: &Path, report: &mut ValidationReport) -> Option<DatasetHead> {
+pub(in crate::validate) fn read(folder: &Path, report: &mut ValidationReport) -> Option<DatasetHead> {
     let mut fault = |code, what: String| {
-        report.faults.push(Finding::new(code, DATASET, what));
+        report.fault(code, DATASET, what);
         None
     };
     let text = match enclosed::read(folder, DATASET, largest::DOCUMENT_BYTES) {
@@ -42,7 +58,8 @@ pub(super) fn read(folder: &Path, report: &mut ValidationReport) -> Option<Datas
     if head.schema_version != SCHEMA_VERSION {
         let [[major, minor], [_, own]] = [head.schema_version, SCHEMA_VERSION];
         let what = format!(
-            "it was written with schema {major}.{minor}, this program writes {major}.{own}: comparisons with the recipe, the \
+            "it was written with schema {major}.{minor}, this program writes {major}.{own}: comparisons with \
+                the recipe, the \
              documents' bytes and the tables' metadata are left out"
         );
         fault(Code::VersionDiffers, what);
