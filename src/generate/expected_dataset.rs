@@ -6,7 +6,7 @@ use super::{DatasetRequest, dataset_head, equipment, recipe_of, render_sample, r
 use bench::settings::{Order, Transport};
 use dataset::record::AskedRows;
 use dataset::validate::{DerivedSample, ExpectedRow, RowChoice, TakeFrame, UnlitRow};
-use dataset::{Dataset, encode_numbers};
+use dataset::{Dataset, Encoded, encode_numbers};
 use pipeline;
 use recipe::Recipe;
 use scanner::optics::speckle::PatternCache;

@@ -7,7 +7,7 @@ use arrow_array::cast::AsArray;
 use arrow_array::types::Float64Type;
 use arrow_array::{Array, ArrayRef, StructArray};
 use output_schema::row::{OBJECT, ROW};
-use output_schema::{ColumnKind, DatasetHead, Source};
+use output_schema::{ColumnKind, Source};
 use procedural::Instance;
 
 use super::{Code, REMAKE_OR_REPORT, Rule};
