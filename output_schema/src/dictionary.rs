@@ -57,11 +57,9 @@ pub fn dictionary() -> String {
 
     line(
         &mut page,
-        "\n`follows from` says what `gen validate` holds a column to: what the head says and the recipe *draws*; the *scene*, made",
-    );
-    line(
-        &mut page,
-        "again without light and compared bit for bit; or the *images*. `since` is the oldest schema with it that is read.",
+        "\n`follows from` says what `gen validate` holds a column to: what the head says and the recipe *draws*; the *scene*, \
+         made\nagain without light and compared bit for bit; or the *images*. `since` is the oldest schema with it that is \
+         read.",
     );
     table(&mut page, "Columns of `data/*.parquet`", &ROW);
     line(
@@ -194,7 +192,8 @@ fn table(page: &mut String, title: &str, columns: &[Column]) {
     line(
         page,
         &format!(
-            "\n## {title}\n\n| column | type | shape | unit | values | missing | follows from | since | meaning |\n|---|---|---|---|---|---|---|---|---|"
+            "\n## {title}\n\n| column | type | shape | unit | values | missing | follows from | since | meaning |\n\
+             |---|---|---|---|---|---|---|---|---|"
         ),
     );
     for c in columns {

@@ -36,8 +36,8 @@ pub fn json_schema() -> Value {
 fn columns(table: &[Column]) -> Vec<Value> {
     let entry = |c: &Column| {
         let mut entry = json!({
-            "name": c.name, "type": c.kind.name(), "shape": c.kind.shape(), "unit": c.unit, "range": c.range.to_string(),
-            "missing": c.missing, "doc": c.doc,
+            "name": c.name, "type": c.kind.name(), "shape": c.kind.shape(), "unit": c.unit,
+            "range": c.range.to_string(), "missing": c.missing, "doc": c.doc,
         });
         if let ColumnKind::List(fields) | ColumnKind::Struct(fields) = c.kind {
             entry["fields"] = Value::from(columns(fields));
