@@ -1,5 +1,5 @@
-//! Cost of each effect of the instrument: rows and exposure of the full scan's recipe with one effect more, one core, to
-//! be held against `none`. One line in [`EFFECTS`] an effect.
+//! Cost of each effect of the instrument: rows and exposure of the full scan's recipe with one effect more, one core,
+//! to be held against `none`. One line in [`EFFECTS`] an effect.
 
 use bench::settings::{Fan, Filter, Hdr, LineShape, Scheimpflug, SpeckleLaw};
 use divan::counter::ItemsCount;

@@ -71,7 +71,8 @@ fn main() {
     divan::main();
 }
 
-/// Matter, geometry and line spread of the rows (halo included, as two neighbouring bands pay for it: 64 + 66 rows for 64 profiles).
+/// Matter, geometry and line spread of the rows (halo included, as two neighbouring bands pay for it: 64 + 66 rows for
+/// 64 profiles).
 #[divan::bench]
 fn rows(bencher: Bencher) {
     let bench = BoardUnderBench::new();
@@ -153,8 +154,8 @@ fn sample(bencher: Bencher) {
         .bench(|| pipeline::render(&bench.scene, &patterns, &|_| ()));
 }
 
-/// A thousand profiles of a blister pack of the declared defaults on the same bench, filled and clear, on all cores: to be
-/// held against `sample`.
+/// A thousand profiles of a blister pack of the declared defaults on the same bench, filled and clear, on all cores: to
+/// be held against `sample`.
 #[divan::bench(args = [12.0, 0.01], sample_count = 3, sample_size = 1)]
 fn pack(bencher: Bencher, film_sigma_per_mm: f64) {
     let mut scene = BoardUnderBench::new().scene;

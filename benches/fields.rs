@@ -1,6 +1,6 @@
-//! What the fields of a board cost beside its rendering: surface and matter of every pixel that shows the board, against rows,
-//! exposure and extraction of the same profiles, on one core. A whole board's fields are to stay under half of its rendering;
-//! docs/theory/performance.md has the figures.
+//! What the fields of a board cost beside its rendering: surface and matter of every pixel that shows the board,
+//! against rows, exposure and extraction of the same profiles, on one core. A whole board's fields are to stay under
+//! half of its rendering; docs/theory/performance.md has the figures.
 
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};

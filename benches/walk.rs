@@ -1,5 +1,5 @@
-//! Photons a second of the judge on one core: a slab of Henyey and Greenstein's law, clear wood, and a plate of clear wood
-//! walked as a body. `make bench` prints it; docs/theory/performance.md reads it.
+//! Photons a second of the reference on one core: a slab of Henyey and Greenstein's law, clear wood, and a plate of
+//! clear wood walked as a body. `make bench` prints it; docs/theory/performance.md reads it.
 
 use divan::Bencher;
 use divan::counter::ItemsCount;

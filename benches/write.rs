@@ -1,6 +1,8 @@
-//! What encoding costs: `RAYON_NUM_THREADS=1 cargo bench --bench write` for one core. Times by divan; sizes are printed first, in bytes and bytes/pixel.
+//! What encoding costs: `RAYON_NUM_THREADS=1 cargo bench --bench write` for one core. Times by divan; sizes are printed
+//! first, in bytes and bytes/pixel.
 //!
-//! One sample of 2560 x 500 with the noise of a scan: the numbers behind `crates/dataset/src/png.rs`, `exr.rs` and `shard_size.rs`.
+//! One sample of 2560 x 500 with the noise of a scan: the numbers behind `crates/dataset/src/png.rs`, `exr.rs` and
+//! `shard_size.rs`.
 
 use bench::settings::{Output, SensorStack, Size};
 use dataset::record::{Below, Record};
@@ -146,7 +148,8 @@ fn sizes() {
     }
 }
 
-#[divan::bench(args = IMAGES.iter().flat_map(|i| PNG.iter().map(move |p| (*i, p.0))).map(|(i, p)| format!("{i} {p}")).collect::<Vec<_>>(), sample_count = 5)]
+#[divan::bench(args = IMAGES.iter().flat_map(|i| PNG.iter().map(move |p| (*i, p.0))).map(|(i, p)| format!("{i} \
+    {p}")).collect::<Vec<_>>(), sample_count = 5)]
 fn png(bencher: Bencher, case: &str) {
     let (name, setting) = case.split_once(' ').unwrap_or((case, ""));
     let image = grey(name);
@@ -156,7 +159,8 @@ fn png(bencher: Bencher, case: &str) {
         .bench_local(|| write_png_as(&image, SIZE.columns, compression, filter));
 }
 
-#[divan::bench(args = EXR_TYPES.iter().flat_map(|i| EXR.iter().map(move |e| format!("{} {} {}", i.0, i.1, e.0))).collect::<Vec<_>>(), sample_count = 5)]
+#[divan::bench(args = EXR_TYPES.iter().flat_map(|i| EXR.iter().map(move |e| format!("{} {} \
+    {}", i.0, i.1, e.0))).collect::<Vec<_>>(), sample_count = 5)]
 fn exr(bencher: Bencher, case: &str) {
     let words: Vec<&str> = case.split(' ').collect();
     let compression = EXR.iter().find(|e| e.0 == words[2]).unwrap_or(&EXR[0]).1;

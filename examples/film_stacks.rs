@@ -1,4 +1,4 @@
-//! The production kernel beside the judge on films over something: the tables of docs/theory/transport/layers.md.
+//! The production kernel beside the reference on films over something: the tables of docs/theory/transport/layers.md.
 //!
 //! `cargo run --release --example film_stacks -- PHOTONS`: one row a stack, then filled over empty pockets by pigment.
 
@@ -42,7 +42,7 @@ fn windows(answer: &Answer) -> [Estimate; 4] {
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let photons = std::env::args().nth(1).map_or(Ok(400_000), |text| text.parse())?;
     let question = Question { cells: 0, angles: 0, ..Question::default() };
-    let judge = |stack: &Stack| solve(stack, &question, Effort { photons, seed: 1 });
+    let reference = |stack: &Stack| solve(stack, &question, Effort { photons, seed: 1 });
     let stacks = [
         ("12 /mm, 0.12 mm over 0.5 mm over tablet", over_tablet(film(12.0, 0.12), 0.5, 1.0)),
         ("the same, touching the tablet", over_tablet(film(12.0, 0.12), 0.0, 1.0)),
@@ -56,15 +56,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         ("4 /mm, 0.12 mm over 5 mm over foil", over_foil(film(4.0, 0.12), Some(5.0))),
     ];
     for (name, stack) in stacks {
-        let (judge, kernel) = (judge(&stack), kernel::solve(&stack, &question)?);
-        print!("| {name} | {:.4} {:.4} |", judge.reflectance.value, kernel.reflectance.value);
-        for (judge, kernel) in windows(&judge).into_iter().zip(windows(&kernel)) {
+        let (reference, kernel) = (reference(&stack), kernel::solve(&stack, &question)?);
+        print!("| {name} | {:.4} {:.4} |", reference.reflectance.value, kernel.reflectance.value);
+        for (reference, kernel) in windows(&reference).into_iter().zip(windows(&kernel)) {
             print!(
                 " {:.4} +- {:.4}, {:.4} ({:.3}) |",
-                judge.value,
-                judge.error,
+                reference.value,
+                reference.error,
                 kernel.value,
-                kernel.value / judge.value
+                kernel.value / reference.value
             );
         }
         println!();
@@ -74,13 +74,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     {
         let film = film(sigma, thickness);
         let [filled, empty] = [over_tablet(film, 0.5, 1.0), over_foil(film, Some(5.0))];
-        let judge = [&filled, &empty].map(|stack| windows(&judge(stack)));
+        let reference = [&filled, &empty].map(|stack| windows(&reference(stack)));
         let kernel = [windows(&kernel::solve(&filled, &question)?), windows(&kernel::solve(&empty, &question)?)];
         print!("| {sigma} | {thickness} |");
         for i in 0..4 {
-            let ratio = judge[0][i].value / judge[1][i].value;
+            let ratio = reference[0][i].value / reference[1][i].value;
             let relative = |e: Estimate| e.error / e.value;
-            let error = ratio * (relative(judge[0][i]).powi(2) + relative(judge[1][i]).powi(2)).sqrt();
+            let error = ratio * (relative(reference[0][i]).powi(2) + relative(reference[1][i]).powi(2)).sqrt();
             print!(" {ratio:.3} +- {error:.3}, {:.3} |", kernel[0][i].value / kernel[1][i].value);
         }
         println!();

@@ -1,8 +1,8 @@
 //! Measures the table of `transport: kernel` by Monte Carlo and writes it.
 //!
-//! `cargo run --release --example kernel_table -- MEASUREMENTS TABLE`: appends one JSON line a half space to MEASUREMENTS,
-//! goes on where an earlier run stopped, and at the end condenses them into TABLE. `make kernel-table` runs it; on two
-//! cores it takes three quarters of an hour.
+//! `cargo run --release --example kernel_table -- MEASUREMENTS TABLE`: appends one JSON line a half space to
+//! MEASUREMENTS, goes on where an earlier run stopped, and at the end condenses them into TABLE. `make kernel-table`
+//! runs it; on two cores it takes three quarters of an hour.
 
 use std::fs::OpenOptions;
 use std::io::{BufRead, BufReader, Write};

@@ -1,5 +1,6 @@
-//! What is promised to other programs: recipes by name, their samples without a disk, datasets that were written, and the
-//! command line as a function ([`crate::cli::run_from`]). Everything else of this workspace may change with any version.
+//! What is promised to other programs: recipes by name, their samples without a disk, datasets that were written, and
+//! the command line as a function ([`crate::cli::run_from`]). Everything else of this workspace may change with any
+//! version.
 //!
 //! ```
 //! use sheetlight::api::{Simulator, Stop, load};
@@ -62,7 +63,8 @@ pub enum LoadError {
     Folder(String),
 }
 
-/// The recipe in the file `name`, the built-in one of that name, or that of the dataset in the folder `name`; with changes.
+/// The recipe in the file `name`, the built-in one of that name, or that of the dataset in the folder `name`; with
+/// changes.
 ///
 /// # Errors
 /// All faults of the recipe at once, each with line, key and remedy; or why the folder is of no use.
@@ -162,7 +164,8 @@ impl Simulator {
     /// # Errors
     /// Where `stop` asks to, after the profiles that are being rendered: a band of 32 at most.
     pub fn sample(&self, index: u64, stop: &Stop) -> Result<Record, Stopped> {
-        // Nothing between the profiles and here looks at results: a panic of our own, which no hook tells of, is the way out.
+        // Nothing between the profiles and here looks at results: a panic of our own, which no hook tells of, is the
+        // way out.
         let progress = |_: u64| {
             if stop.is_asked() {
                 resume_unwind(Box::new(Stopped));
@@ -175,8 +178,8 @@ impl Simulator {
         })
     }
 
-    /// The numbers of a sample of this simulator as a row of a dataset has them, images left out: every other column by name,
-    /// null where a number is missing.
+    /// The numbers of a sample of this simulator as a row of a dataset has them, images left out: every other column by
+    /// name, null where a number is missing.
     ///
     /// # Errors
     /// What differs, where the sample is not one of this recipe.
@@ -345,7 +348,8 @@ impl StoredSample {
         self.row.json(0).map(|row| row.values).map_err(|what| self.row.damaged(what))
     }
 
-    /// An image of the row: whole numbers `[rows, cols]` as `output_schema` declares them; `None` where tables hold none of that name.
+    /// An image of the row: whole numbers `[rows, cols]` as `output_schema` declares them; `None` where tables hold
+    /// none of that name.
     ///
     /// # Errors
     /// Where it is damaged.
@@ -358,7 +362,8 @@ impl StoredSample {
         Ok(Some(image.grey))
     }
 
-    /// A channel of the EXR file `[rows, cols]`, by its name in files; `None` where there is no file, or it has no such channel.
+    /// A channel of the EXR file `[rows, cols]`, by its name in files; `None` where there is no file, or it has no such
+    /// channel.
     ///
     /// # Errors
     /// Where the file is missing or damaged.

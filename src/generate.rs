@@ -1,5 +1,5 @@
-//! Generation of datasets: a recipe and a number of samples -> a dataset folder, written shard by shard and continued where
-//! it stopped.
+//! Generation of datasets: a recipe and a number of samples -> a dataset folder, written shard by shard and continued
+//! where it stopped.
 
 mod estimate;
 mod expected_dataset;
@@ -148,8 +148,8 @@ impl GenerateSummary {
         }
     }
 
-    /// Classes of which defects show no pixel: how many there are, and how many show. The pith is none of them: every log has one,
-    /// and most boards are cut beside it.
+    /// Classes of which defects show no pixel: how many there are, and how many show. The pith is none of them: every
+    /// log has one, and most boards are cut beside it.
     pub fn hidden_defects(&self) -> impl Iterator<Item = (Class, [u64; 2])> {
         let defects = self.defects.iter().filter(|(class, _)| **class != Class::Pith);
         defects.map(|(class, counts)| (*class, *counts)).filter(|(_, [all, shown])| shown < all)
@@ -204,13 +204,14 @@ pub fn recipe_of(folder: &Dataset) -> Result<Recipe, String> {
     Err(format!("the recipe in dataset.json means something else to this program: {}", keys.join("; ")))
 }
 
-/// What the check of the rig warns of; it renders a few profiles. Follows from recipe and seed alone: the same however many
-/// samples and parts the dataset has.
+/// What the check of the rig warns of; it renders a few profiles. Follows from recipe and seed alone: the same however
+/// many samples and parts the dataset has.
 pub fn rig_warnings(recipe: &Recipe, seed: u64) -> Vec<RigWarning> {
     check::check(recipe, seed).into_iter().map(described).collect()
 }
 
-/// The same for the dataset that `request` makes or goes on with: one that is there says what was found when it was begun.
+/// The same for the dataset that `request` makes or goes on with: one that is there says what was found when it was
+/// begun.
 pub fn dataset_warnings(recipe: &Recipe, request: &DatasetRequest) -> Vec<RigWarning> {
     let kept = || {
         let folder = Dataset::open(&request.out).ok()?;
@@ -297,8 +298,9 @@ pub fn render_sample(
 
 /// Renders and writes the missing shards of a dataset. Runs on the current rayon pool.
 ///
-/// Shards that other processes hold come last and are waited for: at the end all that was asked for is there, whoever made
-/// it. Where another process ends without finishing its shard, this one makes it. `warnings` are those of [`dataset_warnings`].
+/// Shards that other processes hold come last and are waited for: at the end all that was asked for is there, whoever
+/// made it. Where another process ends without finishing its shard, this one makes it. `warnings` are those of
+/// [`dataset_warnings`].
 ///
 /// # Errors
 /// A [`Fault`] as folder and shards give it; finished shards stay, and the same request continues.
@@ -364,8 +366,8 @@ enum ToWrite {
 }
 
 impl Making<'_> {
-    /// Makes the shards that `claim` grants: the pool renders their samples in order, several side by side, and a thread of its own
-    /// writes meanwhile. The shards that other processes are busy with.
+    /// Makes the shards that `claim` grants: the pool renders their samples in order, several side by side, and a
+    /// thread of its own writes meanwhile. The shards that other processes are busy with.
     fn make(
         &self,
         shards: Vec<u64>,

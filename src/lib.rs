@@ -4,8 +4,8 @@
 //!
 //! - `recipe`: YAML -> `Recipe`, `Recipe::draw(seed, index)` -> `Scene`
 //! - `procedural`: plain numbers -> `Body`: surface, medium and truth at a point
-//! - `scanner`: `Body` -> `Specimen` -> `Band` -> `Frame`, what the light does; `Frame` + `Calibration` -> Range, Reflectance,
-//!   Scatter
+//! - `scanner`: `Body` -> `Specimen` -> `Band` -> `Frame`, what the light does; `Frame` + `Calibration` -> Range,
+//!   Reflectance, Scatter
 //! - `transport`: light inside matter, by the kernel that makes datasets
 //! - `pipeline`: `Scene` -> `Record`, the spine
 //! - `dataset`, `output_schema`: `Record` -> files -> rows; files -> findings

@@ -115,8 +115,8 @@ const FORBIDDEN: [(&str, &[&str]); 13] = [
     ("crates/scanner/src/frame.rs", &["crate", "procedural", "transport"]),
     ("crates/scanner/src/specimen.rs", &["crate::extract", "crate::optics"]),
     ("crates/scanner/src/specimen", &["crate::extract", "crate::optics"]),
-    // Light is data. What makes a line's light knows no sensor rows, what draws these no numbers, and each phase the data alone
-    // that the one before it leaves.
+    // Light is data. What makes a line's light knows no sensor rows, what draws these no numbers, and each phase the
+    // data alone that the one before it leaves.
     (
         "crates/scanner/src/optics/light",
         &["crate::optics::scan_line", "crate::optics::window", "crate::optics::readout"],
@@ -220,7 +220,8 @@ fn within(path: &str, name: &str) -> bool {
     }
 }
 
-/// What a path of a source may mean from its crate on, if it begins with `super`: in the file itself, and in a module of its tests.
+/// What a path of a source may mean from its crate on, if it begins with `super`: in the file itself, and in a module
+/// of its tests.
 fn from_the_crate(file: &str, path: &str) -> Vec<String> {
     let rest = path.trim_start_matches("super::");
     let ups = (path.len() - rest.len()) / "super::".len();

@@ -1,5 +1,5 @@
-//! Purpose: making a dataset and validating it take as much memory for many samples, and for many in one shard, as for a few,
-//! and making it no more than is said before; and so do the fibres of a picture.
+//! Purpose: making a dataset and validating it take as much memory for many samples, and for many in one shard, as for
+//! a few, and making it no more than is said before; and so do the fibres of a picture.
 
 use std::ffi::{OsStr, OsString};
 use std::path::Path;

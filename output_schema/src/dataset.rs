@@ -239,7 +239,8 @@ impl DatasetHead {
             .then(|| format!("{samples_per_shard} samples in a shard: at most {MAX_SAMPLES_PER_SHARD}"))
     }
 
-    /// Why no dataset has such a head, or `None` where one can: from its sizes and names follows what is read of it at most.
+    /// Why no dataset has such a head, or `None` where one can: from its sizes and names follows what is read of it at
+    /// most.
     pub fn refuse(&self) -> Option<String> {
         let Images { cols, rows, sensor_cols, sensor_rows, .. } = self.images;
         let sides = [("cols", cols), ("rows", rows), ("sensor_cols", sensor_cols), ("sensor_rows", sensor_rows)];
@@ -261,8 +262,10 @@ impl DatasetHead {
         if self.schema_version < [1, 6] && self.shards > SHARDS_PER_FOLDER {
             let [major, minor] = self.schema_version;
             return Some(format!(
-                "its {} shards were written with schema {major}.{minor}, which has them all in one folder; from 1.6 on those after \
-                 the first {SHARDS_PER_FOLDER} lie in folders of their own: read it with an older program, or make it again",
+                "its {} shards were written with schema {major}.{minor}, which has them all in one folder; from 1.6 \
+                    on those after \
+                 the first {SHARDS_PER_FOLDER} lie in folders of their own: read it with an older program, or make it \
+                 again",
                 self.shards
             ));
         }
@@ -328,15 +331,18 @@ pub fn refuse_version(format: &str, version: [u32; 2]) -> Option<String> {
         Some(format!("its format is `{format}`, not `{FORMAT}`"))
     } else if major > known {
         Some(format!(
-            "it was written with schema {major}.{minor}, newer than {known}.x that this program reads; use a newer program"
+            "it was written with schema {major}.{minor}, newer than {known}.x that this program reads; use a newer \
+                program"
         ))
     } else if major < known {
         Some(format!(
-            "it was written with schema {major}.{minor}, older than {known}.x that this program reads; use an older program"
+            "it was written with schema {major}.{minor}, older than {known}.x that this program reads; use an older \
+                program"
         ))
     } else if minor < OLDEST_MINOR {
         Some(format!(
-            "it was written with schema {major}.{minor}, which lacks columns of {known}.{OLDEST_MINOR} that this program reads; use an older program"
+            "it was written with schema {major}.{minor}, which lacks columns of {known}.{OLDEST_MINOR} that this \
+                program reads; use an older program"
         ))
     } else {
         None

@@ -22,7 +22,8 @@ pub fn dictionary() -> String {
     line(
         &mut page,
         &format!(
-            "Schema version {major}.{minor}. [How versions change](#how-versions-change) says what readers do with another.\n"
+            "Schema version {major}.{minor}. [How versions change](#how-versions-change) says what readers do with \
+                another.\n"
         ),
     );
     line(
@@ -40,7 +41,8 @@ pub fn dictionary() -> String {
     }
     line(
         &mut page,
-        "\n`<shard>` has five digits. Temporary names start with `.tmp-`, lock files with `.lock-`; a finished dataset has",
+        "\n`<shard>` has five digits. Temporary names start with `.tmp-`, lock files with `.lock-`; a finished \
+            dataset has",
     );
     line(&mut page, "neither. A shard without a manifest is not finished and is made again.");
 
@@ -51,14 +53,17 @@ pub fn dictionary() -> String {
     }
     line(
         &mut page,
-        "\n`label_values` of `dataset.json` lists the values that labels of the dataset's subject can have; `class_area_px` has",
+        "\n`label_values` of `dataset.json` lists the values that labels of the dataset's subject can have; \
+            `class_area_px` has",
     );
     line(&mut page, "a field for each of them.");
 
     line(
         &mut page,
-        "\n`follows from` says what `gen validate` holds a column to: what the head says and the recipe *draws*; the *scene*, \
-         made\nagain without light and compared bit for bit; or the *images*. `since` is the oldest schema with it that is \
+        "\n`follows from` says what `gen validate` holds a column to: what the head says and the recipe *draws*; the \
+            *scene*, \
+         made\nagain without light and compared bit for bit; or the *images*. `since` is the oldest schema with it \
+         that is \
          read.",
     );
     table(&mut page, "Columns of `data/*.parquet`", &ROW);
@@ -81,22 +86,26 @@ pub fn dictionary() -> String {
 
     line(
         &mut page,
-        "\nIn EXR files Range has its unit; in PNG a pixel r above 0 stands for `range_offset_mm + r * range_scale_mm`, or the same",
+        "\nIn EXR files Range has its unit; in PNG a pixel r above 0 stands for `range_offset_mm + r * \
+            range_scale_mm`, or the same",
     );
     line(&mut page, "with `_px`. 0 is missing.\n");
     line(
         &mut page,
-        "Range is what the camera measures, and `Height` of the EXR files is where the surface is. Where light goes into matter,",
+        "Range is what the camera measures, and `Height` of the EXR files is where the surface is. Where light goes \
+            into matter,",
     );
     line(
         &mut page,
-        "the camera sees it leave lower: Range lies below `Height`, by up to some tenths of a mm on wood and plastic, and not at all",
+        "the camera sees it leave lower: Range lies below `Height`, by up to some tenths of a mm on wood and plastic, \
+            and not at all",
     );
     line(&mut page, "on metal.");
     line(&mut page, "\n## Channels of `exr/<shard>/<id>.exr`\n");
     line(
         &mut page,
-        "| channel | subject | type | shape | unit | values | missing | meaning | why this type |\n|---|---|---|---|---|---|---|---|---|",
+        "| channel | subject | type | shape | unit | values | missing | meaning | why this type \
+            |\n|---|---|---|---|---|---|---|---|---|",
     );
     for c in &CHANNELS {
         let (samples, unit) = (c.samples.name(), c.unit);
@@ -109,12 +118,14 @@ pub fn dictionary() -> String {
     }
     line(
         &mut page,
-        "\n`Height` and the channels of one subject are written with `truth_maps`, the others where the recipe's output asks for",
+        "\n`Height` and the channels of one subject are written with `truth_maps`, the others where the recipe's \
+            output asks for",
     );
     line(
         &mut page,
         &format!(
-            "them. The text attribute `{ATTRIBUTE}` holds id, index, spacing and units as ASCII JSON; `pixelAspectRatio` and"
+            "them. The text attribute `{ATTRIBUTE}` holds id, index, spacing and units as ASCII JSON; \
+                `pixelAspectRatio` and"
         ),
     );
     line(&mut page, "`xDensity` hold the spacing for programs that know OpenEXR alone.");
@@ -132,24 +143,29 @@ fn places(page: &mut String) {
     );
     line(
         page,
-        "`tablet_on_flange`. They have the instances 1 to P, row after row along the laser line; a pocket of which no pixel shows",
+        "`tablet_on_flange`. They have the instances 1 to P, row after row along the laser line; a pocket of which no \
+            pixel shows",
     );
     line(page, "anything is not in the list.\n");
     line(
         page,
-        "With a sensor columns and b profiles to a pixel (`output.bin`: 1 unless the recipe says otherwise), column j of an image",
+        "With a sensor columns and b profiles to a pixel (`output.bin`: 1 unless the recipe says otherwise), column j \
+            of an image",
     );
     line(
         page,
-        "is centred on sensor column c = (j + 1/2) a - 1/2, and row r on y = (r + 1/2 - 1/(2 b)) `row_mm`. At the upper surface x",
+        "is centred on sensor column c = (j + 1/2) a - 1/2, and row r on y = (r + 1/2 - 1/(2 b)) `row_mm`. At the \
+            upper surface x",
     );
     line(
         page,
-        "is about (c - `calibration.centre_col_px`) `col_mm` / a; python/calibrate.py has it exactly, and of rectified scans it is",
+        "is about (c - `calibration.centre_col_px`) `col_mm` / a; python/calibrate.py has it exactly, and of \
+            rectified scans it is",
     );
     line(
         page,
-        "`calibration.x_first_mm` + j `col_mm`. On a turntable `x_mm` and `y_mm` are places on the object before it has turned.",
+        "`calibration.x_first_mm` + j `col_mm`. On a turntable `x_mm` and `y_mm` are places on the object before it \
+            has turned.",
     );
 }
 
@@ -158,26 +174,31 @@ fn versions(page: &mut String) {
     line(page, "\n## How versions change\n");
     line(
         page,
-        "`schema_version` stands in `dataset.json` and in each manifest as `[major, minor]`, and in the metadata of each Parquet",
+        "`schema_version` stands in `dataset.json` and in each manifest as `[major, minor]`, and in the metadata of \
+            each Parquet",
     );
     line(page, "file as `sheetlight.schema_version`.\n");
     line(
         page,
-        "- **Minor** grows where something is added: a column, a channel, a key, a kind of file. What was there stays as it was, so",
+        "- **Minor** grows where something is added: a column, a channel, a key, a kind of file. What was there stays \
+            as it was, so",
     );
     line(page, "  a reader takes every newer minor number of its major one, and passes over what it does not know.");
     line(
         page,
-        "- **Major** grows where an old reader would misread: something is renamed, removed, or means another thing. Readers look",
+        "- **Major** grows where an old reader would misread: something is renamed, removed, or means another thing. \
+            Readers look",
     );
     line(
         page,
-        "  at the version before anything else and refuse a newer major number, in words that say to take a newer program.",
+        "  at the version before anything else and refuse a newer major number, in words that say to take a newer \
+            program.",
     );
     line(
         page,
         &format!(
-            "- This program reads {major}.{OLDEST_MINOR} and newer of {major}.x, writes {major}.{minor}, and continues only what it wrote itself."
+            "- This program reads {major}.{OLDEST_MINOR} and newer of {major}.x, writes {major}.{minor}, and \
+                continues only what it wrote itself."
         ),
     );
 }

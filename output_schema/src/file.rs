@@ -65,7 +65,8 @@ pub const FILES: [FileKind; 9] = [
     FileKind {
         path: "reports/<name>",
         when: "results were kept",
-        doc: "What was found out about the dataset later; belongs to no manifest, may be removed, names what it was made from.",
+        doc: "What was found out about the dataset later; belongs to no manifest, may be removed, names what it was \
+            made from.",
     },
 ];
 
@@ -77,7 +78,8 @@ pub fn asset_path(sha256: &str, name: &str) -> String {
 /// Shards whose files share a folder. Hubs and some file systems take no more than ten thousand names in one.
 pub const SHARDS_PER_FOLDER: u64 = 1000;
 
-/// The folder in `folder` that a shard's files lie in: itself for the first thousand, one of their own for each thousand more.
+/// The folder in `folder` that a shard's files lie in: itself for the first thousand, one of their own for each
+/// thousand more.
 ///
 /// ```
 /// assert_eq!(output_schema::file::shard_folder("data", 999), "data");

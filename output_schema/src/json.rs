@@ -134,7 +134,8 @@ fn dataset() -> Value {
                 ("truth_maps", json!({ "type": "boolean", "description": "Whether the EXR files hold truth maps." })),
                 (
                     "stack_every",
-                    json!({ "type": ["integer", "null"], "minimum": 1, "description": "A sensor frame is kept every so many profiles." }),
+                    json!({ "type": ["integer", "null"], "minimum": 1, "description": "A sensor frame is kept every \
+                        so many profiles." }),
                 ),
                 ("sensor_cols", whole("Columns of a sensor frame [px].")),
                 ("sensor_rows", whole("Rows of a sensor frame [px].")),

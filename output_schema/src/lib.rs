@@ -1,6 +1,7 @@
 //! What is on disk: every file, column and channel of a Sheetlight dataset, as plain tables.
 //!
-//! - [`row`], [`calibration`], [`channel`], [`stack`], [`file`], [`subject`]: the declarations -> name, type, unit, range, missing rule, meaning.
+//! - [`row`], [`calibration`], [`channel`], [`stack`], [`file`], [`subject`]: the declarations -> name, type, unit,
+//!   range, missing rule, meaning.
 //! - [`arrow`]: declarations + [`DatasetHead`] -> Arrow schema with the metadata that `datasets` reads.
 //! - [`dataset`], [`manifest`]: the two JSON documents as structs.
 //! - [`json`]: everything -> JSON Schema and tables for programs.

@@ -18,8 +18,8 @@ pub struct ClassRun {
 pub struct SubjectFiles {
     /// Name in recipes and in `dataset.json`.
     pub name: &'static str,
-    /// Pixel classes of its own, by rising values. What is added later is a run of its own: values in stored labels keep their
-    /// meaning.
+    /// Pixel classes of its own, by rising values. What is added later is a run of its own: values in stored labels
+    /// keep their meaning.
     pub runs: &'static [ClassRun],
 }
 

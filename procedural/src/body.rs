@@ -131,8 +131,8 @@ impl Slice<'_> {
         }
     }
 
-    /// Medium and truth at some places (x, z) of the cut, inside the body [mm]; `put` takes the number of each that is one, and its
-    /// matter.
+    /// Medium and truth at some places (x, z) of the cut, inside the body [mm]; `put` takes the number of each that is
+    /// one, and its matter.
     pub fn matters(&self, places: &[Option<Vec2>; BLOCK], mut put: impl FnMut(usize, Matter)) {
         if let Self::Plank(slice) = self {
             return slice.matters(places, put);

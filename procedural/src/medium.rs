@@ -17,7 +17,8 @@ pub struct Gloss {
     pub reflectance: f32,
     /// Roughness alpha of the GGX law along x and along y [1].
     pub roughness: [f32; 2],
-    /// Light that the surface throws back evenly to all sides, before any of it enters: oxide, paint, blasted metal [1].
+    /// Light that the surface throws back evenly to all sides, before any of it enters: oxide, paint, blasted metal
+    /// [1].
     pub matte: f32,
 }
 
@@ -98,7 +99,8 @@ pub struct Film {
     pub thickness_mm: f32,
     /// Height of the air below it; `None` where it is sealed to what lies below [mm].
     pub gap_mm: Option<f32>,
-    /// Distances along the motion to the walls that end that air, against the motion and with it; infinite where there are none [mm].
+    /// Distances along the motion to the walls that end that air, against the motion and with it; infinite where there
+    /// are none [mm].
     pub room_mm: [f32; 2],
     /// What lies below: tablet or foil.
     pub under: Medium,

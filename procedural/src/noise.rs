@@ -31,9 +31,11 @@ const WHOLE: f32 = 12_582_912.0;
 const SPREAD: [u32; 3] = [0x9e37_79b1, 0x243f_6a89, 0x85a3_08d3];
 /// No value of `plane` is larger than sqrt 3 over what the quintic keeps [1].
 pub(crate) const PLANE_MOST: f32 = 2.211;
-/// No value of `fibres` is larger [1]: of three lanes the profiles sum to 2 at most, each with sqrt 3 over the root of what the quintic keeps.
+/// No value of `fibres` is larger [1]: of three lanes the profiles sum to 2 at most, each with sqrt 3 over the root of
+/// what the quintic keeps.
 pub(crate) const FIBRES_MOST: f32 = 4.74;
-/// Each octave of the fractal sum has this many times the frequency of the one before; not 2, so that lattices part [1].
+/// Each octave of the fractal sum has this many times the frequency of the one before; not 2, so that lattices part
+/// [1].
 const LACUNARITY: f32 = 2.03;
 /// Amplitude of an octave over the one before [1].
 const GAIN: f32 = 0.5;
@@ -120,8 +122,8 @@ impl Noise {
         (scale * (near + w * (far - near)), scale * (SPACE_TURN.transpose() * gradient))
     }
 
-    /// Value [1] and gradient [1/cell] of fibres side by side on a plane: `p` is (across, along) in cells, a lane's half
-    /// width and the mean length over which it changes.
+    /// Value [1] and gradient [1/cell] of fibres side by side on a plane: `p` is (across, along) in cells, a lane's
+    /// half width and the mean length over which it changes.
     #[inline(always)]
     pub fn fibres(self, p: Vec2) -> (f32, Vec2) {
         let (cell, ..) = split(p.x);
@@ -152,7 +154,8 @@ impl Noise {
         bundles_at(self, p)
     }
 
-    /// Value of bundles of fibres side by side in space [1]: the first two of `p` are across, the third along, in cells.
+    /// Value of bundles of fibres side by side in space [1]: the first two of `p` are across, the third along, in
+    /// cells.
     #[inline(always)]
     pub fn bundles(self, p: Vec3) -> f32 {
         let across = PLANE_TURN.rotate(p.truncate());
@@ -259,8 +262,8 @@ impl Lane {
 /// Lattice cell, weight of its upper end [1] and the slope of that weight [1/cell].
 #[inline(always)]
 fn split(p: f32) -> (u32, f32, f32) {
-    // The nearest whole number and a correction: `floor` is a library call on the plainest x86-64, and conversions that saturate are no
-    // vector code.
+    // The nearest whole number and a correction: `floor` is a library call on the plainest x86-64, and conversions that
+    // saturate are no vector code.
     let shifted = p + WHOLE;
     let nearest = shifted - WHOLE;
     let above = nearest > p;

@@ -1,7 +1,7 @@
 //! A plate of strips side by side: a target with borders, and with cracks.
 //!
-//! Strips follow each other along x and run along y through the whole plate, which starts at y = 0 and is centred on
-//! x = 0. The surface is level; a strip that is sunk is a crack, with upright walls and the strip's matter as its floor.
+//! Strips follow each other along x and run along y through the whole plate, which starts at y = 0 and is centred on x
+//! = 0. The surface is level; a strip that is sunk is a crack, with upright walls and the strip's matter as its floor.
 
 use glam::Vec3;
 

@@ -32,7 +32,8 @@ const EXIT_BELOW_ACCURACY: u8 = 3;
   gen check planks --model knots.onnx                          the split test, knots.yaml beside the model
   gen check planks --model knots.onnx --split all --json       everything, for programs
   gen check planks --model knots.onnx --out wrong              pictures of the worst answers, and check.json
-  gen check planks --model knots.onnx --save                   kept as planks/reports/check-knots-test.json for gen report
+  gen check planks --model knots.onnx --save                   kept as planks/reports/check-knots-test.json for gen \
+  report
   gen check packs --model tablets.onnx --slice film.sigma_per_mm --slice physics.speckle_volume
   gen check planks --model knots.onnx --min-accuracy 0.95      exit status 3 where it is below
 

@@ -1,4 +1,5 @@
-//! What is said beside results, on standard error: notes, details, faults, and the last words where Ctrl-C stops the work.
+//! What is said beside results, on standard error: notes, details, faults, and the last words where Ctrl-C stops the
+//! work.
 
 use std::borrow::Cow;
 use std::io::Write;

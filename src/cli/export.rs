@@ -60,7 +60,8 @@ impl Subcommand for ExportCommand {
         command
             .about(format!("Write a dataset in other people's formats: {}", titles.join(", ")))
             .after_help(format!(
-                "Examples:\n{examples}\nA stopped export is finished by the same command. docs/guide/export.md describes every \
+                "Examples:\n{examples}\nA stopped export is finished by the same command. docs/guide/export.md \
+                    describes every \
                  file, and the\nfields of the JSON."
             ))
             .subcommands(formats)

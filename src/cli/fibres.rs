@@ -198,7 +198,8 @@ fn decode(bytes: impl BufRead + Seek) -> Result<(Vec<f32>, [usize; 2]), Box<dyn 
     Ok((grey, [rows as usize, cols as usize]))
 }
 
-/// The maps as an EXR file: twice the azimuth by cosine and sine, dive [deg], confidence, absorption at the face [mm^-1].
+/// The maps as an EXR file: twice the azimuth by cosine and sine, dive [deg], confidence, absorption at the face
+/// [mm^-1].
 fn maps(fibres: FibreMap, mu_a: Vec<f32>, document: &Value) -> Vec<u8> {
     let FibreMap { size, pixel_mm, azimuth_rad, dive_rad, confidence, .. } = fibres;
     let (sin, cos) = azimuth_rad.into_iter().map(|azimuth| libm::sincosf(2.0 * azimuth)).unzip();

@@ -124,8 +124,8 @@ fn requested_samples(arguments: &GenerateArgs) -> Result<u64, UsageError> {
     n.map_err(UsageError)
 }
 
-/// The request that the arguments make. A dataset that is there already keeps its samples per shard, and where its folder is
-/// named in place of a recipe its seed too, unless others are asked for.
+/// The request that the arguments make. A dataset that is there already keeps its samples per shard, and where its
+/// folder is named in place of a recipe its seed too, unless others are asked for.
 fn dataset_request(
     arguments: &GenerateArgs,
     loaded: &LoadedRecipe,
@@ -233,7 +233,8 @@ fn describe_stop(out: &Path, unkept: u64) -> String {
     };
     let sooner = match dataset.head().samples_per_shard {
         2.. if finished == 0 => {
-            "; samples are kept once their shard is whole, sooner with a smaller --samples-per-shard, which can still be given"
+            "; samples are kept once their shard is whole, sooner with a smaller --samples-per-shard, which can still \
+                be given"
         }
         _ => "",
     };
@@ -287,7 +288,8 @@ fn describe_estimate(
     memory: &MemoryEstimate,
 ) -> String {
     let mut text = format!(
-        "{} of {} samples to make in {}\n  time   {} at {:.2} s a sample with these threads, measured now\n  disk   {} at {} a sample, {}\n  memory {}\n",
+        "{} of {} samples to make in {}\n  time   {} at {:.2} s a sample with these threads, measured now\n  disk   \
+            {} at {} a sample, {}\n  memory {}\n",
         estimate.samples,
         request.samples,
         request.out.display(),

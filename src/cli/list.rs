@@ -83,7 +83,8 @@ pub(super) fn shared_draws(a: &Dataset, b: &Dataset) -> Option<String> {
     let alike =
         if a.head().recipe.hash == b.head().recipe.hash { "the same" } else { "alike where their recipes agree" };
     Some(format!(
-        "both draw the random numbers of family `{family}` for seed {seed}, so sample i of one and of the other are {alike}; do not \
+        "both draw the random numbers of family `{family}` for seed {seed}, so sample i of one and of the other are \
+            {alike}; do not \
          train on one and test on the other"
     ))
 }

@@ -1,7 +1,9 @@
-//! The command line: `gen --recipe R --n N`, `gen preview`, `gen rig`, `gen list`, `gen validate`, `gen recipe`, `gen schema`,
-//! `gen transport`, `gen study`, `gen compare`, `gen fit`, `gen finish`, `gen icon`, `gen fibres`, `gen check`, `gen export`, `gen report`, `gen completions`, `gen man`.
+//! The command line: `gen --recipe R --n N`, `gen preview`, `gen rig`, `gen list`, `gen validate`, `gen recipe`, `gen
+//! schema`, `gen transport`, `gen study`, `gen compare`, `gen fit`, `gen finish`, `gen icon`, `gen fibres`, `gen
+//! check`, `gen export`, `gen report`, `gen completions`, `gen man`.
 //!
-//! Exit status: 0 done, 1 faults or refusal, 2 unusable arguments, 3 an accuracy below what was asked for, 130 stopped by Ctrl-C.
+//! Exit status: 0 done, 1 faults or refusal, 2 unusable arguments, 3 an accuracy below what was asked for, 130 stopped
+//! by Ctrl-C.
 
 mod check;
 mod compare;
@@ -112,7 +114,8 @@ enum Command {
     },
     /// Show a dataset as one HTML page: samples, classes, histograms, frames, sizes, and results that are kept
     Report(report::ReportArgs),
-    /// Write card and metadata of a dataset from its dataset.json and manifests alone: its other files may lie elsewhere
+    /// Write card and metadata of a dataset from its dataset.json and manifests alone: its other files may lie
+    /// elsewhere
     Finish(finish::FinishArgs),
     /// Say what files of the real camera (iCon .dat and .xml) hold
     Icon(icon::IconArgs),
@@ -146,7 +149,8 @@ pub(crate) struct GenerateArgs {
     /// Folder of the dataset [default: the one that --recipe names, else out/<recipe name>]
     #[arg(short, long, value_name = "DIR", value_parser = output::folder())]
     out: Option<PathBuf>,
-    /// Seed; sample i depends on recipe, seed and i alone [default: that of the dataset that --recipe continues, else 0]
+    /// Seed; sample i depends on recipe, seed and i alone [default: that of the dataset that --recipe continues, else
+    /// 0]
     #[arg(long, value_parser = whole::<u64>)]
     seed: Option<u64>,
     /// Threads [default: all cores]
@@ -259,8 +263,8 @@ const FAULTS: u8 = 1;
 /// Exit status of arguments that cannot be used.
 const UNUSABLE: u8 = 2;
 
-/// Reads the arguments, of which the first is the name of the program, does what they say, and returns the exit status. Only
-/// Ctrl-C, which is listened to from here on, ends the process.
+/// Reads the arguments, of which the first is the name of the program, does what they say, and returns the exit status.
+/// Only Ctrl-C, which is listened to from here on, ends the process.
 pub fn run_from(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     let arguments: Vec<OsString> = arguments.into_iter().collect();
     let outcome = misspelt_command(&arguments).map_or_else(|| command().try_get_matches_from(arguments), Err);
@@ -351,7 +355,8 @@ pub fn command() -> clap::Command {
 #[error("{0}")]
 struct UsageError(String);
 
-/// Writes all of a result to standard output. A reader that has gone away is no fault; a disk that takes no more is one.
+/// Writes all of a result to standard output. A reader that has gone away is no fault; a disk that takes no more is
+/// one.
 fn print(text: &str) -> Result<(), Box<dyn std::error::Error + Send + Sync>> {
     let mut out = std::io::stdout().lock();
     printed(out.write_all(shown(text).as_bytes()).and_then(|()| out.flush()))
@@ -375,8 +380,8 @@ impl RecipeArgs {
     }
 }
 
-/// The recipe in the file `name`, the built-in one of that name, that of the dataset in the folder `name`, or on standard input
-/// that of the name `-`; with changes.
+/// The recipe in the file `name`, the built-in one of that name, that of the dataset in the folder `name`, or on
+/// standard input that of the name `-`; with changes.
 fn load(
     name: &str,
     changes: &[Change],
@@ -392,7 +397,8 @@ fn load(
     } else {
         if let Some(known) = Recipe::built_in(name).filter(|known| known.name != name && !Path::new(name).is_dir()) {
             console.note(&format!(
-                "there is no file {name}: the built-in recipe `{0}` is taken; `gen recipe show {0} > {name}` makes the file",
+                "there is no file {name}: the built-in recipe `{0}` is taken; `gen recipe show {0} > {name}` makes \
+                    the file",
                 known.name
             ));
         }

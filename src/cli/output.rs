@@ -238,8 +238,8 @@ impl Written {
     }
 }
 
-/// Refuses to write over what is none of this command's: a name with another ending, a file with other content, or any file of
-/// a dataset but under reports/.
+/// Refuses to write over what is none of this command's: a name with another ending, a file with other content, or any
+/// file of a dataset but under reports/.
 pub(super) fn check_replaceable(path: &Path, written: Written) -> Result<(), UsageError> {
     let refuse = |what: String| Err(UsageError(format!("--out {}: {what}", path.display())));
     let extension = written.extension();

@@ -39,8 +39,8 @@ struct ProgressState {
 }
 
 impl<'c> Progress<'c> {
-    /// For work of which `total` is to be done, or an amount that is told later. `unit` is what its rate counts, empty for
-    /// none.
+    /// For work of which `total` is to be done, or an amount that is told later. `unit` is what its rate counts, empty
+    /// for none.
     pub(super) fn new(console: &'c Console, unit: &'static str, total: Option<u64>) -> Self {
         let terminal = std::io::stderr().is_terminal() && !console.is_quiet();
         let bar = (terminal && total != Some(0)).then(|| {
@@ -236,7 +236,8 @@ impl<'c> GenerateProgress<'c> {
                 counted(samples, "sample")
             )),
             GenerateEvent::Larger { samples, to_make, left } => note(&format!(
-                "{} was begun with {}, more than -n {} asks for: {to_make} are made now, in whole shards, and {left} are left; \
+                "{} was begun with {}, more than -n {} asks for: {to_make} are made now, in whole shards, and {left} \
+                    are left; \
                  -n {samples} makes all",
                 self.out.display(),
                 counted(samples, "sample"),

@@ -1,9 +1,9 @@
 //! Time that is left of a work, from the time that parts of it took.
 //!
-//! Threads work side by side, so the first part comes when all of them are as far: after one of four threads' parts, four
-//! are nearly done. The start (tables, patterns of speckle, files that are opened) comes once. Time is therefore counted from
-//! the moment at which each thread can have handed in a part, in whole rounds of all threads, and nothing is said before the
-//! second round.
+//! Threads work side by side, so the first part comes when all of them are as far: after one of four threads' parts,
+//! four are nearly done. The start (tables, patterns of speckle, files that are opened) comes once. Time is therefore
+//! counted from the moment at which each thread can have handed in a part, in whole rounds of all threads, and nothing
+//! is said before the second round.
 
 use std::time::Duration;
 
@@ -54,8 +54,8 @@ impl RemainingTime {
 mod tests {
     use super::*;
 
-    /// Parts of 10, each of a second, by some threads after a start of five seconds: from its first word on the estimate is
-    /// within a fifth of what it really takes, whether the threads keep step or not.
+    /// Parts of 10, each of a second, by some threads after a start of five seconds: from its first word on the
+    /// estimate is within a fifth of what it really takes, whether the threads keep step or not.
     #[test]
     fn the_first_estimate_is_right() {
         for (threads, shift) in [(1, 0.0), (4, 0.0), (4, 0.25), (16, 0.01)] {

@@ -29,7 +29,7 @@ pub(super) enum StudyCommand {
   gen study transport                              writes out/study/transport.json and transport.png
   gen study transport --photons 3000000            errors three times smaller")]
     Transport(PhotonArgs),
-    /// One profile of a recipe's sample by every model, with the judge's standard errors
+    /// One profile of a recipe's sample by every model, with the reference's standard errors
     #[command(after_help = "Examples:
   gen study profile --recipe wood-small.yaml --index 15 --profile 128
                                                    writes out/study/profile.json and profile.png")]

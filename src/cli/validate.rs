@@ -31,7 +31,8 @@ const REPORT_FILE: &str = "validation.json";
 Chances: of a sample of which the share s of the rows is forged, its sums mended, K places (--rows K) see it with
 1 - (1 - s)^K or more, and of N samples that are forged alike they see one with 1 - (1 - s)^(K N): a map that is forged
 as a whole always, 1 % of the rows of one sample with 1 % by one place and 10 % by ten, of 300 samples with 95 % by one.
-Of n sensor frames that are kept, K see a single forged one with K / n; without --rows all are exposed, and see it surely.
+Of n sensor frames that are kept, K see a single forged one with K / n; without --rows all are exposed, and see it \
+surely.
 A sample that is rendered again (--rerender) is compared as a whole.
 
 docs/guide/validate.md explains every check and fault.
@@ -54,7 +55,8 @@ pub(super) struct ValidateArgs {
     /// frames]
     #[arg(long, value_name = "K", value_parser = whole::<u64>)]
     rows: Option<u64>,
-    /// Which rows these are follows from this number and the dataset; the report tells it [default: another one each time]
+    /// Which rows these are follows from this number and the dataset; the report tells it [default: another one each
+    /// time]
     #[arg(long, value_name = "S", value_parser = whole::<u64>)]
     rows_seed: Option<u64>,
     /// Threads [default: all cores]
@@ -142,7 +144,8 @@ pub(super) fn run(arguments: &ValidateArgs, console: &Console) -> CommandResult 
 
 /// A number that nobody knows before: who forges a dataset must not know which rows will be exposed again.
 fn unforeseen() -> u64 {
-    // The standard library takes the keys of its hash maps from the system's source of chance. Short, to be typed again.
+    // The standard library takes the keys of its hash maps from the system's source of chance. Short, to be typed
+    // again.
     RandomState::new().build_hasher().finish() >> 32
 }
 

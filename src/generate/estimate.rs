@@ -38,8 +38,8 @@ pub struct GenerateEstimate {
 }
 
 impl GenerateEstimate {
-    /// Samples that [`Self::measure`] renders: as many as a run renders side by side, so that threads are as busy; of large scans one a thread,
-    /// and only one where the model of transport is slow.
+    /// Samples that [`Self::measure`] renders: as many as a run renders side by side, so that threads are as busy; of
+    /// large scans one a thread, and only one where the model of transport is slow.
     pub fn trial(recipe: &Recipe, request: &DatasetRequest) -> u64 {
         let together = match recipe.transport() {
             Transport::Kernel if is_large(recipe) => in_flight(recipe).min(rayon::current_num_threads() as u64),
@@ -49,8 +49,8 @@ impl GenerateEstimate {
         together.min(request.samples)
     }
 
-    /// Renders the first samples to see what one takes, and counts; `progress` is told how many of their profiles more are
-    /// rendered.
+    /// Renders the first samples to see what one takes, and counts; `progress` is told how many of their profiles more
+    /// are rendered.
     pub fn measure(recipe: &Recipe, request: &DatasetRequest, progress: &(dyn Fn(u64) + Sync)) -> Self {
         let patterns = PatternCache::new(recipe.streams(request.seed).key());
         let together = Self::trial(recipe, request);

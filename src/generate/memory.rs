@@ -1,8 +1,8 @@
 //! Memory that a run takes, and what the machine has.
 //!
-//! A sample holds its maps while it is rendered, and every channel once more while it is encoded; sizes of both follow from
-//! the recipe. What is available is asked of Linux: of the machine, and of the group of processes that a container is. Where
-//! the system does not say, nothing is refused.
+//! A sample holds its maps while it is rendered, and every channel once more while it is encoded; sizes of both follow
+//! from the recipe. What is available is asked of Linux: of the machine, and of the group of processes that a container
+//! is. Where the system does not say, nothing is refused.
 
 use std::fs;
 use std::path::Path;
@@ -26,10 +26,11 @@ const CHANNEL_BYTES: u64 = 1 + 1;
 const PNG_BYTES: u64 = 2;
 /// Bytes of a pixel of a sample that waits to be written: its files.
 const WRITTEN_BYTES: u64 = 10;
-/// Bytes of a column of the rows that a thread holds about its band: 98 of 284 bytes on `wood.yaml`; other recipes' peaks were measured as a whole.
+/// Bytes of a column of the rows that a thread holds about its band: 98 of 284 bytes on `wood.yaml`; other recipes'
+/// peaks were measured as a whole.
 const BAND_BYTES: u64 = 28_000;
-/// What a run takes whatever its recipe and threads: the program, tables of light, and what the allocator keeps. Measured where samples are so many that
-/// all of it was touched: thousands [bytes].
+/// What a run takes whatever its recipe and threads: the program, tables of light, and what the allocator keeps.
+/// Measured where samples are so many that all of it was touched: thousands [bytes].
 const BASE_BYTES: u64 = 80 << 20;
 /// Bytes of a pixel of a picture whose fibres are looked for, measured where no pixels are put together: 33.
 const PICTURE_BYTES: u64 = 36;
@@ -48,7 +49,8 @@ pub struct MemoryEstimate {
 }
 
 /// What takes less memory where samples are rendered.
-const FEWER_PIXELS: &str = "take fewer scan.profiles or scan.columns, fewer channels (output.exr: [], truth_maps: false), fewer \
+const FEWER_PIXELS: &str = "take fewer scan.profiles or scan.columns, fewer channels (output.exr: [], truth_maps: \
+    false), fewer \
                             --threads, or a machine with more memory";
 
 impl MemoryEstimate {
@@ -108,7 +110,8 @@ fn bands(recipe: &Recipe, threads: usize) -> u64 {
     threads as u64 * recipe.size().columns as u64 * BAND_BYTES
 }
 
-/// Patterns of speckle of a sample, of the finest grain and the most looks that draws have, but for one in 10^4 of a key.
+/// Patterns of speckle of a sample, of the finest grain and the most looks that draws have, but for one in 10^4 of a
+/// key.
 fn patterns(recipe: &Recipe) -> u64 {
     let (low, high) = (RARE_DRAW, 1.0 - RARE_DRAW);
     let drawn = |path: &str, share: f64| {
@@ -139,8 +142,8 @@ fn triangles(recipe: &Recipe) -> u64 {
     recipe.mesh().map_or(0, |mesh| TRIANGLE_BYTES * mesh.triangles.len()) as u64
 }
 
-/// Groups of processes of either version: what stands before their name, their folder, and the names of the files that say what
-/// they may take and take, and of the line that says how much of that are files.
+/// Groups of processes of either version: what stands before their name, their folder, and the names of the files that
+/// say what they may take and take, and of the line that says how much of that are files.
 const GROUPS: [(&str, &str, [&str; 3]); 2] = [
     ("0::/", "/sys/fs/cgroup", ["memory.max", "memory.current", "inactive_file"]),
     (":memory:/", "/sys/fs/cgroup/memory", ["memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file"]),
@@ -196,8 +199,8 @@ mod tests {
         assert!(refused.to_string().contains("up to 9.3 GB, 2.1 GB are available; take fewer"), "{refused}");
     }
 
-    /// The largest recipe took 6.0 GB when it was measured (three samples, two threads), and is told up to a half more; a small one, which took 0.29 for
-    /// 7000 samples, up to 0.45.
+    /// The largest recipe took 6.0 GB when it was measured (three samples, two threads), and is told up to a half more;
+    /// a small one, which took 0.29 for 7000 samples, up to 0.45.
     #[test]
     fn the_largest_recipe_is_told() {
         let text = |columns: usize, profiles: usize| {

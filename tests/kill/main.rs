@@ -1,4 +1,5 @@
-//! `kill -9` at any moment. Moments are chosen by the time that an undisturbed run takes, so one test runs after another.
+//! `kill -9` at any moment. Moments are chosen by the time that an undisturbed run takes, so one test runs after
+//! another.
 
 mod program;
 mod writer;

@@ -1,4 +1,5 @@
-//! Purpose: exact tests of laws give the chances that they say: against tables, other ways of computing them, simulation.
+//! Purpose: exact tests of laws give the chances that they say: against tables, other ways of computing them,
+//! simulation.
 
 use procedural::Stream;
 use rand::RngExt;

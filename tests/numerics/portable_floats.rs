@@ -43,7 +43,8 @@ const SYSTEM: [&str; 35] = [
     "rotate_towards",
     "slerp",
 ];
-/// Names that stand for such functions elsewhere: an FFT that picks its instructions, and a ziggurat that asks exp and ln.
+/// Names that stand for such functions elsewhere: an FFT that picks its instructions, and a ziggurat that asks exp and
+/// ln.
 const NAMES: [&str; 3] = ["FftPlanner:", "FftPlanner;", "rand_distr"];
 /// What only draws, reports or checks a finished sample.
 const AFTERWARDS: [&str; 3] = ["src/preview.rs", "src/cli", "crates/dataset/src/validate"];

@@ -1,5 +1,5 @@
-//! What Scatter is for: on 120 packs of one film and one exposure, a plain threshold on a pocket's mean Scatter finds the
-//! missing tablets, and one on its mean Range does not; the more pigment in the film, the less is left of it.
+//! What Scatter is for: on 120 packs of one film and one exposure, a plain threshold on a pocket's mean Scatter finds
+//! the missing tablets, and one on its mean Range does not; the more pigment in the film, the less is left of it.
 
 use dataset::record::Record;
 use procedural::{Class, Instance};
@@ -79,6 +79,7 @@ fn found(pockets: &[Seen], value: impl Fn(&Seen) -> f64) -> f64 {
 }
 
 #[test]
+#[ignore = "long"]
 fn scatter_finds_missing_tablets_and_range_does_not() {
     let pockets = pockets(120, 12.0, 0.25);
     let empty = pockets.iter().filter(|pocket| !pocket.filled).count();
@@ -97,8 +98,10 @@ fn brighter(pockets: &[Seen]) -> [f64; 2] {
     [full - empty, (spread * spread / count(true) + other * other / count(false)).sqrt()]
 }
 
-/// The more pigment, the less a tablet adds; through 0.9 mm of white film, which is a quarter of that on shoulders, it adds next to nothing.
+/// The more pigment, the less a tablet adds; through 0.9 mm of white film, which is a quarter of that on shoulders, it
+/// adds next to nothing.
 #[test]
+#[ignore = "long"]
 fn what_tablets_add_to_scatter_fades_as_the_film_turns_opaque() {
     let films = [(12.0, 0.25), (40.0, 0.25), (100.0, 0.25), (200.0, 0.25), (200.0, 0.9)];
     let added = films.map(|(sigma, thickness)| brighter(&pockets(24, sigma, thickness)));

@@ -1,4 +1,5 @@
-//! Blooming as frames show it: charge above the full well is there again, beside where it was too much, and nowhere else.
+//! Blooming as frames show it: charge above the full well is there again, beside where it was too much, and nowhere
+//! else.
 
 use procedural::flat::Flat;
 use procedural::{Body, Gloss, Medium};

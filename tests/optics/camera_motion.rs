@@ -1,4 +1,5 @@
-//! Motion blur and its bookkeeping: the light of an exposure is the mean over the way moved, whoever asks in what order.
+//! Motion blur and its bookkeeping: the light of an exposure is the mean over the way moved, whoever asks in what
+//! order.
 
 use procedural::{Body, Gloss, Medium, flat::Flat};
 use recipe::{Plan, Scene};

@@ -178,8 +178,8 @@ fn a_region_elsewhere_reads_the_same() {
     assert!((rigs[0].along(164.0, 20.0) - rigs[1].along(100.0, 20.0)).abs() < 1e-9, "{x:?}");
 }
 
-/// Light of each column against the same without filter and mounts: the band's edge shifted by the angle, the laser's line
-/// folded in; and the square law of mounts.
+/// Light of each column against the same without filter and mounts: the band's edge shifted by the angle, the laser's
+/// line folded in; and the square law of mounts.
 #[test]
 fn filter_and_mounts_dim_the_field() {
     let mut plain = scene(1);
@@ -212,8 +212,8 @@ fn filter_and_mounts_dim_the_field() {
     assert!(dim_light[60][0] / plain_light[60][0] < 0.05 && dim_light[1280][0] / plain_light[1280][0] > 0.9);
 }
 
-/// Ambient light on a grey plate and on the conveyor, in full frames far from the line and under it: the closed form with
-/// its photon noise; ceramic throws back of it what it throws back of the laser.
+/// Ambient light on a grey plate and on the conveyor, in full frames far from the line and under it: the closed form
+/// with its photon noise; ceramic throws back of it what it throws back of the laser.
 #[test]
 fn ambient_light_follows_the_reflectance() {
     let mut scene = scene(70);

@@ -1,14 +1,16 @@
-//! Masks of defects against measured maps: each board is rendered with a defect and without it, from the same streams, and what differs
-//! must lie where the label says, show there, and show in the direction that physics gives.
+//! Masks of defects against measured maps: each board is rendered with a defect and without it, from the same streams,
+//! and what differs must lie where the label says, show there, and show in the direction that physics gives.
 //!
-//! Boards of 15 x 11 mm, free of speckle and of shot noise; dark noise is the smallest there is and the same in both. A pixel differs
-//! when Reflectance changes by more than [`REFLECTANCE_DN`], Scatter by more than [`SCATTER_SHARE`], or Range by more than
+//! Boards of 15 x 11 mm, free of speckle and of shot noise; dark noise is the smallest there is and the same in both. A
+//! pixel differs when Reflectance changes by more than [`REFLECTANCE_DN`], Scatter by more than [`SCATTER_SHARE`], or
+//! Range by more than
 //! [`RANGE_MM`] or is measured in one of the two alone. Light that enters in a defect leaves beside it: pixels within `margin` of a mask
 //! may differ, and those beyond it may not, but for the share `beyond`. The margin is the reach of scattered light,
 //! [`SCATTERED_MM`], for defects with a sharp border; decay, stain and soaked wood fade over some millimetres beyond their labels, an
-//! opening shades and hides what lies as far beside it as it is deep times the tangents of camera and laser, and a knot parts fibres
-//! and bends rings up to four of its half widths from its axis. Pixels within [`BORDER_MM`] of the board's outline are left out: a board
-//! with an opening hides itself by a grid of 0.1 mm, one without by its hull, which moves its ends by less than that.
+//! opening shades and hides what lies as far beside it as it is deep times the tangents of camera and laser, and a knot
+//! parts fibres and bends rings up to four of its half widths from its axis. Pixels within [`BORDER_MM`] of the board's
+//! outline are left out: a board with an opening hides itself by a grid of 0.1 mm, one without by its hull, which moves
+//! its ends by less than that.
 //!
 //! One board of a kind is asked by default; `DEFECT_BOARDS=11` asks for 220 boards, as `make defect-maps` does.
 
@@ -20,7 +22,8 @@ use procedural::wood::Wood;
 use recipe::{Plan, Recipe, Scene};
 use test_support::target::patterns;
 
-/// Change of Reflectance from which on a pixel differs [DN], of Scatter as a part of the board's median [1], of Range [mm].
+/// Change of Reflectance from which on a pixel differs [DN], of Scatter as a part of the board's median [1], of Range
+/// [mm].
 const REFLECTANCE_DN: f32 = 4.0;
 const SCATTER_SHARE: f32 = 0.06;
 const RANGE_MM: f32 = 0.03;
@@ -245,6 +248,7 @@ fn compare(kind: &Kind, with: &Record, without: &Record, asked: usize, seen: &mu
 }
 
 #[test]
+#[ignore = "long"]
 fn masks_are_where_maps_change() {
     let boards: u64 = std::env::var("DEFECT_BOARDS").ok().and_then(|n| n.parse().ok()).unwrap_or(1);
     let recipe = Recipe::load("wood-small.yaml").expect("the embedded recipe loads");
@@ -274,7 +278,8 @@ fn masks_are_where_maps_change() {
         let least = seen.inside.iter().copied().fold(1.0, f64::min);
         let [peak, scatter, range] = seen.changes.map(median);
         println!(
-            "{:?}: {:.2} of mask pixels differ (least board {least:.2}), {outside:.5} of {beyond} beyond {} mm, reach {reach:.2} mm; \
+            "{:?}: {:.2} of mask pixels differ (least board {least:.2}), {outside:.5} of {beyond} beyond {} mm, reach \
+                {reach:.2} mm; \
              median change {:+.0} % Reflectance, {:+.0} % Scatter, {range:+.3} mm Range; {} of {} empty",
             kind.class,
             median(seen.inside.clone()),

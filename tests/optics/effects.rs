@@ -26,8 +26,8 @@ fn base() -> Scene {
     scene
 }
 
-/// A bench whose wheel runs out of true, so that its period has an effect, and whose turntable would have the board under
-/// the line.
+/// A bench whose wheel runs out of true, so that its period has an effect, and whose turntable would have the board
+/// under the line.
 fn wobbling(mut bench: Bench) -> Bench {
     if bench.motion.turn_axis_y_mm == 0.0 {
         bench.motion.turn_axis_y_mm = 10.0;
@@ -38,8 +38,8 @@ fn wobbling(mut bench: Bench) -> Bench {
     bench
 }
 
-/// The scene that wakes a number up: a long exposure for dark current, an overfull one for blooming, a laser at the edge of
-/// the filter's band for its width.
+/// The scene that wakes a number up: a long exposure for dark current, an overfull one for blooming, a laser at the
+/// edge of the filter's band for its width.
 fn waking(scene: &mut Scene, name: &str) {
     let exposure = &mut scene.bench.exposure;
     match name {
@@ -66,8 +66,8 @@ fn nominal_with(value: &mut dyn FnMut(&'static Parameter) -> f64) -> Bench {
     Bench::from_values(value, bench::settings::Optics::default())
 }
 
-/// The scene in which a number of the camera or of the movement is awake: beside the setting that asks for it, or with a
-/// field as wide as what it does.
+/// The scene in which a number of the camera or of the movement is awake: beside the setting that asks for it, or with
+/// a field as wide as what it does.
 fn awake(parameter: &Parameter) -> Scene {
     let mut scene = base();
     match parameter.name {

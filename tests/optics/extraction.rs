@@ -106,8 +106,8 @@ fn peaks_are_chosen_as_asked() {
     assert!((row(&dip, PeakChoice::Strongest, SearchDirection::Standard) - 84.0).abs() < 0.5);
 }
 
-/// A peak below the threshold, or too near the edge of sensor or frame for its windows, is missing with all its numbers; one
-/// row further in it is there.
+/// A peak below the threshold, or too near the edge of sensor or frame for its windows, is missing with all its
+/// numbers; one row further in it is there.
 #[test]
 fn missing_is_missing_everywhere() {
     for method in METHODS {

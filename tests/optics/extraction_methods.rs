@@ -131,6 +131,7 @@ const TABLE: [(f64, [(f64, f64); 9]); 5] = [
 
 /// The nine columns of the table, all 45 pairs: the definitions are the same.
 #[test]
+#[ignore = "long"]
 fn bias_and_spread_are_those_of_the_table() {
     let mut faults = Vec::new();
     for (sigma, row) in TABLE {
@@ -141,8 +142,8 @@ fn bias_and_spread_are_those_of_the_table() {
             let places: Vec<f64> = (0..10_000).map(|_| MIDDLE + rng.random_range(-0.5..0.5)).collect();
             let all = errors(method, window, sigma, &places, 0.01);
             let found = (all.iter().map(|e| e * e).sum::<f64>() / all.len() as f64).sqrt();
-            // Either figure is rounded to 0.001. An rms of 10 000 has a standard error of 0.7 %; the table's is unknown, and
-            // its own columns scatter about theory by 1 %: four of both together.
+            // Either figure is rounded to 0.001. An rms of 10 000 has a standard error of 0.7 %; the table's is
+            // unknown, and its own columns scatter about theory by 1 %: four of both together.
             if (found_bias - bias).abs() > 0.0006 || (found - rms).abs() > 4.0 * 0.012 * rms + 0.0005 {
                 faults.push(format!("{name} at {sigma}: {found_bias:.4} / {found:.4}, not {bias} / {rms}"));
             }

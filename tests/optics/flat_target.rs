@@ -1,5 +1,5 @@
-//! A flat target under the nominal bench: Range is right on average, Reflectance linear up to saturation. How far Range spreads, and
-//! what dark frames hold, are figures of `gen study` (crates/evidence/study/tests/figures.rs).
+//! A flat target under the nominal bench: Range is right on average, Reflectance linear up to saturation. How far Range
+//! spreads, and what dark frames hold, are figures of `gen study` (crates/evidence/study/tests/figures.rs).
 
 use dataset::record::Record;
 use recipe::Scene;

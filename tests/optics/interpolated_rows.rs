@@ -10,7 +10,8 @@ use test_support::target::patterns;
 /// Profiles of a band.
 const PROFILES: usize = 24;
 
-/// What a column's electrons tell without noise: the brightest row, light 7 to 11 rows beside the line, the line's centre of gravity [px].
+/// What a column's electrons tell without noise: the brightest row, light 7 to 11 rows beside the line, the line's
+/// centre of gravity [px].
 fn read(scratch: &Scratch, column: usize) -> [f64; 3] {
     let light = |k: usize| f64::from(scratch.electrons(k, column));
     let peak = (CENTRE - 2..=CENTRE + 2).map(light).fold(0.0, f64::max);
@@ -38,8 +39,10 @@ fn measured(scene: &Scene, sensor: &Sensor, specimen: &Specimen, start: usize) -
     (out, rows_per_mm * libm::tan(scene.bench.camera.tilt_deg.to_radians()))
 }
 
-/// Boards of every kind, in any step and turned any way: Reflectance and Scatter within 0.2 % of clear wood rms, Range within 1 um.
+/// Boards of every kind, in any step and turned any way: Reflectance and Scatter within 0.2 % of clear wood rms, Range
+/// within 1 um.
 #[test]
+#[ignore = "long"]
 fn interpolated_rows_show_what_all_rows_show() {
     let mut rng = Stream::root(41).rng();
     let (mut changed, mut all) = (0, 0);

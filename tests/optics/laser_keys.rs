@@ -135,8 +135,8 @@ fn numbers_without_effect_are_refused() {
     }
 }
 
-/// On pieces and parts it is the material that decides: glints need facets of metal, streaks and the fibres' angles need
-/// fibres.
+/// On pieces and parts it is the material that decides: glints need facets of metal, streaks and the fibres' angles
+/// need fibres.
 #[test]
 fn the_material_decides_what_shines() {
     const DULL: &str = "material: {reflectance: 0.04, gloss: 0.05}\n";
@@ -179,8 +179,8 @@ fn columns(sensor: &Sensor, band: &Band, profile: usize, count: usize) -> Vec<[f
     columns
 }
 
-/// A picture in a file is thrown as it is: its first column at the smallest x, its first row at the largest y, its grey as
-/// light.
+/// A picture in a file is thrown as it is: its first column at the smallest x, its first row at the largest y, its grey
+/// as light.
 #[test]
 fn pictures_come_from_files() {
     let folder = tempfile::tempdir().expect("a folder");

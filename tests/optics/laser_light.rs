@@ -49,8 +49,8 @@ fn sum(rows: &[(i32, f64)]) -> f64 {
     rows.iter().map(|(_, e)| e).sum()
 }
 
-/// Electrons of all light of the laser on a white Lambertian patch at (x, z) with the normal's z part and cosine towards
-/// the lens as on a surface with the slopes `s` [e-].
+/// Electrons of all light of the laser on a white Lambertian patch at (x, z) with the normal's z part and cosine
+/// towards the lens as on a surface with the slopes `s` [e-].
 fn whole(scene: &Scene, x: f64, z: f64, s: [f64; 2]) -> f64 {
     let (laser, camera, exposure) = (&scene.bench.laser, &scene.bench.camera, &scene.bench.exposure);
     let photons = laser.power_mw * 1e-3 * exposure.time_us * 1e-6 * laser.wavelength_nm * 1e-9 / 1.986_445_86e-25;
@@ -100,8 +100,8 @@ fn power_is_kept() {
     }
 }
 
-/// On a plate that is steep along the line and along the motion a column gets the angle of the fan between the places that
-/// its edges look at, far from the axis too.
+/// On a plate that is steep along the line and along the motion a column gets the angle of the fan between the places
+/// that its edges look at, far from the axis too.
 #[test]
 fn grazing_facets_get_what_the_fan_sends_them() {
     for (across, along) in [(1.5, 0.0), (-0.8, 0.4), (0.5, -0.3)] {

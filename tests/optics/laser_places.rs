@@ -108,7 +108,8 @@ fn a_second_line_stands_beside_the_first() {
     }
 }
 
-/// A point laser stands at its place in each profile, goes round within its span and is as wide along as across the line.
+/// A point laser stands at its place in each profile, goes round within its span and is as wide along as across the
+/// line.
 #[test]
 fn a_point_steps_along_the_line() {
     let mut scene = scene(40);

@@ -1,5 +1,5 @@
-//! What camera and laser make of blister packs: domes hide what lies behind them, clear film shows tablets and foil, facets
-//! that face both saturate, walls mirror the line onto the film at their feet.
+//! What camera and laser make of blister packs: domes hide what lies behind them, clear film shows tablets and foil,
+//! facets that face both saturate, walls mirror the line onto the film at their feet.
 
 use glam::{DVec3, Vec3};
 use procedural::blister::{Blister, Pack};
@@ -38,7 +38,8 @@ fn normal(hit: &Hit) -> Vec3 {
     Vec3::new(-hit.surface.slope_x, -hit.surface.slope_y, 1.0).normalize()
 }
 
-/// Whether the film stands between a point and the lens over (0, y); the film raised by `by` except near the point [mm].
+/// Whether the film stands between a point and the lens over (0, y); the film raised by `by` except near the point
+/// [mm].
 fn barred(pack: &Pack, from: DVec3, lens: DVec3, by: f64) -> bool {
     let way = (lens - from).normalize();
     (1..1200).any(|i| {
@@ -48,8 +49,8 @@ fn barred(pack: &Pack, from: DVec3, lens: DVec3, by: f64) -> bool {
     })
 }
 
-/// Points are in sight exactly where straight ways through the film itself say, but for a fringe of 15 um; x and z of each
-/// column lie on its line of sight.
+/// Points are in sight exactly where straight ways through the film itself say, but for a fringe of 15 um; x and z of
+/// each column lie on its line of sight.
 #[test]
 fn domes_hide_what_stands_behind_them() {
     let (pack, body) = body(&blister(|b| b.pocket.dome_mm = 0.5));
@@ -152,8 +153,8 @@ fn walls_mirror_the_line_onto_the_film_at_their_feet() {
     assert!(compared >= 3, "only {compared} profiles have images");
 }
 
-/// Through clear film Range is the tablet's height, and the foil's where the tablet is missing, raised as refraction in the film raises
-/// it (Snell's law); both to 10 um.
+/// Through clear film Range is the tablet's height, and the foil's where the tablet is missing, raised as refraction in
+/// the film raises it (Snell's law); both to 10 um.
 #[test]
 fn clear_film_shows_tablet_and_foil() {
     for missing in [0.0, 9.0] {

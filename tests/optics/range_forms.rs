@@ -85,8 +85,8 @@ fn rectified(calibration: &Calibration, grid: &RectifiedGrid, mut maps: [Vec<f32
     maps
 }
 
-/// A plane that rises along the line comes out as itself at every place of the grid, whatever its pitch; light between two
-/// columns is what lies between theirs; what is missing leaves a gap of its own width.
+/// A plane that rises along the line comes out as itself at every place of the grid, whatever its pitch; light between
+/// two columns is what lies between theirs; what is missing leaves a gap of its own width.
 #[test]
 fn planes_and_gaps_are_resampled() {
     let calibration = Calibration::new(rig(256), [256, crate::columns::SENSOR], 0.0);
@@ -134,7 +134,8 @@ fn scan(range: RangeForm) -> (Scene, Record) {
     (scene, record)
 }
 
-/// The three forms of one scan: rows give the heights, and the grid holds the same surface and the same labels at even places.
+/// The three forms of one scan: rows give the heights, and the grid holds the same surface and the same labels at even
+/// places.
 #[test]
 fn forms_of_one_scan_agree() {
     let (scene, heights) = scan(RangeForm::Calibrated);

@@ -48,7 +48,8 @@ fn a_fitted_recipe_looks_like_real_frames() {
     let (along, across) = (along[1], [across[1], across[2]]);
     let [_, contrast, _] = found.contrast.expect("there are level patches");
     println!(
-        "missing {missing:.3}, floor {floor}, saturated {saturated:.3}, noise {noise:.1?} um, correlation {along:.3}, {across:.3?}, contrast \
+        "missing {missing:.3}, floor {floor}, saturated {saturated:.3}, noise {noise:.1?} um, correlation {along:.3}, \
+            {across:.3?}, contrast \
          {contrast:.3}"
     );
     assert!(MISSING.contains(&missing), "missing {missing}");

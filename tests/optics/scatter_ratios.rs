@@ -33,8 +33,8 @@ fn scene(index: u64, change: impl Fn(&mut Wood)) -> Scene {
     scene
 }
 
-/// Median Scatter less the dark level over pixels of `class` that `keep` lets through, `margin` pixels inside the class; `None` for
-/// fewer than 500.
+/// Median Scatter less the dark level over pixels of `class` that `keep` lets through, `margin` pixels inside the
+/// class; `None` for fewer than 500.
 fn scatter(scene: &Scene, record: &Record, class: Class, margin: isize, keep: impl Fn(usize) -> bool) -> Option<f64> {
     let dark = scatter_pixels(&scene.extraction) as f64 * scene.bench.exposure.dark_level_dn;
     let (cols, rows) = (record.cols as isize, record.rows as isize);
@@ -73,12 +73,13 @@ fn ratio(class: Class, change: impl Fn(&mut Wood)) -> f64 {
 
 /// Scatter over clear wood's, as the camera sees it and as the published table has it.
 ///
-/// The table's S(1,8) is of light over all directions; of clear wood along the motion a camera at 25 degrees sees less than of a knot. So
-/// a rendered ratio is held to that of the judge's rows as the lens sees them (tests/reference/table.rs), and a rendered ratio
-/// over what the lens changes to the published one.
+/// The table's S(1,8) is of light over all directions; of clear wood along the motion a camera at 25 degrees sees less
+/// than of a knot. So a rendered ratio is held to that of the reference's rows as the lens sees them
+/// (tests/reference/table.rs), and a rendered ratio over what the lens changes to the published one.
 #[test]
 fn knots_and_rot_are_dark_by_the_published_ratios() {
-    // S(1,8) by the judge: to all sides, and as the lens sees it about its brightest row, over all phases of the line between rows.
+    // S(1,8) by the reference: to all sides, and as the lens sees it about its brightest row, over all phases of the
+    // line between rows.
     let clear = [0.4079, 0.3713];
     let cases = [
         (Class::SoundKnot, 0.68, [0.2809, 0.2891], ratio(Class::SoundKnot, |wood| wood.knots.sound_count = 1.0)),
@@ -93,11 +94,14 @@ fn knots_and_rot_are_dark_by_the_published_ratios() {
         ),
         (Class::Rot, 0.72, [0.2928, 0.2622], ratio(Class::Rot, |wood| wood.rot.reach_mm = 9.0)),
     ];
-    for (class, published, judge, seen) in cases {
-        let camera = judge[1] / clear[1];
-        let all_ways = seen / camera * judge[0] / clear[0];
-        println!("{class:?}: {seen:.3} in the image, judge {camera:.3}; {all_ways:.3} all ways, published {published}");
-        assert!((seen / camera - 1.0).abs() < 0.1, "{class:?}: {seen} in the image, judge {camera}");
+    for (class, published, reference, seen) in cases {
+        let camera = reference[1] / clear[1];
+        let all_ways = seen / camera * reference[0] / clear[0];
+        println!(
+            "{class:?}: {seen:.3} in the image, reference {camera:.3}; {all_ways:.3} all ways, published \
+            {published}"
+        );
+        assert!((seen / camera - 1.0).abs() < 0.1, "{class:?}: {seen} in the image, reference {camera}");
         assert!((all_ways / published - 1.0).abs() < 0.15, "{class:?}: {all_ways} all ways, published {published}");
     }
 }

@@ -54,8 +54,8 @@ fn means(pixels: &[[f64; 2]]) -> [f64; 2] {
     pixels.iter().fold([0.0; 2], |sum, p| [sum[0] + p[0] / n, sum[1] + p[1] / n])
 }
 
-/// Variance over mean is the gain, for each converter, with all that stays with the pixels switched on: it is no noise in
-/// time.
+/// Variance over mean is the gain, for each converter, with all that stays with the pixels switched on: it is no noise
+/// in time.
 #[test]
 fn photon_transfer_gives_the_gain_back() {
     const EXPOSURES: usize = 500;
@@ -189,8 +189,8 @@ fn response_stays_with_the_pixels() {
     assert!(noise < 0.002, "without PRNU pixels still differ by {noise}");
 }
 
-/// Two slopes: numbers follow the closed form over 20 times the range, noise falls with the second slope, and pixels are
-/// full at 2, 6 and 15 times the light.
+/// Two slopes: numbers follow the closed form over 20 times the range, noise falls with the second slope, and pixels
+/// are full at 2, 6 and 15 times the light.
 #[test]
 fn slopes_stretch_the_range() {
     for hdr in [Hdr::None, Hdr::Soft, Hdr::Medium, Hdr::Aggressive] {

@@ -56,8 +56,8 @@ fn scene(wood: Arc<WoodVolume>) -> Scene {
     scene
 }
 
-/// Mean of Scatter over the board's inner half along one axis of the image, by place along the other, with where the board begins and ends
-/// there [pixel].
+/// Mean of Scatter over the board's inner half along one axis of the image, by place along the other, with where the
+/// board begins and ends there [pixel].
 fn means(record: &Record, down: bool) -> (Vec<f64>, [usize; 2]) {
     let [rows, cols] = [record.rows, record.cols];
     let pixel = |i: usize, j: usize| if down { i * cols + j } else { j * cols + i };
@@ -82,8 +82,9 @@ fn reflectance(density: f32) -> f64 {
     HalfSpace::new(&Medium { sigma_i, k, ..Medium::CLEAR_WOOD }, 0.0).reflectance(f64::from(mu_a))
 }
 
-/// A slab of twice the density absorbs twice as much: a darker band, by the ratio of the reflectances within 5 %, whose sides (half of the way from bright to dark) are the slab's within a
-/// quarter of a millimetre, across the fibres and along them.
+/// A slab of twice the density absorbs twice as much: a darker band, by the ratio of the reflectances within 5 %, whose
+/// sides (half of the way from bright to dark) are the slab's within a quarter of a millimetre, across the fibres and
+/// along them.
 #[test]
 fn a_dense_slab_is_a_dark_band_where_it_lies() {
     for (axis, down) in [(2, false), (0, true)] {
@@ -102,7 +103,8 @@ fn a_dense_slab_is_a_dark_band_where_it_lies() {
         let place = |i: usize| 12.0 * (i - first) as f32 / (last - first) as f32;
         let wanted = reflectance(800.0) / reflectance(400.0);
         println!(
-            "down {down}: {bright:.1} and {dark:.1} DN, {:.3} of it, by reflectance {wanted:.3}, from {:.2} to {:.2} mm",
+            "down {down}: {bright:.1} and {dark:.1} DN, {:.3} of it, by reflectance {wanted:.3}, from {:.2} to {:.2} \
+                mm",
             dark / bright,
             place(begins),
             place(ends)
@@ -112,8 +114,10 @@ fn a_dense_slab_is_a_dark_band_where_it_lies() {
     }
 }
 
-/// What absorbs 0.3 mm below the face takes light where photons are followed through the volume; the kernel asks the face alone.
+/// What absorbs 0.3 mm below the face takes light where photons are followed through the volume; the kernel asks the
+/// face alone.
 #[test]
+#[ignore = "long"]
 fn what_lies_below_the_face_counts_with_path() {
     let light = |transport, deep: f32| {
         // It varies a little, as wood must.

@@ -32,7 +32,8 @@ fn cuboid(size: Vec3) -> Mesh {
     Mesh { positions: (0..8).map(corner).collect(), triangles }
 }
 
-/// RCAL-300 as the recipe lays it: Range is right to 15 um, a twentieth of a row, away from edges, and shows fifteen teeth.
+/// RCAL-300 as the recipe lays it: Range is right to 15 um, a twentieth of a row, away from edges, and shows fifteen
+/// teeth.
 #[test]
 fn range_of_the_saw_tooth_is_right() {
     let mut scene = quiet(Recipe::load("sawtooth").expect("embedded").draw(0, 0));
@@ -70,8 +71,8 @@ fn range_of_the_saw_tooth_is_right() {
     assert_eq!(numbers, (1..=15).collect::<Vec<_>>());
 }
 
-/// Whether the place (x, z) of a saw-tooth that lies along the line from -half to half is free towards (0, eye): each peak
-/// throws a shadow that falls as the line from the eye over it does.
+/// Whether the place (x, z) of a saw-tooth that lies along the line from -half to half is free towards (0, eye): each
+/// peak throws a shadow that falls as the line from the eye over it does.
 fn free(piece: &Piece, x: f64, z: f64, eye: f64) -> (bool, f64) {
     let (pitch, half) = (piece.length_mm / piece.teeth, 0.5 * piece.length_mm);
     let top = piece.base_mm + piece.depth_mm;
@@ -81,8 +82,8 @@ fn free(piece: &Piece, x: f64, z: f64, eye: f64) -> (bool, f64) {
     (z > shadow, z - shadow)
 }
 
-/// Flanks of nine shares: lit and seen by rays exactly where the angles of fan and lens say, and missing in Range exactly
-/// where they are not both, or so steep that their light is too faint.
+/// Flanks of nine shares: lit and seen by rays exactly where the angles of fan and lens say, and missing in Range
+/// exactly where they are not both, or so steep that their light is too faint.
 #[test]
 fn flanks_are_hidden_where_their_angles_say() {
     let mut scene = quiet(scene(52));

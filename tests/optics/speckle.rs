@@ -34,8 +34,8 @@ fn metal() -> Medium {
     Medium::opaque(Gloss::wood(1.0))
 }
 
-/// Spread that speckle gives Range, over all places of the line between the rows: the target rises by two rows along the
-/// line [rows].
+/// Spread that speckle gives Range, over all places of the line between the rows: the target rises by two rows along
+/// the line [rows].
 fn spread(scene: &Scene) -> f64 {
     let range = |scene: &Scene| {
         let record = render(scene, plate(metal(), 0.3, 0.02, 0.0));
@@ -156,8 +156,8 @@ fn a_ridge_leaves_the_speckle_beside_it() {
     assert!(within == beyond, "the plate has another speckle beside the ridge");
 }
 
-/// Contrast of the numbers in a row of the window, `rows` from the line, over all columns and profiles of a plate; `brighter` lengthens
-/// the exposure so that the row has numbers to tell it by.
+/// Contrast of the numbers in a row of the window, `rows` from the line, over all columns and profiles of a plate;
+/// `brighter` lengthens the exposure so that the row has numbers to tell it by.
 fn row_contrast(medium: Medium, rows: usize, brighter: f64) -> f64 {
     let mut scene = scene(240);
     let exposure = &mut scene.bench.exposure;
@@ -199,8 +199,8 @@ fn row_contrast(medium: Medium, rows: usize, brighter: f64) -> f64 {
     deviation / mean
 }
 
-/// The contrast that paths leave in a row, before pixels: of the kernel's law, which `reference::contrast` holds to the judge, for the
-/// line's blur and the rows of this bench.
+/// The contrast that paths leave in a row, before pixels: of the kernel's law, which `reference::contrast` holds to the
+/// reference, for the line's blur and the rows of this bench.
 fn path_contrast_of(medium: Medium, rows: usize) -> f64 {
     let scene = scene(240);
     let (sensor, band) = expose(&scene, plate(medium, 22.0, 0.0, 0.0), 100..101);
@@ -221,8 +221,8 @@ fn path_contrast_of(medium: Medium, rows: usize) -> f64 {
     f64::from(path_contrast(coherence_per_mm(laser.wavelength_nm, laser.linewidth_nm) as f32 * medium.n_eff, &law))
 }
 
-/// Numbers beside a line on wood have the contrast of the paths of the light there, against that on the line, within 7 %. One contrast
-/// stood here for all rows and places.
+/// Numbers beside a line on wood have the contrast of the paths of the light there, against that on the line, within 7
+/// %. One contrast stood here for all rows and places.
 #[test]
 fn speckle_pales_beside_the_line() {
     let clear = Medium { gloss: Gloss::NONE, ..Medium::CLEAR_WOOD };

@@ -171,8 +171,8 @@ fn speckle_moves_as_fast_as_the_table_does() {
         let [frame, _] = frames;
         frame
     };
-    // Middle of tile t at (128 t + 64 - 319.5) 0.0877 mm. A point of the object at x lies at y = x sin(way / radius) after
-    // the way, and rows fall with y: 0.70 rows a profile at 10 mm, towards smaller rows on the right.
+    // Middle of tile t at (128 t + 64 - 319.5) 0.0877 mm. A point of the object at x lies at y = x sin(way / radius)
+    // after the way, and rows fall with y: 0.70 rows a profile at 10 mm, towards smaller rows on the right.
     for tile in [0, 1, 3, 4] {
         let x = (128.0 * tile as f64 + 64.0 - 319.5) * 0.0877;
         let (apart, expected) = (3, -3.0 * 0.70 * x / 10.0);

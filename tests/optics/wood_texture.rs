@@ -1,4 +1,5 @@
-//! Clear wood shows no lattice: how much the pixels of a row differ must not repeat from row to row, and likewise for columns.
+//! Clear wood shows no lattice: how much the pixels of a row differ must not repeat from row to row, and likewise for
+//! columns.
 
 use dataset::record::Record;
 use procedural::Class;

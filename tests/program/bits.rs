@@ -1,4 +1,5 @@
-//! Datasets of 10 and 12 bits as their users meet them: written, found whole, read back, compared; refused where 8 are needed.
+//! Datasets of 10 and 12 bits as their users meet them: written, found whole, read back, compared; refused where 8 are
+//! needed.
 
 use parquet::record::Field;
 use serde_json::Value;

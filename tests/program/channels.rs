@@ -44,6 +44,7 @@ fn every_sensor_frame_can_be_kept() {
 /// What is as the recipe asks is no fault, however odd: wide pixels on packs, a second line, film that hangs from a
 /// tablet at the rim of a pocket.
 #[test]
+#[ignore = "long"]
 fn odd_recipes_have_no_faults() {
     let place = Place::new();
     for (number, recipe) in [
@@ -111,7 +112,8 @@ fn a_binned_label_is_the_majority_of_its_pixels() {
             assert_eq!(class, winner, "sample {index}, pixel {i}");
             let of_class = behind.iter().filter(|p| label[**p] == class);
             assert!(of_class.clone().any(|p| instance[*p] == small[1].2[i]), "sample {index}, pixel {i}");
-            // What is measured on the board and beside it; the greater part is averaged, where both together are half of the pixels.
+            // What is measured on the board and beside it; the greater part is averaged, where both together are half
+            // of the pixels.
             let side = |on_board: bool| -> Vec<f64> {
                 let own = behind.iter().filter(|p| (label[**p] > 0) == on_board);
                 own.map(|p| f64::from(reflectance[*p])).filter(|dn| *dn > 0.0).collect()

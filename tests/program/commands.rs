@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 use test_support::program::{self, Place, SPECKLE};
 
 #[test]
+#[ignore = "long"]
 fn a_preview_shows_something() {
     Place::of_each_subject(&[SPECKLE]).iter().for_each(previews);
 }
@@ -67,6 +68,7 @@ fn a_dataset_goes_on_with_its_own_shards() {
 }
 
 #[test]
+#[ignore = "long"]
 fn validation_passes_what_is_whole_and_names_what_is_not() {
     Place::of_each_subject(&[]).iter().for_each(validates);
 }
@@ -237,7 +239,8 @@ fn shared_draws_are_told() {
     }
 }
 
-/// A model that is not there is missed before its sidecar, and an export of icon files is read as the scans that it holds.
+/// A model that is not there is missed before its sidecar, and an export of icon files is read as the scans that it
+/// holds.
 #[test]
 fn what_is_missing_is_named_and_exports_are_read() {
     let place = Place::with(&[]);
@@ -411,6 +414,7 @@ fn readers_that_go_away_stop_nothing() {
 const FEW: &str = "\ntransport: {model: path, photons_per_profile: 1000}\nclasses:\n";
 
 #[test]
+#[ignore = "long"]
 fn the_program_says_what_a_slow_model_is_for_and_files_name_it() {
     let place = Place::with(&[["\nclasses:\n", FEW], ["\n  profiles: 48 ", "\n  profiles: 8 "]]);
     let words = ["transport: path walks 1000 photons in each of 8 profiles", "slow", "`transport: kernel`"];

@@ -7,6 +7,7 @@ use std::time::SystemTime;
 use test_support::program::{FRAMES, Place, SPECKLE, assert_same, tree};
 
 #[test]
+#[ignore = "long"]
 fn threads_change_nothing() {
     for place in Place::of_each_subject(&[FRAMES, SPECKLE]) {
         place.make("one", "--n 8 --samples-per-shard 3 --threads 1");
@@ -49,6 +50,7 @@ fn two_runs_of_everything_at_once_share_the_work() {
 }
 
 #[test]
+#[ignore = "long"]
 fn more_samples_extend_a_dataset() {
     Place::of_each_subject(&[FRAMES]).iter().for_each(grows);
 }

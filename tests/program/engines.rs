@@ -1,5 +1,5 @@
-//! What engines and file systems that make datasets ask for: events for programs, parts that leave other parts alone, card and
-//! metadata without data files, folders for each thousand shards, and no locks.
+//! What engines and file systems that make datasets ask for: events for programs, parts that leave other parts alone,
+//! card and metadata without data files, folders for each thousand shards, and no locks.
 
 use std::fs;
 use std::process::Command;
@@ -50,7 +50,8 @@ fn events_tell_a_program_what_goes_on() {
     assert_eq!([&estimate["shards"], &estimate["samples_per_shard"], &estimate["shards_to_make"]], [6, 2, 3]);
 }
 
-/// One part of many does not open what the other parts made: with ten thousand of them that would be the most of its work.
+/// One part of many does not open what the other parts made: with ten thousand of them that would be the most of its
+/// work.
 #[test]
 fn a_part_leaves_the_others_alone() {
     let place = Place::with(&[]);

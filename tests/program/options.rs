@@ -148,7 +148,8 @@ fn faults_of_changed_keys_are_as_good_as_those_of_files() {
     );
 }
 
-/// A recipe on standard input makes the dataset of the same recipe in a file; files that it names lie beside the caller.
+/// A recipe on standard input makes the dataset of the same recipe in a file; files that it names lie beside the
+/// caller.
 #[test]
 fn standard_input_holds_a_recipe() {
     let place = Place::with(&[]);

@@ -1,5 +1,5 @@
-//! Results on standard output: a disk that takes no more is a fault, a reader that has gone away is none; and files that are
-//! none of a command's own are not written over.
+//! Results on standard output: a disk that takes no more is a fault, a reader that has gone away is none; and files
+//! that are none of a command's own are not written over.
 
 use std::fs::{self, OpenOptions};
 use std::process::Stdio;

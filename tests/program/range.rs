@@ -85,7 +85,8 @@ fn idle_keys_are_refused() {
     }
 }
 
-/// Sensor rows become an uncalibrated scan, number by number: sixteenths of rows, light, sums, and notes of each profile.
+/// Sensor rows become an uncalibrated scan, number by number: sixteenths of rows, light, sums, and notes of each
+/// profile.
 #[test]
 fn sensor_rows_become_uncalibrated_scans() {
     let place = planks("uncalibrated", &[]);
@@ -129,8 +130,8 @@ fn sensor_rows_become_uncalibrated_scans() {
     assert!(run.code != 0 && run.err.contains("without `output: {bin: ..}`"), "{}", run.err);
 }
 
-/// A rectified scan spans the grid that it says; read back its heights are equal, but for 0, which means missing there and is
-/// written as the least number above.
+/// A rectified scan spans the grid that it says; read back its heights are equal, but for 0, which means missing there
+/// and is written as the least number above.
 #[test]
 fn rectified_scans_keep_their_grid() {
     let place = planks("rectified\n  rectified_pitch_mm: 0.1", &[]);

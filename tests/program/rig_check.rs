@@ -1,5 +1,5 @@
-//! The check of the rig before the first sample: recipes whose samples would be of no use are told with what to do, wherever a
-//! dataset is made, looked at or checked; the shipped ones are not.
+//! The check of the rig before the first sample: recipes whose samples would be of no use are told with what to do,
+//! wherever a dataset is made, looked at or checked; the shipped ones are not.
 
 use std::fs;
 
@@ -36,7 +36,8 @@ const USELESS: [(&str, &str, &str, &str); 12] = [
         "wood-small",
         "board.width_mm=200 --set board.length_mm=300",
         "object-out-of-view",
-        "scan.columns or camera.distance_mm, and the fan with it by laser.fan_angle_deg or laser.fan_height_mm; and let it begin",
+        "scan.columns or camera.distance_mm, and the fan with it by laser.fan_angle_deg or laser.fan_height_mm; and \
+            let it begin",
     ),
     ("wood-small", "laser.power_mw=3000", "saturated", "lower laser.power_mw"),
     ("blister-small", "laser.power_mw=0.1", "hardly-measured", "raise laser.power_mw"),
@@ -68,6 +69,7 @@ fn warnings(place: &Place, folder: &str) -> Vec<Value> {
 }
 
 #[test]
+#[ignore = "long"]
 fn what_is_of_no_use_is_told_before_the_first_sample() {
     for (recipe, change, code, remedy) in USELESS {
         let place = of_one_class(recipe);
@@ -110,6 +112,7 @@ fn the_recipe_of_the_reference_has_no_warning() {
 
 /// The cause is told, not the symptom: each remedy is of the key that is at fault, and the opposite of none.
 #[test]
+#[ignore = "long"]
 fn remedies_name_the_cause() {
     let place = of_one_class("wood-small");
     for (change, code, remedy) in [
@@ -190,7 +193,8 @@ fn warnings_of_validation_are_no_faults() {
 #[test]
 fn matter_that_swallows_all_light_is_measured_by_its_surface() {
     let place = Place::new();
-    let matter = "--set material.mu_a_per_mm=1000 --set material.sigma_i_per_mm=0.01 --set material.gloss=0 --set material.matte=0.37";
+    let matter = "--set material.mu_a_per_mm=1000 --set material.sigma_i_per_mm=0.01 --set material.gloss=0 --set \
+        material.matte=0.37";
     let made = place.done(&format!("--recipe sawtooth-small {matter} --n 1 --strict --out set"));
     assert!(!made.err.contains("warning: "), "{}", made.err);
 }
@@ -222,9 +226,10 @@ fn a_preview_tells_what_its_sample_falls_short_in() {
     assert!(estimate.err.contains("warning: ") && estimate.err.contains("raise laser.power_mw"), "{}", estimate.err);
 }
 
-/// Nothing that is shipped is warned of, whatever the seed: dark parts, overexposed packs and pieces that are longer than the
-/// field are meant.
+/// Nothing that is shipped is warned of, whatever the seed: dark parts, overexposed packs and pieces that are longer
+/// than the field are meant.
 #[test]
+#[ignore = "long"]
 fn shipped_recipes_have_no_warnings() {
     let is_full = |name: &str| !name.ends_with("-small") && !name.ends_with("-train");
     for known in Recipe::embedded() {
@@ -255,7 +260,8 @@ fn what_hides_itself_is_told_as_that() {
     assert!(own.what.contains("higher parts hide") && own.remedy == "lower camera.tilt_deg", "{own:?}");
 }
 
-/// Half of a board beside the middle of the line: the share that lies in the field is that of the rig's own field of view.
+/// Half of a board beside the middle of the line: the share that lies in the field is that of the rig's own field of
+/// view.
 #[test]
 fn the_share_in_the_field_is_that_of_the_rig() {
     let place = Place::new();
@@ -269,8 +275,9 @@ fn the_share_in_the_field_is_that_of_the_rig() {
     assert!((found - 0.5 * field / 20.0).abs() < 0.2 / 20.0, "{found} of a field of {field} mm");
 }
 
-/// The check looks at profiles as the dataset will have them: labels are the same, bodies that light does not enter are bit for bit, and what is
-/// measured of others is but for light that has crept far and light that fills pockets, of which Reflectance has next to nothing.
+/// The check looks at profiles as the dataset will have them: labels are the same, bodies that light does not enter are
+/// bit for bit, and what is measured of others is but for light that has crept far and light that fills pockets, of
+/// which Reflectance has next to nothing.
 #[test]
 fn profiles_are_rendered_as_in_the_whole_scan() {
     let even = recipe(&[["\n  window_rows: 7", "\n  range: rectified\n  window_rows: 7"]]);
@@ -319,11 +326,13 @@ fn profiles_are_rendered_as_in_the_whole_scan() {
     }
 }
 
-/// The warnings follow from recipe and seed: the same for any threads, parts and number of samples, so the dataset goes on.
+/// The warnings follow from recipe and seed: the same for any threads, parts and number of samples, so the dataset goes
+/// on.
 #[test]
 fn a_dataset_with_warnings_goes_on() {
     let place = of_one_class("wood-small");
-    let asked = "--recipe tiny.yaml --set scan.columns=96 --set scan.profiles=64 --set laser.power_mw=0.1 --samples-per-shard 1";
+    let asked = "--recipe tiny.yaml --set scan.columns=96 --set scan.profiles=64 --set laser.power_mw=0.1 \
+        --samples-per-shard 1";
     place.done(&format!("{asked} --n 1 --out set --threads 1"));
     place.done(&format!("{asked} --n 3 --out set --part 1/2"));
     let again = place.done(&format!("{asked} --n 3 --out set"));

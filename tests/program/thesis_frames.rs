@@ -39,8 +39,8 @@ fn dark(place: &Place) -> [f64; 2] {
     [mean, (numbers.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n).sqrt()]
 }
 
-/// One thread and two make the same files, `gen validate` renders them again to the byte, maps have the object in them, and
-/// rows without light are the thesis' noise, under its pattern where the pattern comes last.
+/// One thread and two make the same files, `gen validate` renders them again to the byte, maps have the object in them,
+/// and rows without light are the thesis' noise, under its pattern where the pattern comes last.
 #[test]
 fn orders_of_the_thesis_make_datasets() {
     let stack = ["\noutput:\n", "\noutput:\n  sensor_stack: {every: 4}\n"];
@@ -70,8 +70,8 @@ fn orders_of_the_thesis_make_datasets() {
         let [mean, spread] = dark(&place);
         println!("dark {mean:.3} and {spread:.3} DN");
         if pattern {
-            // Times 3.5 and a pattern whose contrast in a pixel is 0.191, known to 2 %; its mean over these rows is known to
-            // 0.191 sqrt(1.5 / 29 696), four of which.
+            // Times 3.5 and a pattern whose contrast in a pixel is 0.191, known to 2 %; its mean over these rows is
+            // known to 0.191 sqrt(1.5 / 29 696), four of which.
             let own = 1.09f64 * 1.09 - 1.0 / 12.0;
             let variance = 12.25 * (own * (1.0 + 0.191 * 0.191) + (11.6 * 0.191f64).powi(2)) + 1.0 / 12.0;
             let expected = variance.sqrt();

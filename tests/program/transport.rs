@@ -1,4 +1,5 @@
-//! Purpose: `gen transport` answers what a medium file asks, with errors, and refuses what it cannot use by line and key.
+//! Purpose: `gen transport` answers what a medium file asks, with errors, and refuses what it cannot use by line and
+//! key.
 
 use std::fs;
 
@@ -57,7 +58,8 @@ fn a_published_value_comes_out() {
     assert_eq!(document["effort"]["photons"], 200_064, "whole batches of 128");
 }
 
-/// Every example is read; what is shown as understood is a medium of the same meaning; and the first lines say what it is.
+/// Every example is read; what is shown as understood is a medium of the same meaning; and the first lines say what it
+/// is.
 #[test]
 fn examples_are_understood() {
     let place = place();
@@ -122,8 +124,8 @@ fn the_kernel_answers_what_it_knows() {
     assert!(run.err.contains("the kernel knows half spaces") && run.err.contains("--model path"), "{}", run.err);
 }
 
-/// The kernel answers pockets and flanges of blister packs: energy closes, a film on foil is brighter near the line than
-/// one over a deep pocket. Diffusion refuses foil.
+/// The kernel answers pockets and flanges of blister packs: energy closes, a film on foil is brighter near the line
+/// than one over a deep pocket. Diffusion refuses foil.
 #[test]
 fn the_kernel_answers_films() {
     let place = place();
@@ -227,7 +229,7 @@ fn what_cannot_be_done_is_said() {
     assert!(help.contains("Examples:") && help.contains("recipes/media/README.md"), "{help}");
 }
 
-/// The judge blurs the line spread by the line's width and leaves the point spread alone.
+/// The reference blurs the line spread by the line's width and leaves the point spread alone.
 #[test]
 fn the_line_has_its_width() {
     let place = Place::new();

@@ -1,5 +1,5 @@
-//! The trained networks in tests/models on data that they have never seen, their control that was taught nothing, and the
-//! program that trains them. tests/models/README.md says how they were made, docs/theory/baselines.md what they are
+//! The trained networks in tests/models on data that they have never seen, their control that was taught nothing, and
+//! the program that trains them. tests/models/README.md says how they were made, docs/theory/baselines.md what they are
 //! worth.
 
 use std::path::Path;
@@ -44,9 +44,9 @@ fn chance(report: &Value) -> f64 {
     1.0 / report["classes"].as_array().expect("classes").len() as f64
 }
 
-/// The bar is not excluded by the 95 % interval: a model as good as the bar fails here once in forty seeds. And the whole
-/// interval lies nearer to certainty than to chance, as it does of any model that is always right, were it asked about no
-/// more than 12 samples: Wilson's lower end is then 12 / (12 + 1.96^2) = 0.757.
+/// The bar is not excluded by the 95 % interval: a model as good as the bar fails here once in forty seeds. And the
+/// whole interval lies nearer to certainty than to chance, as it does of any model that is always right, were it asked
+/// about no more than 12 samples: Wilson's lower end is then 12 / (12 + 1.96^2) = 0.757.
 fn holds(report: &Value, bar: f64) {
     let [low, high] = ["low", "high"].map(|key| accuracy(report, key));
     println!("{} of {bar}: {low} to {high}", report["model"]["path"]);
@@ -54,8 +54,8 @@ fn holds(report: &Value, bar: f64) {
     assert!(low > 0.5 * (1.0 + chance(report)), "{low}: {}", report["confusion"]);
 }
 
-/// What was taught with shuffled labels has a mean recall within three standard errors of chance: those of the patches, of
-/// which those of one sample are not independent, and of the training, `spread`.
+/// What was taught with shuffled labels has a mean recall within three standard errors of chance: those of the patches,
+/// of which those of one sample are not independent, and of the training, `spread`.
 fn untaught(report: &Value, spread: f64) {
     let classes = report["classes"].as_array().expect("classes");
     let recalls = classes.iter().map(|class| class["recall"].as_f64().expect("each class is there"));
@@ -73,8 +73,8 @@ fn wood_is_told_and_shuffled_labels_teach_nothing() {
     untaught(&check(&place, "wood_shuffled.onnx"), SPREAD_OF_WOOD);
 }
 
-/// Whole, missing and broken tablets apart: 98 %. Empty pockets, where one in seven holds a tablet that is darker than it
-/// should be: 90 %.
+/// Whole, missing and broken tablets apart: 98 %. Empty pockets, where one in seven holds a tablet that is darker than
+/// it should be: 90 %.
 #[test]
 fn tablets_are_told_and_shuffled_labels_teach_nothing() {
     let place = fresh(PACKS, 16);
@@ -167,8 +167,8 @@ fn training_learns_repeats_and_sees_what_check_sees() {
     refused(&[], "packs --task presence --out c.onnx", &["schema 2.", "1.x", "use newer"]);
 }
 
-/// A network of one channel is asked about that channel alone; labels that are dealt out anew are learned worse than the
-/// true ones of the same patches, and the sidecar says which they were.
+/// A network of one channel is asked about that channel alone; labels that are dealt out anew are learned worse than
+/// the true ones of the same patches, and the sidecar says which they were.
 #[test]
 fn training_takes_channels_and_shuffles_labels() {
     let place = packs("{train: 0.5, validation: 0.5, test: 0}", 16);

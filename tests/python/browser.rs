@@ -8,8 +8,8 @@ use std::time::{Duration, Instant};
 /// Longest that Chromium may take for a page.
 const LIMIT: Duration = Duration::from_secs(120);
 
-/// What Chromium makes of a file after its scripts ran, in a window of so many pixels. Where it hangs or crashes, the test
-/// says how it ended and what it wrote.
+/// What Chromium makes of a file after its scripts ran, in a window of so many pixels. Where it hangs or crashes, the
+/// test says how it ended and what it wrote.
 pub fn browse(path: &Path, fragment: &str, [width, height]: [u32; 2]) -> String {
     let profile = tempfile::tempdir().expect("a temporary folder");
     let names = ["chromium", "chromium-browser", "google-chrome"];

@@ -1,4 +1,5 @@
-//! `gen check` as its users run it, with models whose answers a line of arithmetic foretells (python/make_check_models.py).
+//! `gen check` as its users run it, with models whose answers a line of arithmetic foretells
+//! (python/make_check_models.py).
 
 use std::path::Path;
 
@@ -224,8 +225,8 @@ classes: [pocket, {name: faulty, of: [missing, broken, chipped, cracked, capped,
     assert!(wrong.code == 2 && wrong.err.contains("--batch 8: the model takes 4 at once"), "{}", wrong.err);
 }
 
-/// Pictures and document lie in the folder, an earlier folder is renewed, and others are left alone; the accuracy decides
-/// the exit status.
+/// Pictures and document lie in the folder, an earlier folder is renewed, and others are left alone; the accuracy
+/// decides the exit status.
 #[test]
 fn reports_are_written_and_accuracy_is_demanded() {
     let place = planks();

@@ -6,8 +6,8 @@ use serde_json::Value;
 use sha2::{Digest, Sha256};
 use test_support::program::{Place, Sample};
 
-/// Digital numbers of another depth are other units: a model that looks at them is refused unless its sidecar says so; one
-/// that looks at heights alone does not care.
+/// Digital numbers of another depth are other units: a model that looks at them is refused unless its sidecar says so;
+/// one that looks at heights alone does not care.
 #[test]
 fn another_bit_depth_is_refused() {
     needs_onnxruntime();
@@ -55,7 +55,8 @@ fn a_dataset_without_label_images_is_told() {
     assert_eq!(run(&place, "mean_sign.onnx", &samples, "").code, 0);
 }
 
-/// A sidecar that names a dataset of the same draws is told on standard error, with what to do; one that names another is not.
+/// A sidecar that names a dataset of the same draws is told on standard error, with what to do; one that names another
+/// is not.
 #[test]
 fn samples_of_the_training_are_told() {
     let place = planks();
@@ -123,8 +124,8 @@ fn sidecars_are_found_beside_the_model() {
     place.done(&format!("{check} --sidecar m.json"));
 }
 
-/// A model's sum goes on over the weights that lie beside it, so that another training never takes the place of one whose
-/// graph is the same.
+/// A model's sum goes on over the weights that lie beside it, so that another training never takes the place of one
+/// whose graph is the same.
 #[test]
 fn weights_in_other_files_are_of_the_model() {
     let place = planks();

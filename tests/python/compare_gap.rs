@@ -50,8 +50,8 @@ fn sides_of_one_law_cannot_be_told_apart() {
     assert!(found["windows_per_side"].as_u64().is_some_and(|windows| (48..=72).contains(&windows)), "{found}");
 }
 
-/// Without its speckle a scan is far from one with it, and the control of the far side still holds 0.5. Whole scans give half as
-/// many windows again as their objects.
+/// Without its speckle a scan is far from one with it, and the control of the far side still holds 0.5. Whole scans
+/// give half as many windows again as their objects.
 #[test]
 fn sides_of_other_laws_are_told_apart() {
     let place = Place::new();

@@ -59,8 +59,8 @@ fn tools_read_boards() {
     }
 }
 
-/// Packs, whose defects lie in pockets: masks with and without what lies in them, in every way that masks and pictures are
-/// written.
+/// Packs, whose defects lie in pockets: masks with and without what lies in them, in every way that masks and pictures
+/// are written.
 #[test]
 fn tools_read_packs() {
     let place = dataset(pack_recipe(&[SPLITS]));

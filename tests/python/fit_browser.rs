@@ -1,5 +1,5 @@
-//! The page of `gen fit` in Chromium: every section, pictures, the filter of statistics, no request, and no scrolling sideways on a
-//! phone.
+//! The page of `gen fit` in Chromium: every section, pictures, the filter of statistics, no request, and no scrolling
+//! sideways on a phone.
 
 use serde_json::Value;
 use test_support::pages::between;
@@ -7,8 +7,8 @@ use test_support::program::{Place, sawtooth_recipe};
 
 use crate::browser::browse;
 
-/// What a copy of the page tells of itself: faults and requests from its first line on, and what is seen once it is there, before and
-/// after a click on the filter.
+/// What a copy of the page tells of itself: faults and requests from its first line on, and what is seen once it is
+/// there, before and after a click on the filter.
 const PROBE: [&str; 2] = [
     "<script>
     const faults = [];
@@ -21,7 +21,8 @@ const PROBE: [&str; 2] = [
     const rows = () => [...document.querySelectorAll('table.statistics tbody tr')].filter(is_seen);
     const names = (rows) => rows.map((row) => row.querySelector('th').textContent);
     const images = [...document.images];
-    const sections = [...document.querySelectorAll('main > section')].filter((part) => part.getBoundingClientRect().height > 60);
+    const sections = [...document.querySelectorAll('main > section')].filter((part) => \
+    part.getBoundingClientRect().height > 60);
     const all = rows();
     document.getElementById('only-out').click();
     const out = rows();
@@ -36,7 +37,8 @@ const PROBE: [&str; 2] = [
         marked: names(all.filter((row) => row.textContent.includes('out of reach'))),
         out: names(out),
         again: rows().length,
-        requests: performance.getEntriesByType('resource').map((entry) => entry.name).filter((name) => !name.startsWith('data:')),
+        requests: performance.getEntriesByType('resource').map((entry) => entry.name).filter((name) => \
+        !name.startsWith('data:')),
         faults,
     };
     document.body.appendChild(document.createElement('output')).id = 'told';

@@ -1,5 +1,5 @@
-//! What `make gap` counts: its statistics against closed forms, published values and simulation, and its answers where nothing
-//! differs, where much does, and where datasets do not belong together.
+//! What `make gap` counts: its statistics against closed forms, published values and simulation, and its answers where
+//! nothing differs, where much does, and where datasets do not belong together.
 
 use std::path::Path;
 use std::process::Output;
@@ -28,8 +28,9 @@ fn near(found: f64, wanted: f64, within: f64) {
     assert!((found - wanted).abs() <= within, "{found}, not {wanted} +- {within}");
 }
 
-/// Student's quantiles from printed tables (three decimals), Clopper and Pearson's bound in its closed form for none and as
-/// published for 3 of 10 (0.6525), the sign test, and the interval of one answer a sample, whose standard error is that of a mean.
+/// Student's quantiles from printed tables (three decimals), Clopper and Pearson's bound in its closed form for none
+/// and as published for 3 of 10 (0.6525), the sign test, and the interval of one answer a sample, whose standard error
+/// is that of a mean.
 #[test]
 fn statistics_are_those_of_the_books() {
     let place = Place::new();
@@ -64,9 +65,10 @@ fn statistics_are_those_of_the_books() {
     near(told[17], most, 1e-9);
 }
 
-/// Of 600 simulated comparisons of 40 boards with 20 answers each, which are lost by whole boards as often as singly, the
-/// interval holds the truth in 95 %. Fewer than 533 come by chance once in ten thousand where it holds it in 93 %, which 40
-/// samples of a skewed law are granted; an interval that took answers of one board as independent holds it in fewer.
+/// Of 600 simulated comparisons of 40 boards with 20 answers each, which are lost by whole boards as often as singly,
+/// the interval holds the truth in 95 %. Fewer than 533 come by chance once in ten thousand where it holds it in 93 %,
+/// which 40 samples of a skewed law are granted; an interval that took answers of one board as independent holds it in
+/// fewer.
 #[test]
 fn intervals_hold_the_loss_of_alike_answers() {
     let place = Place::new();
@@ -103,8 +105,9 @@ fn row<'a>(told: &'a str, first: &str) -> Vec<&'a str> {
     line.split('|').map(str::trim).collect()
 }
 
-/// Boards that differ in nothing lose nothing, though no interval is empty; boards by the thesis' model are found to differ. What
-/// the reference would say is not asked here, because it is slow: a dataset of the kernel says that it is the reference's.
+/// Boards that differ in nothing lose nothing, though no interval is empty; boards by the thesis' model are found to
+/// differ. What the reference would say is not asked here, because it is slow: a dataset of the kernel says that it is
+/// the reference's.
 #[test]
 fn a_loss_is_found_where_there_is_one_and_only_there() {
     let place = Place::new();

@@ -77,8 +77,8 @@ fn loads(kind: &str, place: &Place) {
     assert_eq!(card.contains("12 bits, 0 to 4095"), kind == "bits");
 }
 
-/// polars and DuckDB answer the same questions alike, and as counting here does: an object that lies in another one is no
-/// second pocket.
+/// polars and DuckDB answer the same questions alike, and as counting here does: an object that lies in another one is
+/// no second pocket.
 #[test]
 fn tables_are_asked_in_one_line() {
     let mut inside = 0;

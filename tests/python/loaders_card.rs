@@ -29,8 +29,8 @@ fn the_hub_reads_the_card() {
     }
 }
 
-/// Every line of Python in the card runs as it stands, and gives the samples and the maps of one of them; images under torch
-/// are what docs/guide/loading.md says.
+/// Every line of Python in the card runs as it stands, and gives the samples and the maps of one of them; images under
+/// torch are what docs/guide/loading.md says.
 #[test]
 fn the_snippets_of_a_card_run() {
     let look = r#"
@@ -116,8 +116,8 @@ fn a_card_promises_what_the_dataset_holds() {
     assert!(front.get("task_ids").is_none() && front.get("task_categories").is_none(), "{front}");
 }
 
-/// The card's command makes every file again: from the recipe in the card, or from the folder alone where the recipe names a
-/// file, which is told to mlcroissant and in the words on licences.
+/// The card's command makes every file again: from the recipe in the card, or from the folder alone where the recipe
+/// names a file, which is told to mlcroissant and in the words on licences.
 #[test]
 fn the_command_of_a_card_makes_the_dataset_again() {
     let place = Place::with(&[]);

@@ -21,8 +21,8 @@ fn every_reader_opens_a_dataset_of_packs() {
     opens(&place.path("packs"), &place.path("."));
 }
 
-/// The camera that is written with every sample turns its sensor rows into the heights of the calibrated dataset of the same
-/// recipe, by the example that ships, within a micrometre; a lens with distortion is in it.
+/// The camera that is written with every sample turns its sensor rows into the heights of the calibrated dataset of the
+/// same recipe, by the example that ships, within a micrometre; a lens with distortion is in it.
 #[test]
 fn sensor_rows_become_heights() {
     let bent = ["camera:\n", "camera:\n  distortion_k1: -0.06\n  distortion_p1: 0.0005\n"];

@@ -59,7 +59,8 @@ fn used(place: &Place, html: &str, window: [u32; 2], script: &str) -> String {
 fn keys_work_more_than_once() {
     let (place, html) = planks_page("--frames 0");
     let script = "
-        const press = (key) => document.activeElement.dispatchEvent(new KeyboardEvent('keydown', { key, bubbles: true }));
+        const press = (key) => document.activeElement.dispatchEvent(new KeyboardEvent('keydown', { key, bubbles: true \
+        }));
         const large = () => document.querySelector('dialog h3').firstChild.textContent.trim();
         document.querySelectorAll('a.maps')[0].click();
         document.querySelectorAll('dialog button')[1].focus();
@@ -78,7 +79,8 @@ fn keys_work_more_than_once() {
 fn the_address_keeps_everything() {
     let (place, html) = planks_page("--frames 0");
     let script = "
-        const set = (input, event, change) => { change(input); input.dispatchEvent(new Event(event, { bubbles: true })); };
+        const set = (input, event, change) => { change(input); input.dispatchEvent(new Event(event, { bubbles: true \
+        })); };
         document.getElementById('labels').click();
         set(document.getElementById('find'), 'input', (input) => { input.value = 'knots width'; });
         document.querySelector('input[name=\"split\"][value=\"test\"]').click();
@@ -95,8 +97,8 @@ fn the_address_keeps_everything() {
     assert!(open > 0 && open < numbers.len(), "{open} of {} numbers", numbers.len());
 }
 
-/// A tap makes every map of a sample larger, on a laptop and on a phone, upright or lying, with labels or without. The place of
-/// a map that is not kept is as large as its neighbours, and none in the large view.
+/// A tap makes every map of a sample larger, on a laptop and on a phone, upright or lying, with labels or without. The
+/// place of a map that is not kept is as large as its neighbours, and none in the large view.
 #[test]
 fn the_large_view_is_large() {
     let upright = ["\n  profiles: 48 ", "\n  profiles: 120 "];
@@ -106,7 +108,8 @@ fn the_large_view_is_large() {
     ];
     let script = "
         const sizes = (selector) => [...document.querySelectorAll(selector)].map((map) => map.getBoundingClientRect())
-            .filter((box) => box.width > 0).map((box) => [box.width, box.height, box.top].map(Math.round).join(' ')).join(';');
+            .filter((box) => box.width > 0).map((box) => [box.width, box.height, box.top].map(Math.round).join(' \
+            ')).join(';');
         const small = sizes('#s0 .map');
         document.querySelector('#s0 a.maps').click();
         tell(small + '/' + sizes('dialog .map') + '/' + document.querySelector('dialog').clientWidth + ' 0 0');";
@@ -152,7 +155,8 @@ fn drawings_are_whole() {
             return inner.left < outer.left - .5 || inner.right > outer.right + .5 || inner.top < outer.top - .5
                 || inner.bottom > outer.bottom + .5;
         });
-        tell(cut.map((mark) => mark.ownerSVGElement.getAttribute('class') + ':' + (mark.textContent || mark.tagName)).join(';'));";
+        tell(cut.map((mark) => mark.ownerSVGElement.getAttribute('class') + ':' + (mark.textContent || \
+        mark.tagName)).join(';'));";
     assert_eq!(used(&place, &html, [1366, 768], script), "");
 }
 

@@ -10,7 +10,8 @@ fn checks_are_kept_and_shown() {
     let place = models::planks();
     let class = place.json("planks/dataset.json")["classes"][0].as_str().expect("a class").to_owned();
     let sidecar = format!(
-        "task: classify_pixels\n{}\nwindow_px: 8\npatches_per_class: 20\nclasses: [{{name: a, of: [clear]}}, {{name: b, of: [rot]}}]",
+        "task: classify_pixels\n{}\nwindow_px: 8\npatches_per_class: 20\nclasses: [{{name: a, of: [clear]}}, {{name: \
+            b, of: [rot]}}]",
         models::CHANNEL
     );
     let run = models::run(&place, "mean_sign.onnx", &sidecar, "--save --worst 3");

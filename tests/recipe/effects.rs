@@ -39,6 +39,7 @@ fn answers(body: &Body) -> u64 {
 }
 
 #[test]
+#[ignore = "long"]
 fn every_key_of_an_object_has_an_effect_or_is_told() {
     let (mut silent, mut told) = (Vec::new(), 0);
     for subject in Subject::ALL {
@@ -91,12 +92,14 @@ fn facets_on_a_pack_are_refused() {
 /// What a class alone has, or lacks, is told of that class.
 #[test]
 fn notes_name_the_class() {
-    let text = "name: a\nsubject: wood\nknots: {width_mm: 9}\nclasses:\n  knotty: {share: 1, knots: {sound_count: 2}}\n  \
+    let text = "name: a\nsubject: wood\nknots: {width_mm: 9}\nclasses:\n  knotty: {share: 1, knots: {sound_count: \
+        2}}\n  \
                 clear: {share: 1, knots: {bark_mm: 2}}\n";
     let recipe = Recipe::parse("a.yaml", text).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(recipe.notes().len(), 1, "{:?}", recipe.notes());
     assert!(recipe.notes()[0].starts_with(
-        "classes.clear.knots.bark_mm has no effect while `knots.dead_count` and `knots.hole_count` and `knots.loose_count` are 0; "
+        "classes.clear.knots.bark_mm has no effect while `knots.dead_count` and `knots.hole_count` and \
+            `knots.loose_count` are 0; "
     ));
 }
 
@@ -133,6 +136,7 @@ fn with_values(scene: &Scene, changed: &BTreeMap<String, f64>) -> Scene {
 /// Random objects, each with a few of the things that the numbers are of: numbers of what one lacks change nothing of
 /// it.
 #[test]
+#[ignore = "long"]
 fn what_an_object_is_said_to_lack_changes_nothing() {
     let board = "subject: wood\nboard: {width_mm: 60, length_mm: 90}\nlog: {pith_depth_mm: 4, pith_offset_mm: 0}\n\
                  stem: {board_radius_mm: 20, whorl_spacing_mm: 40}\n";

@@ -20,7 +20,8 @@ fn numbers_of_a_pack_must_fit_together() {
     let faults = faults(&format!("{}{caplet}\n", GOOD.replace("wood", "blister")));
     assert!(faults.to_string().contains("along the laser line") && faults.to_string().contains("along the scan"));
     only_pack("tablet: {band_mm: 2, thickness_mm: 1.5}", (1, 10), "tablet.band_mm", &["2 mm", "1.5 mm thick"]);
-    let low = "laser: {fan_height_mm: 20}\ntablet: {thickness_mm: 15, band_mm: 2}\npack: {pitch_x_mm: 34, pitch_y_mm: 34, width_mm: 120, length_mm: 120}\npocket: {headroom_mm: 5}";
+    let low = "laser: {fan_height_mm: 20}\ntablet: {thickness_mm: 15, band_mm: 2}\npack: {pitch_x_mm: 34, pitch_y_mm: \
+        34, width_mm: 120, length_mm: 120}\npocket: {headroom_mm: 5}";
     only_pack(low, (1, 9), "laser.fan_height_mm", &["20 mm high", "mm thick", "above the pack"]);
 }
 
@@ -34,7 +35,8 @@ fn laser_and_camera_stand_above_all_that_a_pack_can_become() {
     let either = low.replace("shape: 2", "shape: {choice: {values: [0, 2]}}");
     only_pack(&either, (1, 9), "laser.fan_height_mm", &["20 mm high", "above the pack"]);
     let text = |defects: &str| {
-        let pack = "tablet: {thickness_mm: 8, band_mm: 4}\npack: {bow_mm: {uniform: [-1, 0]}, pitch_y_mm: 18}\nlaser: {fan_height_mm: 20}";
+        let pack = "tablet: {thickness_mm: 8, band_mm: 4}\npack: {bow_mm: {uniform: [-1, 0]}, pitch_y_mm: 18}\nlaser: \
+            {fan_height_mm: 20}";
         format!("name: a\nsubject: blister\nclasses: {{a: {{share: 1{defects}}}}}\n{pack}\n")
     };
     Recipe::parse("single.yaml", &text("")).expect("one tablet has room");

@@ -1,4 +1,5 @@
-//! The recipes of the thesis have its tables' numbers; keys that its scripts know nothing of are refused, not passed over.
+//! The recipes of the thesis have its tables' numbers; keys that its scripts know nothing of are refused, not passed
+//! over.
 
 use bench::settings::{Order, SpeckleLaw};
 use recipe::Recipe;

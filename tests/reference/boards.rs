@@ -1,5 +1,6 @@
-//! Whole boards by the kernel against the judge: one line across each of twenty boards as recipes draw them, with rings, knots, rot,
-//! rough faces and edges. Scatter and Range in bins of 0.74 mm along the line, free of noise and speckle.
+//! Whole boards by the kernel against the reference: one line across each of twenty boards as recipes draw them, with
+//! rings, knots, rot, rough faces and edges. Scatter and Range in bins of 0.74 mm along the line, free of noise and
+//! speckle.
 
 use std::collections::BTreeMap;
 
@@ -12,7 +13,7 @@ use transport::answer::Estimate;
 
 /// Boards.
 const BOARDS: u64 = 20;
-/// Photons of the judge for each board, and walks into which they are divided.
+/// Photons of the reference for each board, and walks into which they are divided.
 pub const PHOTONS: u64 = 400_000;
 pub const WALKS: u64 = 4;
 /// Columns in a bin: 0.74 mm.
@@ -54,8 +55,9 @@ pub fn figures(rows: &BinRows, peak: i32) -> [f64; 2] {
     [scatter, moment / light]
 }
 
-/// Of each bin: the judge's peak row, Scatter, its error, centre of gravity, its error; a bin beside the board has peak -1.
-pub fn judge(scene: &Scene) -> Vec<f64> {
+/// Of each bin: the reference's peak row, Scatter, its error, centre of gravity, its error; a bin beside the board has
+/// peak -1.
+pub fn reference(scene: &Scene) -> Vec<f64> {
     let body = pipeline::body(scene);
     let walk = |walk: u64| {
         let scene = Scene { stream: scene.stream.child("walk").index(walk), ..scene.clone() };
@@ -85,10 +87,10 @@ pub fn matter(scene: &Scene, body: &Body) -> Vec<Option<[Medium; 3]>> {
     (-20..=20).map(at).collect()
 }
 
-/// Scatter of 95 % of the bins within 10 % of the judge's, beside two of its standard errors; Range within 20 um rms (a row is 0.2 mm),
-/// less the judge's own noise.
+/// Scatter of 95 % of the bins within 10 % of the reference's, beside two of its standard errors; Range within 20 um
+/// rms (a row is 0.2 mm), less the reference's own noise.
 #[test]
-fn scatter_and_range_of_boards_are_the_judges() {
+fn scatter_and_range_of_boards_are_those_of_the_reference() {
     let recipe = Recipe::load("wood-small.yaml").expect("the embedded recipe loads");
     let mut kept = Kept::of("boards");
     let (mut off, mut squares, mut noise) = (Vec::new(), 0.0, 0.0);
@@ -97,10 +99,10 @@ fn scatter_and_range_of_boards_are_the_judges() {
         let body = pipeline::body(&scene);
         let asked =
             (bench_of(&scene), matter(&scene, &body), [PHOTONS, WALKS, BIN as u64], [SCATTER_ROWS, HALF_WINDOW]);
-        let judge = kept.says(&format!("board {index:02}"), &asked, || judge(&scene));
+        let reference = kept.says(&format!("board {index:02}"), &asked, || reference(&scene));
         let kernel = bins(&scene, body, Transport::Kernel);
         let mut own = Vec::new();
-        for (bin, truth) in judge.chunks(5).enumerate() {
+        for (bin, truth) in reference.chunks(5).enumerate() {
             let ([at, scatter, scatter_error, centre, centre_error], Some(rows)) =
                 (<[f64; 5]>::try_from(truth).unwrap(), &kernel[bin])
             else {
@@ -125,7 +127,7 @@ fn scatter_and_range_of_boards_are_the_judges() {
     off.sort_by(|a, b| b.0.total_cmp(&a.0));
     let range = 0.2e3 * ((squares - noise).max(0.0) / count as f64).sqrt();
     println!(
-        "{count} bins: 95 % within {:.3}, worst {:?}; Range {range:.1} um rms, noise of the judge {:.1} um",
+        "{count} bins: 95 % within {:.3}, worst {:?}; Range {range:.1} um rms, noise of the reference {:.1} um",
         off[count / 20].0,
         &off[..4],
         0.2e3 * (noise / count as f64).sqrt()

@@ -1,4 +1,5 @@
-//! Contrast of speckle beside a line, by the kernel's law of path lengths against the lengths that the judge counts.
+//! Contrast of speckle beside a line, by the kernel's law of path lengths against the lengths that the reference
+//! counts.
 
 use std::f64::consts::LN_2;
 
@@ -20,7 +21,8 @@ use transport::stack::{CylinderPhase, Foil, Layer, PIGMENT_G, Scattering, Stack,
 const ROWS: [usize; 4] = [0, 2, 5, 9];
 /// Widths of the laser's line [nm].
 const LINEWIDTHS_NM: [f64; 3] = [0.1, 0.4, 0.8];
-/// Light within so much of the lens counts as seen: within the 5 degrees of other counts foil 2 mm below a film is smeared over four rows [rad].
+/// Light within so much of the lens counts as seen: within the 5 degrees of other counts foil 2 mm below a film is
+/// smeared over four rows [rad].
 const HALF_ANGLE: f64 = 0.026;
 /// Least light of a row, over that of the line's own, whose contrast shows in a digital number: two of a thousand [1].
 const SHOWS: f64 = 2e-3;
@@ -63,9 +65,10 @@ impl Matter {
     }
 }
 
-/// Contrast of light by length of path, D growing by `per_mm` with their difference: the integral over the spectrum of the squared
-/// transform of the paths' density, which is even within a step. The square is the product of the transforms of two `counts` that know nothing of
-/// each other, so that chance adds nothing to it: of one count in a dark row it made a fifth of the contrast, and up to twice that.
+/// Contrast of light by length of path, D growing by `per_mm` with their difference: the integral over the spectrum of
+/// the squared transform of the paths' density, which is even within a step. The square is the product of the
+/// transforms of two `counts` that know nothing of each other, so that chance adds nothing to it: of one count in a
+/// dark row it made a fifth of the contrast, and up to twice that.
 fn contrast(counts: [&[f64; PATH_STEPS]; 2], per_mm: f64) -> f64 {
     let totals = counts.map(|light| light.iter().sum::<f64>());
     let half = 0.5 * (step_path_mm(1) / step_path_mm(0) - 1.0);
@@ -91,8 +94,8 @@ fn contrast(counts: [&[f64; PATH_STEPS]; 2], per_mm: f64) -> f64 {
     (sum / weights / (totals[0] * totals[1])).max(0.0).sqrt()
 }
 
-/// What the judge says of [`ROWS`] by [`LINEWIDTHS_NM`], by two counts of so many photons.
-fn judged(stack: &Stack, question: &Question, (photons, seed): (u64, u64), n: f64) -> Vec<f64> {
+/// What the reference says of [`ROWS`] by [`LINEWIDTHS_NM`], by two counts of so many photons.
+fn by_reference(stack: &Stack, question: &Question, (photons, seed): (u64, u64), n: f64) -> Vec<f64> {
     let counts = [seed, seed + 1000].map(|seed| seen_paths(stack, question, Effort { photons, seed }, HALF_ANGLE));
     let of = |row: usize, per_mm: f64| {
         let both = [question.rows + row, question.rows - row];
@@ -103,27 +106,28 @@ fn judged(stack: &Stack, question: &Question, (photons, seed): (u64, u64), n: f6
     LINEWIDTHS_NM.iter().flat_map(|&nm| ROWS.map(|row| of(row, coherence_per_mm(WAVELENGTH_NM, nm) * n))).collect()
 }
 
-/// Deviations of the kernel's contrasts from the judge's, relative.
+/// Deviations of the kernel's contrasts from the reference's, relative.
 fn compare(name: &str, matter: &Matter, photons: u64, kept: &mut Kept) -> Vec<f64> {
     let question = Question { cells: 0, angles: 0, rows: 12, ..Question::default() };
     let per_mm = LINEWIDTHS_NM.map(|linewidth| coherence_per_mm(WAVELENGTH_NM, linewidth) * matter.n);
-    let ask = || judged(&matter.stack(), &question, (photons, 8), matter.n);
+    let ask = || by_reference(&matter.stack(), &question, (photons, 8), matter.n);
     let asked = (&question, matter, photons);
-    let judge = if name == "random 0" { kept.still_says(name, &asked, ask) } else { kept.says(name, &asked, ask) };
+    let reference = if name == "random 0" { kept.still_says(name, &asked, ask) } else { kept.says(name, &asked, ask) };
     let blur = (question.line_mm * question.line_mm + question.row_mm * question.row_mm / 12.0) as f32;
     let laws = path_laws(&matter.point(&question), blur, ROWS.map(|row| (row as f64 * question.row_mm) as f32));
     let mut off = Vec::new();
-    for ((per_mm, linewidth), judge) in per_mm.iter().zip(LINEWIDTHS_NM).zip(judge.chunks(ROWS.len())) {
-        for ((row, law), judge) in ROWS.iter().zip(&laws).zip(judge) {
+    for ((per_mm, linewidth), reference) in per_mm.iter().zip(LINEWIDTHS_NM).zip(reference.chunks(ROWS.len())) {
+        for ((row, law), reference) in ROWS.iter().zip(&laws).zip(reference) {
             let kernel = f64::from(path_contrast(*per_mm as f32, law));
-            println!("{name:20} {linewidth} nm, row {row}: {kernel:.3} for {judge:.3}");
-            off.push(kernel / judge - 1.0);
+            println!("{name:20} {linewidth} nm, row {row}: {kernel:.3} for {reference:.3}");
+            off.push(kernel / reference - 1.0);
         }
     }
     off
 }
 
-/// Clear wood, a knot, a dead knot and rot: within 10 % in every row, where one contrast for a sample was off by 1.7 times.
+/// Clear wood, a knot, a dead knot and rot: within 10 % in every row, where one contrast for a sample was off by 1.7
+/// times.
 #[test]
 fn speckle_beside_the_line_has_the_contrast_of_its_paths() {
     let mut kept = Kept::of("contrast_of_woods");
@@ -161,7 +165,8 @@ fn contrasts_hold_for_random_wood() {
     assert!(at95 < 0.1, "{at95}");
 }
 
-/// A film of what packs are made of, sealed to foil, over air and foil, or over air and a tablet in turn; as the judge and as the kernel has it.
+/// A film of what packs are made of, sealed to foil, over air and foil, or over air and a tablet in turn; as the
+/// reference and as the kernel has it.
 fn film(i: u64) -> (Stack, Matter, Film) {
     let mut stream = Stream::root(15).child("films").index(i).rng();
     let mut draw = |from: f64, to: f64| from * (to / from).powf(stream.random::<f64>());
@@ -190,9 +195,10 @@ fn film(i: u64) -> (Stack, Matter, Film) {
     (Stack { above: 1.0, layers, below }, matter, film)
 }
 
-/// Films drawn over what packs are made of, sealed to foil, over foil and over tablets: within 10 % for 95 % of the rows that hold more than two
-/// thousandths of the line's light (seen: 9.5 %), within 12 % for 95 % of all (seen: 10.5 %); a half space of the film's matter is three times as far off. The
-/// kernel's absorptions and least deviations suit the first 48 best; of the last 24, which had no say in them, 95 % are within 9.9 %.
+/// Films drawn over what packs are made of, sealed to foil, over foil and over tablets: within 10 % for 95 % of the
+/// rows that hold more than two thousandths of the line's light (seen: 9.5 %), within 12 % for 95 % of all (seen: 10.5
+/// %); a half space of the film's matter is three times as far off. The kernel's absorptions and least deviations suit
+/// the first 48 best; of the last 24, which had no say in them, 95 % are within 9.9 %.
 #[test]
 fn contrasts_hold_for_random_films() {
     let (mut kept, mut paths) = (Kept::of("contrast_of_films"), FilmPaths::default());
@@ -204,9 +210,9 @@ fn contrasts_hold_for_random_films() {
         let name = format!("film {i:02}");
         // Foil is counted rather than estimated.
         let photons = if i % 3 < 2 { 2_400_000 } else { 600_000 };
-        let ask = || judged(&stack, &question, (photons, i), matter.n);
+        let ask = || by_reference(&stack, &question, (photons, i), matter.n);
         let asked = (&stack, &question);
-        let judge = if i == 4 { kept.still_says(&name, &asked, ask) } else { kept.says(&name, &asked, ask) };
+        let reference = if i == 4 { kept.still_says(&name, &asked, ask) } else { kept.says(&name, &asked, ask) };
         let blur = (question.line_mm * question.line_mm + question.row_mm * question.row_mm / 12.0) as f32;
         let away = ROWS.map(|row| (row as f64 * question.row_mm) as f32);
         let point = matter.point(&question);
@@ -222,10 +228,10 @@ fn contrasts_hold_for_random_films() {
             both > SHOWS * 2.0 * seen[question.rows].value
         });
         let (_, off, half_space_off) = &mut kinds[i as usize % 3];
-        for (nm, judge) in LINEWIDTHS_NM.iter().zip(judge.chunks(ROWS.len())) {
+        for (nm, reference) in LINEWIDTHS_NM.iter().zip(reference.chunks(ROWS.len())) {
             let per_mm = (coherence_per_mm(WAVELENGTH_NM, *nm) * matter.n) as f32;
-            for (at, judge) in judge.iter().enumerate() {
-                let relative = |law| (f64::from(path_contrast(per_mm, law)) / judge - 1.0).abs();
+            for (at, reference) in reference.iter().enumerate() {
+                let relative = |law| (f64::from(path_contrast(per_mm, law)) / reference - 1.0).abs();
                 let one = relative(&laws[at]);
                 println!("{name} {nm} nm, row {}: off by {one:.3}, shown {}", ROWS[at], lit[at]);
                 off.push(one);

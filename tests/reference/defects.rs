@@ -1,7 +1,7 @@
-//! Defects of boards by the kernel against the judge: lines across open cracks, holes, enclosed bark and resin, stained and compressed
-//! wood on small boards. Scatter in bins of 0.74 mm along the line, free of noise and speckle.
+//! Defects of boards by the kernel against the reference: lines across open cracks, holes, enclosed bark and resin,
+//! stained and compressed wood on small boards. Scatter in bins of 0.74 mm along the line, free of noise and speckle.
 
-use super::boards::{BIN, PHOTONS, WALKS, bins, figures, judge, matter};
+use super::boards::{BIN, PHOTONS, WALKS, bins, figures, matter, reference};
 use super::borders::bench_of;
 use super::kept::Kept;
 use bench::settings::Transport;
@@ -10,8 +10,8 @@ use recipe::{Plan, Recipe, Scene};
 
 /// Boards of each kind.
 const BOARDS: u64 = 3;
-/// Bins that hold less than this part of a board's median are dark [1]: there the judge's own error and the lens's blur of the
-/// neighbours decide.
+/// Bins that hold less than this part of a board's median are dark [1]: there the reference's own error and the lens's
+/// blur of the neighbours decide.
 const DARK: f64 = 0.25;
 
 /// A kind of defect: its name, what it is, and the part of Scatter's bins' root mean square that is allowed [1].
@@ -36,7 +36,7 @@ fn scene(recipe: &Recipe, kind: &Kind, index: u64) -> Scene {
 }
 
 #[test]
-fn scatter_at_defects_is_the_judges() {
+fn scatter_at_defects_is_that_of_the_reference() {
     let recipe = Recipe::load("wood-small.yaml").expect("the embedded recipe loads");
     let mut kept = Kept::of("defects");
     let mut missed = Vec::new();
@@ -47,12 +47,12 @@ fn scatter_at_defects_is_the_judges() {
             let scene = scene(&recipe, kind, index);
             let body = pipeline::body(&scene);
             let asked = (bench_of(&scene), matter(&scene, &body), [PHOTONS, WALKS, BIN as u64]);
-            let judge = kept.says(&format!("{} {index}", kind.0), &asked, || judge(&scene));
+            let reference = kept.says(&format!("{} {index}", kind.0), &asked, || reference(&scene));
             let kernel = bins(&scene, body, Transport::Kernel);
-            let mut lights: Vec<f64> = judge.chunks(5).filter(|bin| bin[0] >= 0.0).map(|bin| bin[1]).collect();
+            let mut lights: Vec<f64> = reference.chunks(5).filter(|bin| bin[0] >= 0.0).map(|bin| bin[1]).collect();
             lights.sort_by(f64::total_cmp);
             let dark = DARK * lights[lights.len() / 2];
-            for (truth, rows) in judge.chunks(5).zip(&kernel) {
+            for (truth, rows) in reference.chunks(5).zip(&kernel) {
                 let Some(rows) = rows.as_ref().filter(|_| truth[1] > dark && truth[0] >= 0.0) else { continue };
                 let off = figures(rows, truth[0] as i32)[0] / truth[1] - 1.0;
                 text.push(format!("{:+.0}", 100.0 * off));

@@ -1,4 +1,5 @@
-//! Films over tablets, over foil and sealed to foil, drawn at random over all that recipes accept, by the kernel against the judge.
+//! Films over tablets, over foil and sealed to foil, drawn at random over all that recipes accept, by the kernel
+//! against the reference.
 
 use super::kept::Kept;
 use glam::DVec3;
@@ -9,19 +10,21 @@ use transport::answer::{Answer, Estimate, Question};
 use transport::kernel;
 use transport::stack::{Foil, Layer, PIGMENT_G, Scattering, Stack, Substrate};
 
-/// Packs of the comparison, of which each sixth is sealed to foil and the others lie over a tablet or over foil in turn.
+/// Packs of the comparison, of which each sixth is sealed to foil and the others lie over a tablet or over foil in
+/// turn.
 const PACKS: u64 = 240;
 const PHOTONS: u64 = 300_000;
 /// Windows that hold less of the light are not compared [1].
 const FAINT: f64 = 0.01;
-/// How far from the lens light may leave that the judge counts: 5 degrees [rad].
+/// How far from the lens light may leave that the reference counts: 5 degrees [rad].
 const LENS_HALF_ANGLE: f64 = 5.0 / 180.0 * std::f64::consts::PI;
 /// Tilts in which the kernel is asked for that.
 const TILTS: usize = 12;
 /// What is compared: rows on both sides of the middle, of light to all sides and of light to the lens.
 const WINDOWS: [(&str, [usize; 2]); 3] = [("0", [0, 0]), ("1 to 8", [1, 8]), ("7 to 11", [7, 11])];
 
-/// Pack number `i` and what is asked of it: any film, pocket, tablet and foil that recipes accept, foil alike in all directions.
+/// Pack number `i` and what is asked of it: any film, pocket, tablet and foil that recipes accept, foil alike in all
+/// directions.
 fn drawn(i: u64) -> (Stack, Question, &'static str) {
     let mut rng = Stream::root(14).child("packs").index(i).rng();
     let mut draw = |from: f64, to: f64| from + (to - from) * rng.random::<f64>();
@@ -64,9 +67,9 @@ fn figures(answer: &Answer) -> Vec<f64> {
     all
 }
 
-/// What the kernel says, of light to the lens as the judge counts it: within [`LENS_HALF_ANGLE`] of the lens' tilt, of which what looks
-/// steeper sees what lies below in other rows.
-fn kernel_within_the_judges_angles(stack: &Stack, question: &Question) -> Answer {
+/// What the kernel says, of light to the lens as the reference counts it: within [`LENS_HALF_ANGLE`] of the lens' tilt,
+/// of which what looks steeper sees what lies below in other rows.
+fn kernel_within_the_references_angles(stack: &Stack, question: &Question) -> Answer {
     let tilt = libm::acos(question.view.z);
     let [steepest, flattest] = [tilt - LENS_HALF_ANGLE, tilt + LENS_HALF_ANGLE].map(libm::cos);
     let (mut seen, mut weights) = (vec![0.0; 2 * question.rows + 1], 0.0);
@@ -82,8 +85,8 @@ fn kernel_within_the_judges_angles(stack: &Stack, question: &Question) -> Answer
     Answer { seen: seen.into_iter().map(|sum| Estimate::exact(sum / weights)).collect(), ..answer }
 }
 
-/// Kinds of packs, and the deviation that 95 % of the windows keep beside two standard errors of the judge. Pigmented are films over air
-/// that turn half of the light or more.
+/// Kinds of packs, and the deviation that 95 % of the windows keep beside two standard errors of the reference.
+/// Pigmented are films over air that turn half of the light or more.
 const BARS: [(&str, f64); 4] = [("pigmented", 0.05), ("tablet", 0.085), ("foil", 0.13), ("sealed", 0.12)];
 /// The same of all windows.
 const BAR_OF_ALL: f64 = 0.1;
@@ -92,15 +95,16 @@ const PIGMENTED: f64 = 0.5;
 
 /// Every window within [`BARS`], and reflectance within 0.04, 0.02 for 95 %.
 #[test]
-fn films_of_any_recipe_are_the_judges() {
+fn films_of_any_recipe_are_those_of_the_reference() {
     let mut kept = Kept::of("drawn_packs");
     let (mut off, mut reflectances) = (Vec::new(), Vec::new());
     for i in 0..PACKS {
         let (stack, question, kind) = drawn(i);
-        let judge = || figures(&solve(&stack, &question, Effort { photons: PHOTONS, seed: i }));
+        let reference = || figures(&solve(&stack, &question, Effort { photons: PHOTONS, seed: i }));
         let (name, asked) = (format!("pack {i:02}, {kind}"), (&stack, &question, PHOTONS, WINDOWS));
-        let truth = if i == 24 { kept.still_says(&name, &asked, judge) } else { kept.says(&name, &asked, judge) };
-        let kernel = figures(&kernel_within_the_judges_angles(&stack, &question));
+        let truth =
+            if i == 24 { kept.still_says(&name, &asked, reference) } else { kept.says(&name, &asked, reference) };
+        let kernel = figures(&kernel_within_the_references_angles(&stack, &question));
         assert!(kernel.iter().all(|figure| figure.is_finite()), "{name}: {kernel:?}");
         let Scattering::Isotropic { mu_s, g } = stack.layers[0].scattering else { panic!("films scatter alike") };
         let turns = mu_s * (1.0 - g) * stack.layers[0].thickness;

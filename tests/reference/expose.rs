@@ -1,4 +1,4 @@
-//! Exposure against a slow judge that follows rays: planes, steps, and a laser far out of its waist.
+//! Exposure against a slow reference that follows rays: planes, steps, and a laser far out of its waist.
 
 use crate::rays::object::Facet;
 use crate::rays::scenes::{Trial, box_of, matte, plane, scene};

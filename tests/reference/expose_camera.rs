@@ -1,4 +1,4 @@
-//! Exposure against the judge for lenses and sensors that are not ideal.
+//! Exposure against the reference for lenses and sensors that are not ideal.
 
 use crate::rays::eye::Eye;
 use crate::rays::scenes::{Trial, matte, plane, scene};
@@ -25,9 +25,10 @@ fn plate<'a>(name: &'a str, scene: &'a Scene, height: f64, first_col: usize) -> 
     }
 }
 
-/// The plane of sharp focus of a solved sensor, found by imaging two points, is the laser plane: its tilt is the rule's.
+/// The plane of sharp focus of a solved sensor, found by imaging two points, is the laser plane: its tilt is the
+/// rule's.
 #[test]
-fn the_judges_sensor_is_tilted_by_scheimpflugs_rule() {
+fn the_references_sensor_is_tilted_by_scheimpflugs_rule() {
     let scene = scene(2560);
     let eye = Eye::new(&scene.bench, 2560, 832);
     let rig = rig(&scene.bench, &scene.size);
@@ -77,8 +78,8 @@ fn a_bent_lens() {
     plate("distortion, x = -110 mm", &scene, 40.0, 64).compare().hold(|_| true);
 }
 
-/// Diffraction with all of Airy's rings, where production has a normal law for the core: light and line stay, and bright
-/// pixels are brighter by no more than docs/theory/instrument/judge.md says.
+/// Diffraction with all of Airy's rings, where production has a normal law for the core: light and line stay, and
+/// bright pixels are brighter by no more than docs/theory/instrument/reference.md says.
 #[test]
 fn diffraction() {
     let mut scene = scene(256);

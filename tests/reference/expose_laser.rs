@@ -1,4 +1,4 @@
-//! Exposure against the judge for every kind of laser, on level plates.
+//! Exposure against the reference for every kind of laser, on level plates.
 
 use crate::rays::light::{Across, Draw, Light, bowed, cylindrical, draws, gaussian, half_width, powell, slit};
 use crate::rays::scenes::{Trial, matte, plane, scene};
@@ -58,7 +58,8 @@ fn a_slit() {
     under(&plate("slit of 0.7 mm", &scene, 96, 64, 4_000_000), wide).hold(|_| true);
 }
 
-/// The picture of a line that a projector throws: three pixels wide, blurred by five, 61 rows over the extent of the key.
+/// The picture of a line that a projector throws: three pixels wide, blurred by five, 61 rows over the extent of the
+/// key.
 #[test]
 fn a_texture() {
     let mut scene = scene(256);
@@ -106,7 +107,8 @@ fn a_point() {
         let reach = 2.5 * w / (laser.fan_height_mm - 20.0);
         let across: Across = Box::new(move |y, tan, rho| {
             let w = half_width(&laser, rho);
-            // The distance from the pencil's axis in the plane of the fan; rho makes up for the share along the fan, 1 / rho.
+            // The distance from the pencil's axis in the plane of the fan; rho makes up for the share along the fan, 1
+            // / rho.
             let off = rho * (tan.atan() - aim.atan()).sin();
             2.0 / (std::f64::consts::PI * w * w) * (-2.0 * (off * off + y * y) / (w * w)).exp() * rho
         });

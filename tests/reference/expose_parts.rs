@@ -1,4 +1,5 @@
-//! Exposure against the judge for bodies of triangles: saw-teeth, a ball, a part with walls that hide what lies behind.
+//! Exposure against the reference for bodies of triangles: saw-teeth, a ball, a part with walls that hide what lies
+//! behind.
 
 use crate::rays::object::Facet;
 use crate::rays::scenes::{Trial, scene};
@@ -28,7 +29,7 @@ fn part(mesh: &Mesh) -> Body {
     Body::Part(Box::new(Part::new(mesh, &placing, &paint())))
 }
 
-/// The triangles that production has, for the judge; its own rays meet them.
+/// The triangles that production has, for the reference; its own rays meet them.
 fn triangles(body: &Body) -> Vec<Facet> {
     let conveyor = 300.0;
     let floor = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(x, y)| DVec3::new(x, y, 0.0) * conveyor);
@@ -88,9 +89,9 @@ fn a_ball() {
     verdict.hold(|col| !edge[col - 100]);
 }
 
-/// A block with a deep groove and a rib, aside of the fan and the lens, which hide parts of it from each other. Walls turned
-/// to the lens are judged pixel by pixel, and what is hidden must be dark on both sides; columns whose light comes from
-/// several heights, at corners and at the ends of shadows, are asked for their light alone.
+/// A block with a deep groove and a rib, aside of the fan and the lens, which hide parts of it from each other. Walls
+/// turned to the lens are judged pixel by pixel, and what is hidden must be dark on both sides; columns whose light
+/// comes from several heights, at corners and at the ends of shadows, are asked for their light alone.
 #[test]
 fn a_part_that_hides_itself() {
     let mut scene = scene(2560);
@@ -126,19 +127,20 @@ fn a_part_that_hides_itself() {
     let verdict = trial.compare();
     let edge = edges(&verdict.centre_rows());
     let found = verdict.hold(|col| !edge[col - 2280]);
-    // Columns are points for production: where a shadow ends it takes all of a column or none, half of one too much at most.
+    // Columns are points for production: where a shadow ends it takes all of a column or none, half of one too much at
+    // most.
     let sums: Vec<[f64; 2]> = (0..128).map(|c| verdict.column(c)).collect();
-    let [own, judge] = [0, 1].map(|side| sums.iter().map(|s| s[side]).sum::<f64>());
+    let [own, reference] = [0, 1].map(|side| sums.iter().map(|s| s[side]).sum::<f64>());
     let ends = verdict.dark().windows(2).filter(|pair| pair[0][0] != pair[1][0]).count();
-    let most = 0.5 * ends as f64 * sums.iter().map(|s| s[1]).fold(0.0, f64::max) / judge;
+    let most = 0.5 * ends as f64 * sums.iter().map(|s| s[1]).fold(0.0, f64::max) / reference;
     let left = edge.iter().filter(|&&edge| edge).count();
     let disputed = verdict.find(|_| true).disputed;
     println!(
         "{left} columns left out, {disputed} of them dark on one side alone; all light {:.4}, {most:.4} allowed",
-        own / judge - 1.0
+        own / reference - 1.0
     );
     assert!(found.dark > 10, "{} columns are hidden", found.dark);
-    assert!((own / judge - 1.0).abs() < most, "all light is {:.4} off, {most:.4} allowed", own / judge - 1.0);
+    assert!((own / reference - 1.0).abs() < most, "all light is {:.4} off, {most:.4} allowed", own / reference - 1.0);
     assert!(left < 50 && disputed <= 2 * ends, "{left} columns left out, {disputed} dark on one side alone");
 }
 

@@ -1,8 +1,9 @@
-//! The line on foil, as bent film of empty pockets shows it, against the judge: where it stands and how bright it is.
+//! The line on foil, as bent film of empty pockets shows it, against the reference: where it stands and how bright it
+//! is.
 //!
-//! Both follow Snell's law through both sides of the film, the judge photon by photon through facets of 0.1 mm, production by slopes
-//! and their changes. Film is up to four times thinner on shoulders than on flanges, and a prism there. The judge's light is kept
-//! ([`Kept`]); the first profile of each test is asked again in each run.
+//! Both follow Snell's law through both sides of the film, the reference photon by photon through facets of 0.1 mm,
+//! production by slopes and their changes. Film is up to four times thinner on shoulders than on flanges, and a prism
+//! there. The reference's light is kept ([`Kept`]); the first profile of each test is asked again in each run.
 
 use super::borders::bench_of;
 use super::kept::Kept;
@@ -99,12 +100,12 @@ fn matter_about(scene: &Scene, body: &Body, profile: usize) -> Vec<Option<(Surfa
     [-6.0, -2.0, 0.0, 2.0, 6.0].into_iter().flat_map(|away| of_line(away).collect::<Vec<_>>()).collect()
 }
 
-/// Light and centre of gravity by groups of columns, ours and the judge's.
+/// Light and centre of gravity by groups of columns, ours and the reference's.
 type Groups = Vec<[[f64; 2]; 2]>;
 /// Chooses a column's place by production's row.
 type Places<'a> = &'a dyn Fn(&ScanLine, usize) -> Option<f32>;
 
-/// One test's comparisons, and what the judge said of its packs.
+/// One test's comparisons, and what the reference said of its packs.
 struct Comparison(Kept);
 
 impl Comparison {
@@ -129,16 +130,16 @@ impl Comparison {
         (scene, body): &(Scene, Body),
         places: [Places<'_>; N],
     ) -> Vec<(usize, [Groups; N])> {
-        let mut judged = scene.clone();
-        judged.transport = Transport::Path { photons: PHOTONS };
+        let mut by_reference = scene.clone();
+        by_reference.transport = Transport::Path { photons: PHOTONS };
         let (sensor, band) = expose(scene, body.clone(), profiles[0]..profiles[profiles.len() - 1] + 1);
         let mut groups_of = |profile: usize| {
             let line = band.line(profile);
             let places =
                 places.map(|places| (0..line.hits.len()).map(|column| places(line, column)).collect::<Vec<_>>());
             let ask = || {
-                let (judge, truth) = expose(&judged, body.clone(), profile..profile + 1);
-                let light = places.iter().flat_map(|places| lines(&judge, &truth, profile, places));
+                let (reference, truth) = expose(&by_reference, body.clone(), profile..profile + 1);
+                let light = places.iter().flat_map(|places| lines(&reference, &truth, profile, places));
                 // Thousandths of an electron and of a row.
                 light.flatten().map(|figure| (1e3 * figure).round() / 1e3).collect()
             };
@@ -175,13 +176,14 @@ fn rms(values: &[f64]) -> f64 {
     (values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64).sqrt()
 }
 
-/// Of groups of columns with a twentieth of the brightest's light: light within 18 % rms and 12 % in the mean, places within 0.4
-/// rows rms (seen: 16 %, -8 %, 0.25 rows). As if film were even, light would be 68 % off, 43 % in the mean, and places 0.55 rows.
+/// Of groups of columns with a twentieth of the brightest's light: light within 18 % rms and 12 % in the mean, places
+/// within 0.4 rows rms (seen: 16 %, -8 %, 0.25 rows). As if film were even, light would be 68 % off, 43 % in the mean,
+/// and places 0.55 rows.
 ///
-/// Foil is rolled along the line: what foil rolled across it throws to the lens is mostly light that pigment has turned a little on its
-/// way down, which the kernel's film has not: light is 16 to 40 % too faint there, by packs.
+/// Foil is rolled along the line: what foil rolled across it throws to the lens is mostly light that pigment has turned
+/// a little on its way down, which the kernel's film has not: light is 16 to 40 % too faint there, by packs.
 #[test]
-fn foil_is_seen_as_the_judge_sees_it() {
+fn foil_is_seen_as_the_reference_sees_it() {
     let mut compared = Comparison::of("foil_is_seen");
     let on_foil = |row: &ScanLine, column: usize| {
         let seen = &row.secondary.as_ref().expect("a pack has it").transmitted;
@@ -212,10 +214,10 @@ fn foil_is_seen_as_the_judge_sees_it() {
     assert!(place < 0.4, "places {place:.2} rows");
 }
 
-/// The film's own line where film rises along the line, on walls and edges of pockets: light within 13 % rms and 7 % in the mean (seen: 9 %,
-/// +3 %; 17 and 5 % before light that meets film aslant was followed).
+/// The film's own line where film rises along the line, on walls and edges of pockets: light within 13 % rms and 7 % in
+/// the mean (seen: 9 %, +3 %; 17 and 5 % before light that meets film aslant was followed).
 #[test]
-fn walls_are_as_bright_as_the_judge_sees_them() {
+fn walls_are_as_bright_as_the_reference_sees_them() {
     let mut compared = Comparison::of("walls_are_as_bright");
     let on_wall = |row: &ScanLine, column: usize| {
         let hit = &row.hits[column];
@@ -238,10 +240,11 @@ fn walls_are_as_bright_as_the_judge_sees_them() {
     assert!(light < 0.13 && all.abs() < 0.07, "light {light:.3} rms, {all:+.3} in the mean");
 }
 
-/// Light far beside the film's line in the middle of empty pockets, which has been to and fro between film and foil: within 12 % of the judge's in the
-/// mean of six packs (seen: +8 %). Light that ended 2 mm from where it landed, as in wood, would be half of it.
+/// Light far beside the film's line in the middle of empty pockets, which has been to and fro between film and foil:
+/// within 12 % of the reference's in the mean of six packs (seen: +8 %). Light that ended 2 mm from where it landed, as
+/// in wood, would be half of it.
 #[test]
-fn pockets_are_filled_with_light_as_the_judge_says() {
+fn pockets_are_filled_with_light_as_the_reference_says() {
     let mut compared = Comparison::of("pockets_are_filled_with_light");
     let aside = |row: &ScanLine, column: usize| {
         let film = row.hits[column].matter.film?;
@@ -262,11 +265,12 @@ fn pockets_are_filled_with_light_as_the_judge_says() {
     assert!(mean(&ratios).abs() < 0.12, "{ratios:?}");
 }
 
-/// Light 0.3 to 1.5 mm beside the film's line, on either side, all over empty pockets and pockets with a tablet and under film of any pigment that the
-/// recipe has, which is what Scatter sums: of each pack within 8 % of the judge's, by groups of columns within 17 % rms in empty pockets and 22 % in filled
-/// ones, 6 % in the mean (seen: 4, 14, 18 and 1 %).
+/// Light 0.3 to 1.5 mm beside the film's line, on either side, all over empty pockets and pockets with a tablet and
+/// under film of any pigment that the recipe has, which is what Scatter sums: of each pack within 8 % of the
+/// reference's, by groups of columns within 17 % rms in empty pockets and 22 % in filled ones, 6 % in the mean (seen:
+/// 4, 14, 18 and 1 %).
 #[test]
-fn pockets_scatter_as_the_judge_says() {
+fn pockets_scatter_as_the_reference_says() {
     let mut compared = Comparison::of("pockets_scatter");
     for (class, bar) in [("missing", 0.17), ("sound", 0.22)] {
         let mut ratios = Vec::new();
@@ -298,10 +302,11 @@ fn pockets_scatter_as_the_judge_says() {
     compared.finish();
 }
 
-/// Light 0.3 to 1.5 mm beside lines on flanks of embossed codes that lean away from the lens, which leaves through the card around: within 25 % rms and 10 % in
-/// the mean by groups of columns (seen: 20 %, +2 %). As if it left through the flank, 38 % and -30 %: dark dashes in Scatter.
+/// Light 0.3 to 1.5 mm beside lines on flanks of embossed codes that lean away from the lens, which leaves through the
+/// card around: within 25 % rms and 10 % in the mean by groups of columns (seen: 20 %, +2 %). As if it left through the
+/// flank, 38 % and -30 %: dark dashes in Scatter.
 #[test]
-fn embossed_codes_scatter_as_the_judge_says() {
+fn embossed_codes_scatter_as_the_reference_says() {
     let mut compared = Comparison::of("embossed_codes_scatter");
     let beside = |row: &ScanLine, column: usize| {
         let hit = &row.hits[column];
@@ -325,11 +330,12 @@ fn embossed_codes_scatter_as_the_judge_says() {
     assert!(light < 0.25 && all.abs() < 0.1, "light {light:.3} rms, {all:+.3} in the mean");
 }
 
-/// Light of lines on walls that look away from the lens, which has crept through film to where it is seen, by groups of columns with a tenth of the
-/// brightest's: all of it within 12 % of the judge's, 15 % in the mean and 30 % rms (seen: 4, 8 and 20 %; 59, 70 and 170 % before it was followed).
-/// Profiles lie 0.26 mm apart here, and where an edge is seen is known to half of that.
+/// Light of lines on walls that look away from the lens, which has crept through film to where it is seen, by groups of
+/// columns with a tenth of the brightest's: all of it within 12 % of the reference's, 15 % in the mean and 30 % rms
+/// (seen: 4, 8 and 20 %; 59, 70 and 170 % before it was followed). Profiles lie 0.26 mm apart here, and where an edge
+/// is seen is known to half of that.
 #[test]
-fn light_creeps_into_sight_as_the_judge_says() {
+fn light_creeps_into_sight_as_the_reference_says() {
     let mut compared = Comparison::of("light_creeps_into_sight");
     let behind = |row: &ScanLine, column: usize| {
         let hit = &row.hits[column];
@@ -353,10 +359,10 @@ fn light_creeps_into_sight_as_the_judge_says() {
     assert!((all - 1.0).abs() < 0.12 && average.abs() < 0.15 && apart < 0.3, "{all:.3}, {average:+.3}, {apart:.3} rms");
 }
 
-/// Light beside the line on the card, at the feet of pockets, two thirds of which walls and card have thrown at each other: within 15 % of the
-/// judge's in the mean of six packs (seen: +8 %; -64 % without).
+/// Light beside the line on the card, at the feet of pockets, two thirds of which walls and card have thrown at each
+/// other: within 15 % of the reference's in the mean of six packs (seen: +8 %; -64 % without).
 #[test]
-fn cards_are_lit_by_walls_as_the_judge_says() {
+fn cards_are_lit_by_walls_as_the_reference_says() {
     let mut compared = Comparison::of("cards_are_lit_by_walls");
     let at_foot = |row: &ScanLine, column: usize| {
         let open = |column: usize| row.hits[column].matter.film.is_some_and(|film| film.gap_mm.is_some());
@@ -379,8 +385,9 @@ fn cards_are_lit_by_walls_as_the_judge_says() {
     assert!(mean(&ratios).abs() < 0.15, "{ratios:?}");
 }
 
-/// What smooth foil shows of the lower side of weak film, as far beyond the line on foil as that lies beyond film's: within 35 % of the judge's
-/// light in rows about it, in the mean of six packs (seen: +19 %). Up to 0.2 the judge's frames showed the kernel's image on top of their own.
+/// What smooth foil shows of the lower side of weak film, as far beyond the line on foil as that lies beyond film's:
+/// within 35 % of the reference's light in rows about it, in the mean of six packs (seen: +19 %). Up to 0.2 the
+/// reference's frames showed the kernel's image on top of their own.
 #[test]
 fn smooth_foil_shows_the_lower_side_of_film() {
     let mut compared = Comparison::of("smooth_foil_shows_the_lower_side_of_film");
@@ -407,8 +414,8 @@ fn smooth_foil_shows_the_lower_side_of_film() {
     assert!(mean(&ratios).abs() < 0.3, "{ratios:?}");
 }
 
-/// What foil shows of film that leans away from the lens, in rows about its image, by groups of columns with a fifth of the brightest's: all of it within
-/// 12 % of the judge's and 25 % rms (seen: 0.97 of it and 15 %).
+/// What foil shows of film that leans away from the lens, in rows about its image, by groups of columns with a fifth of
+/// the brightest's: all of it within 12 % of the reference's and 25 % rms (seen: 0.97 of it and 15 %).
 #[test]
 fn foil_shows_film_that_leans() {
     let mut compared = Comparison::of("foil_shows_film_that_leans");

@@ -1,5 +1,5 @@
-//! Light that leaves through a board's front face, by the kernel against the judge: random clear wood with the line at random distances
-//! behind the front edge, free of noise and speckle.
+//! Light that leaves through a board's front face, by the kernel against the reference: random clear wood with the line
+//! at random distances behind the front edge, free of noise and speckle.
 
 use bench::settings::Transport;
 use procedural::strips::{Strip, Strips};
@@ -12,16 +12,18 @@ use super::borders::{bench_of, columns, wood};
 use super::kept::Kept;
 
 const CASES: usize = 10;
-/// Photons of the judge: what it shows before an edge is known to some 2 %.
+/// Photons of the reference: what it shows before an edge is known to some 2 %.
 const PHOTONS: u64 = 60_000;
 /// Rows before the edge that are compared, near ones and those that Scatter reads [px].
 const ROWS_BEFORE: [(f64, f64); 2] = [(1.0, 5.0), (5.0, 12.0)];
 
-/// Of random clear wood, with the line at least 0.15 mm behind the edge (at 0.07 mm the kernel shows a quarter in the further rows): light in rows that look before the edge, near it and further away, and in all rows of the line's columns. The
-/// kernel's is within a factor of 2 of the judge's in either, and within 20 % in their mean over the cases, of what is at least a thousandth
-/// of all light; drawn as if the surface went on, it is 5 to 20 times as much in the rows that Scatter reads.
+/// Of random clear wood, with the line at least 0.15 mm behind the edge (at 0.07 mm the kernel shows a quarter in the
+/// further rows): light in rows that look before the edge, near it and further away, and in all rows of the line's
+/// columns. The kernel's is within a factor of 2 of the reference's in either, and within 20 % in their mean over the
+/// cases, of what is at least a thousandth of all light; drawn as if the surface went on, it is 5 to 20 times as much
+/// in the rows that Scatter reads.
 #[test]
-fn front_faces_show_what_the_judge_sees() {
+fn front_faces_show_what_the_reference_sees() {
     let mut rng = procedural::Stream::root(78).rng();
     let (mut kept, mut logs, mut faults) = (Kept::of("front_faces"), Vec::new(), Vec::new());
     for case in 0..CASES {
@@ -48,18 +50,21 @@ fn front_faces_show_what_the_judge_sees() {
             sums.to_vec()
         };
         let question = (bench_of(&scene), &body, PHOTONS, ROWS_BEFORE);
-        let judge = || figures(Transport::Path { photons: PHOTONS });
+        let reference = || figures(Transport::Path { photons: PHOTONS });
         let name = format!("line {case}");
-        let judge =
-            if case == 0 { kept.still_says(&name, &question, judge) } else { kept.says(&name, &question, judge) };
+        let reference = if case == 0 {
+            kept.still_says(&name, &question, reference)
+        } else {
+            kept.says(&name, &question, reference)
+        };
         let kernel = figures(Transport::Kernel);
         for part in 0..ROWS_BEFORE.len() {
-            let ratio = kernel[part] / judge[part];
+            let ratio = kernel[part] / reference[part];
             println!(
-                "{behind_mm:.2} mm behind, rows {:?}: {:.0} e-, judge {:.0}: {ratio:.2}",
-                ROWS_BEFORE[part], kernel[part], judge[part]
+                "{behind_mm:.2} mm behind, rows {:?}: {:.0} e-, reference {:.0}: {ratio:.2}",
+                ROWS_BEFORE[part], kernel[part], reference[part]
             );
-            if judge[part] > 1e-3 * judge[2] {
+            if reference[part] > 1e-3 * reference[2] {
                 logs.push(ratio.ln());
                 if !(0.5..2.0).contains(&ratio) {
                     faults.push((behind_mm, part, ratio));
@@ -71,5 +76,5 @@ fn front_faces_show_what_the_judge_sees() {
     let mean = (logs.iter().sum::<f64>() / logs.len() as f64).exp();
     println!("{} parts, mean {mean:.3}", logs.len());
     assert!(logs.len() >= 10 && faults.is_empty(), "{faults:?} of {}", logs.len());
-    assert!((mean - 1.0).abs() < 0.2, "kernel over judge {mean}");
+    assert!((mean - 1.0).abs() < 0.2, "kernel over reference {mean}");
 }

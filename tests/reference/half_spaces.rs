@@ -1,6 +1,7 @@
-//! The kernel against the judge on half spaces drawn at random over all that recipes accept: none lies on a node of the table.
+//! The kernel against the reference on half spaces drawn at random over all that recipes accept: none lies on a node of
+//! the table.
 //!
-//! What the judge says is kept ([`super::kept`]); to ask it anew takes a quarter of an hour on two cores.
+//! What the reference says is kept ([`super::kept`]); to ask it anew takes a quarter of an hour on two cores.
 
 use std::sync::LazyLock;
 
@@ -16,7 +17,7 @@ use transport::stack::{CylinderPhase, Scattering, Stack};
 
 /// Media of the comparison.
 const MEDIA: u64 = 200;
-/// Photons of the judge for each.
+/// Photons of the reference for each.
 const PHOTONS: u64 = 200_000;
 /// Rows on either side of the line of which the centre of gravity is taken: a window of 15 rows.
 const HALF_WINDOW: i64 = 7;
@@ -38,8 +39,9 @@ struct HalfSpace {
 }
 
 impl HalfSpace {
-    /// Number `i`: any share of the background, dive, azimuth, index and dispersion that recipes accept; free paths from 0.01 to 0.7 mm
-    /// and absorption from a thousandth to all of the scattering, evenly in their logarithms; lenses 15 to 45 degrees from the normal.
+    /// Number `i`: any share of the background, dive, azimuth, index and dispersion that recipes accept; free paths
+    /// from 0.01 to 0.7 mm and absorption from a thousandth to all of the scattering, evenly in their logarithms;
+    /// lenses 15 to 45 degrees from the normal.
     fn drawn(i: u64) -> Self {
         let mut stream = Stream::root(14).child("half spaces").index(i).rng();
         let mut draw = |from: f64, to: f64| from + (to - from) * stream.random::<f64>();
@@ -131,19 +133,19 @@ fn figures(answer: &Answer) -> [Figure; 7] {
     [of(answer.reflectance), line(1, 8), line(7, 11), of(lens), beside, far, centre]
 }
 
-fn judge(i: u64) -> [Figure; 7] {
+fn reference(i: u64) -> [Figure; 7] {
     let drawn = HalfSpace::drawn(i);
     figures(&path::solve(&drawn.stack(), &drawn.question(), Effort { photons: PHOTONS, seed: i }))
 }
 
-/// What the judge says of each medium.
-static JUDGED: LazyLock<Vec<[Figure; 7]>> = LazyLock::new(|| {
+/// What the reference says of each medium.
+static REFERENCE: LazyLock<Vec<[Figure; 7]>> = LazyLock::new(|| {
     let mut kept = Kept::of("half_spaces");
     let of = |i: u64| {
         let drawn = HalfSpace::drawn(i);
         let asked = (&drawn, drawn.question(), PHOTONS);
         let figures =
-            kept.says(&format!("medium {i:03}"), &asked, || judge(i).iter().flat_map(|f| [f.0, f.1]).collect());
+            kept.says(&format!("medium {i:03}"), &asked, || reference(i).iter().flat_map(|f| [f.0, f.1]).collect());
         std::array::from_fn(|at| (figures[2 * at], figures[2 * at + 1]))
     };
     let all = (0..MEDIA).map(of).collect();
@@ -151,8 +153,9 @@ static JUDGED: LazyLock<Vec<[Figure; 7]>> = LazyLock::new(|| {
     all
 });
 
-/// Deviations that 95 % of the media and all of them keep, beside three standard errors of the judge: of reflectance and of centres of
-/// gravity absolute, of the rest relative. The fixed widths are coarse for free paths under 0.03 mm, a quarter of the media.
+/// Deviations that 95 % of the media and all of them keep, beside three standard errors of the reference: of
+/// reflectance and of centres of gravity absolute, of the rest relative. The fixed widths are coarse for free paths
+/// under 0.03 mm, a quarter of the media.
 const BARS: [(&str, f64, f64); 10] = [
     ("R", 0.004, 0.006),
     ("S(1,8)", 0.01, 0.05),
@@ -169,9 +172,9 @@ const BARS: [(&str, f64, f64); 10] = [
 /// Every figure within [`BARS`].
 #[test]
 fn kernel_agrees_on_random_media() {
-    // Deviations beyond the judge's noise, by figure.
+    // Deviations beyond the reference's noise, by figure.
     let mut off: [Vec<(f64, u64)>; 10] = Default::default();
-    for (i, truth) in (0..).zip(JUDGED.iter()) {
+    for (i, truth) in (0..).zip(REFERENCE.iter()) {
         let drawn = HalfSpace::drawn(i);
         let kernel = kernel::solve(&drawn.stack(), &drawn.question()).expect("such media are answered");
         let gaussians = figures(&kernel);
@@ -202,25 +205,25 @@ fn kernel_agrees_on_random_media() {
             faults.push(name);
         }
     }
-    assert!(faults.is_empty(), "off the judge: {faults:?}");
+    assert!(faults.is_empty(), "off the reference: {faults:?}");
 }
 
-/// The table is what the judge says today.
+/// The table is what the reference says today.
 #[test]
-fn judge_still_says_so_of_random_media() {
+fn reference_still_says_so_of_random_media() {
     for i in [3, 77, 150] {
         let drawn = HalfSpace::drawn(i);
         let effort = Effort { photons: 20_000, seed: 1000 + i };
         let now = figures(&path::solve(&drawn.stack(), &drawn.question(), effort));
-        for (((name, ..), now), then) in BARS.iter().zip(now).zip(JUDGED[i as usize]) {
+        for (((name, ..), now), then) in BARS.iter().zip(now).zip(REFERENCE[i as usize]) {
             let z = (now.0 - then.0) / now.1.hypot(then.1).max(1e-9);
             assert!(z.abs() < 4.5, "medium {i}, {name}: {now:?} against {then:?}, z {z:.1}");
         }
     }
 }
 
-/// No width sends more to the lens than cone light at its brightest does, whatever the medium, the slope and the view: shares of single
-/// widths can be negative, and what is divided by a share near 0 would be a spark in an image.
+/// No width sends more to the lens than cone light at its brightest does, whatever the medium, the slope and the view:
+/// shares of single widths can be negative, and what is divided by a share near 0 would be a spark in an image.
 #[test]
 fn no_width_is_a_spark() {
     for i in 0..20_000 {

@@ -1,8 +1,10 @@
-//! What the judge said, kept: its walks take minutes, and their figures change only with the question or with the reference Monte Carlo.
+//! What the reference said, kept: its walks take minutes, and their figures change only with the question or with the
+//! reference Monte Carlo.
 //!
-//! `tests/data/judge/<test>.json` holds figures by case. The key of a case follows from all that is asked, so that another question
-//! does not get an old answer. `make judge` asks all of them anew; in each run a case of pockets, borders, slopes, random wood and random
-//! packs is asked again ([`Kept::still_says`]) and must give the figures that are kept.
+//! `tests/data/reference/<test>.json` holds figures by case. The key of a case follows from all that is asked, so that
+//! another question does not get an old answer. `make reference` asks all of them anew; in each run a case of pockets,
+//! borders, slopes, random wood and random packs is asked again ([`Kept::still_says`]) and must give the figures that
+//! are kept.
 
 use std::collections::BTreeMap;
 use std::fmt::Debug;
@@ -13,7 +15,7 @@ use procedural::Stream;
 /// Relative difference of figures that are the same: sums of other builds may end in other digits.
 const SAME: f64 = 1e-6;
 
-/// The judge's figures for one test.
+/// The reference's figures for one test.
 pub struct Kept {
     file: PathBuf,
     bless: bool,
@@ -24,7 +26,7 @@ pub struct Kept {
 impl Kept {
     /// For the test of a name.
     pub fn of(test: &str) -> Self {
-        let file = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join(format!("tests/data/judge/{test}.json"));
+        let file = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join(format!("tests/data/reference/{test}.json"));
         let bless = std::env::var_os("BLESS").is_some();
         let known = match std::fs::read_to_string(&file) {
             Ok(text) if !bless => serde_json::from_str(&text).expect("figures by case"),
@@ -46,21 +48,22 @@ impl Kept {
         } else {
             let kept = self.known.get(&key).cloned();
             kept.unwrap_or_else(|| {
-                panic!("{case}: the judge was not asked this; BLESS=1 asks it ({})", self.file.display())
+                panic!("{case}: the reference was not asked this; BLESS=1 asks it ({})", self.file.display())
             })
         };
         self.told.insert(key, figures.clone());
         figures
     }
 
-    /// The same, and asks again: what is kept is what the judge says today.
+    /// The same, and asks again: what is kept is what the reference says today.
     pub fn still_says(&mut self, case: &str, question: &impl Debug, ask: impl FnOnce() -> Vec<f64>) -> Vec<f64> {
         let now = ask();
         let kept = self.says(case, question, || now.clone());
         let same = |(now, kept): (&f64, &f64)| (now - kept).abs() <= SAME * kept.abs();
         assert!(
             now.len() == kept.len() && now.iter().zip(&kept).all(same),
-            "{case}: the judge says {now:?} today and {kept:?} before; where that is meant, BLESS=1 asks for all cases"
+            "{case}: the reference says {now:?} today and {kept:?} before; where that is meant, BLESS=1 asks for all \
+                cases"
         );
         kept
     }

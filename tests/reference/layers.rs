@@ -1,4 +1,4 @@
-//! Purpose: foil and coats against closed forms, and the kernel's films against the judge on plane stacks.
+//! Purpose: foil and coats against closed forms, and the kernel's films against the reference on plane stacks.
 
 use glam::{DVec3, Vec3};
 use procedural::{Film, Gloss, Medium, Stream};
@@ -29,7 +29,7 @@ fn over_foil(film: Layer, gap: Option<f64>) -> Stack {
     Stack { above: 1.0, layers, below: Substrate::Foil(ROUND) }
 }
 
-fn judge(case: &str, stack: &Stack, question: Question, photons: u64) -> Answer {
+fn reference(case: &str, stack: &Stack, question: Question, photons: u64) -> Answer {
     let seed = Stream::root(0).child("transport_layers").child(case).key();
     solve(stack, &Question { cells: 0, angles: 0, ..question }, Effort { photons, seed })
 }
@@ -43,20 +43,20 @@ fn near(what: &str, value: Estimate, truth: f64, floor: f64) {
     assert!(off < 4.0 * value.error + floor, "{what}: {} +- {} against {truth}", value.value, value.error);
 }
 
-/// Foil below air throws back its reflectance of light from straight above and from everywhere, exactly: no light is lost
-/// between facets. Below a film that absorbs nothing a perfect mirror sends everything back.
+/// Foil below air throws back its reflectance of light from straight above and from everywhere, exactly: no light is
+/// lost between facets. Below a film that absorbs nothing a perfect mirror sends everything back.
 #[test]
 fn foil_reflects_its_reflectance() {
     let air = |foil| Stack { above: 1.0, layers: vec![Layer::air(1.0)], below: Substrate::Foil(foil) };
     for incidence in [Some(0.0), Some(0.7), None] {
         let question = Question { incidence, ..Question::default() };
-        let a = judge("air", &air(FOIL), question, 2_000);
+        let a = reference("air", &air(FOIL), question, 2_000);
         near("foil", a.reflectance, 0.9, 1e-9);
         near("absorbed", a.absorbed[0], 0.1, 1e-9);
     }
     let mut mirror = over_foil(film(12.0, 0.0, 0.12), Some(2.0));
     mirror.below = Substrate::Foil(Foil { reflectance: 1.0, ..FOIL });
-    let a = judge("perfect mirror", &mirror, Question::default(), 5_000);
+    let a = reference("perfect mirror", &mirror, Question::default(), 5_000);
     // Roulette books single photons; with full weights there is none.
     assert!((a.reflectance.value + a.specular - 1.0).abs() < 1e-9, "{:?} and {}", a.reflectance, a.specular);
 }
@@ -70,7 +70,7 @@ fn foil_mirrors_by_its_law() {
     for view in
         [DVec3::new(0.0, -0.422_618, 0.906_308), DVec3::new(0.3, 0.0, 0.953_939), DVec3::new(0.2, 0.2, 0.959_166)]
     {
-        let a = judge("lobe", &stack, Question { view, ..Question::default() }, 200_000);
+        let a = reference("lobe", &stack, Question { view, ..Question::default() }, 200_000);
         let side = view.cross(DVec3::X).normalize();
         let other = view.cross(side);
         let (mut sum, mut count) = (0.0, 0.0);
@@ -88,7 +88,7 @@ fn foil_mirrors_by_its_law() {
             }
         }
         // The law leaves out shadowing between facets, which is up to 2 % here.
-        near("cone", a.cone.expect("the judge counts it"), sum / count, 0.03 * sum / count);
+        near("cone", a.cone.expect("the reference counts it"), sum / count, 0.03 * sum / count);
     }
 }
 
@@ -97,23 +97,23 @@ fn foil_mirrors_by_its_law() {
 fn layers_add_up() {
     let half = film(12.0, 0.5, 0.06);
     let slab = |layers| Stack { above: 1.0, layers, below: Substrate::Index(1.0) };
-    let one = judge("one", &slab(vec![film(12.0, 0.5, 0.12)]), Question::default(), 200_000);
-    let two = judge("two", &slab(vec![half, half]), Question::default(), 200_000);
+    let one = reference("one", &slab(vec![film(12.0, 0.5, 0.12)]), Question::default(), 200_000);
+    let two = reference("two", &slab(vec![half, half]), Question::default(), 200_000);
     for (what, a, b) in [("R", one.reflectance, two.reflectance), ("T", one.transmittance, two.transmittance)] {
         let error = (a.error * a.error + b.error * b.error).sqrt();
         assert!((a.value - b.value).abs() < 4.0 * error, "{what}: {a:?} and {b:?}");
     }
     let coated = Layer { coat: 0.8, ..Layer::air(1.0) };
     let mirror = Substrate::Foil(Foil { reflectance: 1.0, ..FOIL });
-    let a = judge("coat", &Stack { above: 1.0, layers: vec![coated], below: mirror }, Question::default(), 1_000);
+    let a = reference("coat", &Stack { above: 1.0, layers: vec![coated], below: mirror }, Question::default(), 1_000);
     near("coat", a.reflectance, 0.64, 1e-9);
     let inner = Stack { above: 1.0, layers: vec![Layer::air(1.0), coated], below: mirror };
-    near("inner coat", judge("inner coat", &inner, Question::default(), 1_000).reflectance, 0.64, 1e-9);
+    near("inner coat", reference("inner coat", &inner, Question::default(), 1_000).reflectance, 0.64, 1e-9);
 }
 
-/// The judge's R and rows 1 to 8 and 7 to 11, of light to all sides and of light to the lens, from 400 000 photons
+/// The reference's R and rows 1 to 8 and 7 to 11, of light to all sides and of light to the lens, from 400 000 photons
 /// (examples/film_stacks.rs); standard errors are under 0.2 %, 0.3 %, 1.2 %, 0.7 % and 2.5 %.
-const JUDGED: [(&str, [f64; 5]); 8] = [
+const REFERENCE: [(&str, [f64; 5]); 8] = [
     ("12 /mm over 0.5 mm over tablet", [0.8775, 0.5376, 0.1047, 0.5687, 0.1113]),
     ("12 /mm touching a tablet", [0.8775, 0.6590, 0.0451, 0.6983, 0.0461]),
     ("12 /mm over 5 mm over foil", [0.8367, 0.3192, 0.0234, 0.3290, 0.0243]),
@@ -127,7 +127,7 @@ const JUDGED: [(&str, [f64; 5]); 8] = [
 /// Relative standard errors of these windows, the largest of the eight [1].
 const ERRORS: [f64; 5] = [0.001, 0.004, 0.01, 0.01, 0.035];
 
-fn judged() -> [Stack; 8] {
+fn by_reference() -> [Stack; 8] {
     let film = |sigma, thickness| film(sigma, 0.02, thickness);
     [
         over_tablet(film(12.0, 0.12), 0.5, 1.0),
@@ -148,20 +148,20 @@ fn figures(answer: &Answer) -> [f64; 5] {
     [answer.reflectance.value, window(answer, 1, 8), window(answer, 7, 11), window(&seen, 1, 8), window(&seen, 7, 11)]
 }
 
-/// The production kernel on eight stacks: R within 0.01, windows within 10 % and a standard error of the judge's.
+/// The production kernel on eight stacks: R within 0.01, windows within 10 % and a standard error of the reference's.
 #[test]
-fn kernel_agrees_with_the_judge() {
-    for (stack, (name, judged)) in judged().iter().zip(JUDGED) {
+fn kernel_agrees_with_the_reference() {
+    for (stack, (name, by_reference)) in by_reference().iter().zip(REFERENCE) {
         let answer = ask(stack);
         let figures = figures(&answer);
-        assert!((figures[0] - judged[0]).abs() < 0.01, "{name}: R {} against {}", figures[0], judged[0]);
+        assert!((figures[0] - by_reference[0]).abs() < 0.01, "{name}: R {} against {}", figures[0], by_reference[0]);
         for i in 1..5 {
-            let ratio = figures[i] / judged[i];
+            let ratio = figures[i] / by_reference[i];
             assert!(
                 (ratio - 1.0).abs() < 0.1 + ERRORS[i],
                 "{name}: window {i} is {} against {}, {ratio}",
                 figures[i],
-                judged[i]
+                by_reference[i]
             );
         }
         let absorbed: f64 = answer.absorbed.iter().map(|e| e.value).sum();
@@ -169,12 +169,12 @@ fn kernel_agrees_with_the_judge() {
     }
 }
 
-/// The judge still says what the kernel is held to, on a filled and an empty pocket.
+/// The reference still says what the kernel is held to, on a filled and an empty pocket.
 #[test]
-fn judge_still_says_so() {
+fn reference_still_says_so() {
     for i in [0, 2] {
-        let (name, truth) = JUDGED[i];
-        let a = judge(name, &judged()[i], Question::default(), 40_000);
+        let (name, truth) = REFERENCE[i];
+        let a = reference(name, &by_reference()[i], Question::default(), 40_000);
         let figures = figures(&a);
         near(name, a.reflectance, truth[0], 0.002);
         let middle = a.line.len() / 2;
@@ -186,8 +186,8 @@ fn judge_still_says_so() {
     }
 }
 
-/// Rows over a tablet against those over an empty pocket: brighter by the factor that the judge gives
-/// within 10 % and a standard error over the range of pigment; and what is added fades to nothing as the film turns opaque.
+/// Rows over a tablet against those over an empty pocket: brighter by the factor that the reference gives within 10 %
+/// and a standard error over the range of pigment; and what is added fades to nothing as the film turns opaque.
 #[test]
 fn filled_pockets_scatter_more_until_the_film_is_opaque() {
     let factor = |sigma: f64, thickness: f64| {
@@ -196,12 +196,12 @@ fn filled_pockets_scatter_more_until_the_film_is_opaque() {
         let (filled, empty) = (window(&over_tablet(film, 0.5, 1.0)), window(&over_foil(film, Some(5.0))));
         [filled[1] / empty[1], filled[2] / empty[2]]
     };
-    for (sigma, thickness, judged, errors) in FACTORS {
+    for (sigma, thickness, by_reference, errors) in FACTORS {
         let factor = factor(sigma, thickness);
         for i in 0..2 {
-            let off = factor[i] - judged[i];
-            let allowed = 0.1 * judged[i] + errors[i];
-            assert!(off.abs() < allowed, "{sigma} /mm, {thickness} mm: {} against {}", factor[i], judged[i]);
+            let off = factor[i] - by_reference[i];
+            let allowed = 0.1 * by_reference[i] + errors[i];
+            assert!(off.abs() < allowed, "{sigma} /mm, {thickness} mm: {} against {}", factor[i], by_reference[i]);
         }
     }
     // What a tablet adds to these rows, as a share of the light that arrives: the film's own light never gets so far.
@@ -218,8 +218,8 @@ fn filled_pockets_scatter_more_until_the_film_is_opaque() {
     assert!((beside - 1.0).abs() < 0.01, "rows 1 to 8 below an opaque film: {beside}");
 }
 
-/// Pigment [mm^-1], thickness [mm], and the judge's factor of filled over empty in rows 1 to 8 and 7 to 11, light to all
-/// sides, from 150 000 photons each (examples/film_stacks.rs), with its standard errors.
+/// Pigment [mm^-1], thickness [mm], and the reference's factor of filled over empty in rows 1 to 8 and 7 to 11, light
+/// to all sides, from 150 000 photons each (examples/film_stacks.rs), with its standard errors.
 const FACTORS: [(f64, f64, [f64; 2], [f64; 2]); 8] = [
     (4.0, 0.08, [2.109, 1.696], [0.012, 0.018]),
     (4.0, 0.12, [1.992, 2.009], [0.011, 0.022]),
@@ -231,8 +231,8 @@ const FACTORS: [(f64, f64, [f64; 2], [f64; 2]); 8] = [
     (150.0, 0.3, [1.023, 5.346], [0.005, 0.432]),
 ];
 
-/// What foil and a tablet's own gloss send through clear film follows the bisector of laser and lens, which off the middle
-/// of the line both lean.
+/// What foil and a tablet's own gloss send through clear film follows the bisector of laser and lens, which off the
+/// middle of the line both lean.
 #[test]
 fn glints_stand_where_facets_bisect_laser_and_lens() {
     let facets = |reflectance| Gloss { share: 1.0, reflectance, roughness: [0.1, 0.3], matte: 0.0 };
@@ -258,14 +258,14 @@ fn glints_stand_where_facets_bisect_laser_and_lens() {
     }
 }
 
-/// Film that absorbs more than it lets pass: the judge's reflectance.
+/// Film that absorbs more than it lets pass: the reference's reflectance.
 #[test]
-fn dark_films_reflect_what_the_judge_says() {
+fn dark_films_reflect_what_the_reference_says() {
     for (sigma, mu_a, thickness) in [(40.0, 3.0, 0.5), (40.0, 8.0, 0.5), (12.0, 4.0, 0.8)] {
         let stack = over_foil(film(sigma, mu_a, thickness), Some(2.0));
-        let (kernel, judge) = (ask(&stack), judge("dark", &stack, Question::default(), 60_000));
-        println!("{sigma} {mu_a} {thickness}: {} against {:?}", kernel.reflectance.value, judge.reflectance);
-        near("dark film", judge.reflectance, kernel.reflectance.value, 0.012);
+        let (kernel, reference) = (ask(&stack), reference("dark", &stack, Question::default(), 60_000));
+        println!("{sigma} {mu_a} {thickness}: {} against {:?}", kernel.reflectance.value, reference.reflectance);
+        near("dark film", reference.reflectance, kernel.reflectance.value, 0.012);
     }
 }
 
@@ -275,8 +275,8 @@ fn sealed_films_know_their_foil() {
     for (reflectance, roughness) in [(0.6, 0.2), (0.75, 0.08), (0.9, 0.25), (0.99, 0.6)] {
         let mut stack = over_foil(film(12.0, 0.05, 0.25), None);
         stack.below = Substrate::Foil(Foil { reflectance, roughness: [roughness; 2] });
-        let (kernel, judge) = (ask(&stack), judge("sealed", &stack, Question::default(), 60_000));
-        println!("{reflectance}: {} against {:?}", kernel.reflectance.value, judge.reflectance);
-        near("sealed film", judge.reflectance, kernel.reflectance.value, 0.015);
+        let (kernel, reference) = (ask(&stack), reference("sealed", &stack, Question::default(), 60_000));
+        println!("{reflectance}: {} against {:?}", kernel.reflectance.value, reference.reflectance);
+        near("sealed film", reference.reflectance, kernel.reflectance.value, 0.015);
     }
 }

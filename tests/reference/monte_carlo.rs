@@ -1,4 +1,4 @@
-//! The judge (Monte Carlo of the transport equation) against exact and published values, in standard errors.
+//! The reference (Monte Carlo of the transport equation) against exact and published values, in standard errors.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -14,7 +14,7 @@ fn isotropic(mu_s: f64, g: f64) -> Scattering {
 
 /// Asks with a seed of the case's own name, so that cases are independent.
 fn answer(case: &str, stack: &Stack, question: Question, photons: u64) -> Answer {
-    let seed = Stream::root(0).child("transport_judge").child(case).key();
+    let seed = Stream::root(0).child("transport_reference").child(case).key();
     let answer = solve(stack, &Question { cells: 0, ..question }, Effort { photons, seed });
     let absorbed: f64 = answer.absorbed.iter().map(|e| e.value).sum();
     let sum = answer.specular + answer.reflectance.value + answer.transmittance.value + absorbed;

@@ -1,5 +1,5 @@
-//! Production's film over tablet or foil against the judge in the true shape of a pocket: filled, empty, touching, tilted.
-//! Rows are 0.101 mm, as the reference camera sees them, and both sides of the line count together.
+//! Production's film over tablet or foil against the reference in the true shape of a pocket: filled, empty, touching,
+//! tilted. Rows are 0.101 mm, as the reference camera sees them, and both sides of the line count together.
 
 use super::kept::Kept;
 use glam::Vec3;
@@ -53,8 +53,8 @@ fn window(rows: &[Estimate], from: usize, to: usize) -> Estimate {
     })
 }
 
-/// The judge in the middle 4.5 mm of the middle pocket, which is lit across `columns` of 1.5 mm, an odd number.
-fn judged(pack: &Pack, columns: usize) -> Vec<Estimate> {
+/// The reference in the middle 4.5 mm of the middle pocket, which is lit across `columns` of 1.5 mm, an odd number.
+fn by_reference(pack: &Pack, columns: usize) -> Vec<Estimate> {
     let at = middle(pack);
     let (body, half) = (Body::Pack(Box::new(pack.clone())), columns / 2);
     let x: Vec<f32> = (0..columns).map(|i| (at.x_mm + 1.5 * (i as f64 - half as f64)) as f32).collect();
@@ -116,10 +116,10 @@ fn produced(pack: &Pack) -> Vec<Estimate> {
     (0..=2 * ROWS).map(row).collect()
 }
 
-/// Within 12 % and three standard errors of the judge in every window, walls and all; but for the far rows of a tilted
-/// tablet deep below its film, 35 %: the kernel has film and tablet parallel.
+/// Within 12 % and three standard errors of the reference in every window, walls and all; but for the far rows of a
+/// tilted tablet deep below its film, 35 %: the kernel has film and tablet parallel.
 #[test]
-fn scatter_of_pockets_is_the_judges() {
+fn scatter_of_pockets_is_that_of_the_reference() {
     let wide: Change = |b| {
         (b.card.columns, b.card.rows, b.pocket.dome_mm) = (1.0, 1.0, 0.0);
         (b.tablet.length_mm, b.tablet.width_mm, b.tablet.shape, b.defects.missing) = (30.0, 20.0, 1.0, 1.0);
@@ -135,14 +135,15 @@ fn scatter_of_pockets_is_the_judges() {
     for (number, (name, far, columns, change)) in cases.into_iter().enumerate() {
         let (kernel, pack) = (produced(&pack(change)), pack(change));
         let question = (middle(&pack), columns, PHOTONS, numbers(change));
-        let judge = || judged(&pack, columns).iter().flat_map(|row| [row.value, row.error]).collect();
-        let judge = match number {
-            0 => kept.still_says(name, &question, judge),
-            _ => kept.says(name, &question, judge),
+        let reference = || by_reference(&pack, columns).iter().flat_map(|row| [row.value, row.error]).collect();
+        let reference = match number {
+            0 => kept.still_says(name, &question, reference),
+            _ => kept.says(name, &question, reference),
         };
-        let judge: Vec<Estimate> = judge.chunks(2).map(|row| Estimate { value: row[0], error: row[1] }).collect();
+        let reference: Vec<Estimate> =
+            reference.chunks(2).map(|row| Estimate { value: row[0], error: row[1] }).collect();
         for (what, from, to) in WINDOWS {
-            let (k, j) = (window(&kernel, from, to).value, window(&judge, from, to));
+            let (k, j) = (window(&kernel, from, to).value, window(&reference, from, to));
             println!("{name}, {what}: {k:.4} against {:.4} +- {:.4}, {:.3}", j.value, j.error, k / j.value);
             let bar = if from == 7 { far } else { 0.12 };
             if (k - j.value).abs() > bar * j.value + 3.0 * j.error {

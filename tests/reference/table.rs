@@ -1,4 +1,5 @@
-//! The kernel against the judge on 15 media: reflectance, light towards the lens, rows beside the line, front and back.
+//! The kernel against the reference on 15 media: reflectance, light towards the lens, rows beside the line, front and
+//! back.
 
 use super::kept::Kept;
 use procedural::Stream;
@@ -16,7 +17,8 @@ struct Case {
     truth: [f64; 6],
 }
 
-/// By the judge, 1.5e6 photons each: R to 0.0003, factors to 0.002, S(7,5) of the dead knot (4e6 photons) to 0.6 %, the rest to 0.5 %.
+/// By the reference, 1.5e6 photons each: R to 0.0003, factors to 0.002, S(7,5) of the dead knot (4e6 photons) to 0.6 %,
+/// the rest to 0.5 %.
 const TRUTH: [(&str, [f64; 6]); 15] = [
     ("clear along motion", [0.7445, 0.823, 0.2573, 0.4079, 0.0552, 0.0]),
     ("clear across motion", [0.7447, 1.695, 0.2205, 0.5014, 0.0319, 0.001]),
@@ -35,11 +37,11 @@ const TRUTH: [(&str, [f64; 6]); 15] = [
     ("wet", [0.5867, 0.910, 0.1538, 0.2960, 0.0523, 0.0]),
 ];
 
-/// The study's media and what the judge says of them.
+/// The study's media and what the reference says of them.
 fn table() -> [Case; 15] {
     std::array::from_fn(|i| {
         let ((name, truth), wood) = (TRUTH[i], WOODS[i]);
-        assert_eq!(wood.name, name, "the study's media and the judge's figures are in one order");
+        assert_eq!(wood.name, name, "the study's media and the reference's figures are in one order");
         Case { wood, truth }
     })
 }
@@ -89,7 +91,7 @@ fn figures(answer: &Answer) -> [f64; 6] {
 
 /// Within the tolerances of the study's figures; the central row, which no Scatter holds, within 11 %.
 #[test]
-fn kernel_agrees_with_the_judge() {
+fn kernel_agrees_with_the_reference() {
     const CENTRE: Tolerance = Tolerance::Relative(0.11);
     let [reflectance, lens, near, far, asymmetry] = FIGURES.map(|figure| figure.tolerance);
     let tolerances = [reflectance, lens, CENTRE, near, far, asymmetry];
@@ -103,17 +105,18 @@ fn kernel_agrees_with_the_judge() {
             faults.push(case.wood.name);
         }
     }
-    assert!(faults.is_empty(), "off the judge: {faults:?}");
+    assert!(faults.is_empty(), "off the reference: {faults:?}");
 }
 
-/// Rows 1 to 8 as the lens sees them, by the judge with 400 000 photons (0.1 to 0.2 %): what Scatter shows. Of clear wood it is more
-/// than S(1,8) times the factor towards the lens, since the light that misses the lens is near the line.
+/// Rows 1 to 8 as the lens sees them, by the reference with 400 000 photons (0.1 to 0.2 %): what Scatter shows. Of
+/// clear wood it is more than S(1,8) times the factor towards the lens, since the light that misses the lens is near
+/// the line.
 const SEEN: [(&str, f64); 4] =
     [("clear along motion", 0.3821), ("sound knot", 0.2869), ("dead knot", 0.1256), ("rot", 0.2642)];
 
 /// Within 2 %.
 #[test]
-fn kernel_sees_scatter_as_the_judge_does() {
+fn kernel_sees_scatter_as_the_reference_does() {
     for (name, truth) in SEEN {
         let answer = kernel::solve(&case(name).wood.stack(), &Question::default()).unwrap();
         let middle = answer.seen.len() / 2;
@@ -123,9 +126,9 @@ fn kernel_sees_scatter_as_the_judge_does() {
     }
 }
 
-/// The table above is what the judge says today: R, factor, centre and rows 1 to 8 of four media.
+/// The table above is what the reference says today: R, factor, centre and rows 1 to 8 of four media.
 #[test]
-fn judge_still_says_so() {
+fn reference_still_says_so() {
     for i in [2, 8, 10, 13] {
         let case = &table()[i];
         let photons = 60_000;
@@ -177,7 +180,8 @@ fn aspect(case: &Case, across: f64) -> f64 {
     0.5 * long as f64 * CELL_MM / across
 }
 
-/// A point on clear wood is an ellipse along the fibre, on a knot it is round: aspects of the published table at 1.5 mm.
+/// A point on clear wood is an ellipse along the fibre, on a knot it is round: aspects of the published table at 1.5
+/// mm.
 #[test]
 fn points_are_ellipses_on_clear_wood_and_round_on_knots() {
     for (name, published) in [
@@ -195,14 +199,14 @@ fn points_are_ellipses_on_clear_wood_and_round_on_knots() {
     }
 }
 
-/// Light that meets a surface aslant, as it meets slopes, in 24 media drawn over what clear and rotten wood may be, with fibres as
-/// straight and as tangled as recipes have them: up to 10 degrees from the normal, steeper than any slope of a shipped recipe, reflectance
-/// within 0.012 and light towards the lens within 6 %; up to 15 degrees within 0.025 and 10 %; rows 1 to 8 on both sides within 3 %; each
-/// beside three standard errors of the judge. A
-/// slope that turns nothing but the surface changes hardly anything: no light is lost or won by looking it up at the angle between
-/// fibre and surface.
+/// Light that meets a surface aslant, as it meets slopes, in 24 media drawn over what clear and rotten wood may be,
+/// with fibres as straight and as tangled as recipes have them: up to 10 degrees from the normal, steeper than any
+/// slope of a shipped recipe, reflectance within 0.012 and light towards the lens within 6 %; up to 15 degrees within
+/// 0.025 and 10 %; rows 1 to 8 on both sides within 3 %; each beside three standard errors of the reference. A slope
+/// that turns nothing but the surface changes hardly anything: no light is lost or won by looking it up at the angle
+/// between fibre and surface.
 #[test]
-fn slopes_are_lit_as_the_judge_says() {
+fn slopes_are_lit_as_the_reference_says() {
     let (mut faults, mut kept) = (Vec::new(), Kept::of("slopes"));
     for case in 0..24u64 {
         let mut stream = Stream::root(11).child("slopes").index(case).rng();
@@ -220,14 +224,15 @@ fn slopes_are_lit_as_the_judge_says() {
         };
         let beside = |answer: &Answer| answer.rows(1, 8, LineSide::Both);
         let ask = || {
-            let judge = path::solve(&stack, &question, Effort { photons: 60_000, seed: case });
-            let lens = judge.towards_lens.unwrap();
-            vec![judge.reflectance.value, judge.reflectance.error, lens.value, lens.error, beside(&judge)]
+            let reference = path::solve(&stack, &question, Effort { photons: 60_000, seed: case });
+            let lens = reference.towards_lens.unwrap();
+            vec![reference.reflectance.value, reference.reflectance.error, lens.value, lens.error, beside(&reference)]
         };
         let (name, asked) = (format!("medium {case}"), (&stack, &question));
-        let judge = if case % 12 == 0 { kept.still_says(&name, &asked, ask) } else { kept.says(&name, &asked, ask) };
-        let [reflectance, truth] = [0, 2].map(|at| Estimate { value: judge[at], error: judge[at + 1] });
-        let judge_beside = judge[4];
+        let reference =
+            if case % 12 == 0 { kept.still_says(&name, &asked, ask) } else { kept.says(&name, &asked, ask) };
+        let [reflectance, truth] = [0, 2].map(|at| Estimate { value: reference[at], error: reference[at + 1] });
+        let reference_beside = reference[4];
         let kernel = kernel::solve(&stack, &question).expect("such light is answered");
         let lens = kernel.towards_lens.unwrap();
         println!(
@@ -240,18 +245,18 @@ fn slopes_are_lit_as_the_judge_says() {
             truth.value,
             truth.error,
             beside(&kernel),
-            judge_beside,
+            reference_beside,
         );
-        let rows_error = (judge_beside / 60_000.0).sqrt();
+        let rows_error = (reference_beside / 60_000.0).sqrt();
         let steep = question.incidence > Some(10f64.to_radians());
         let [diffuse, towards] = if steep { [0.025, 0.10] } else { [0.012, 0.06] };
         let good = (kernel.reflectance.value - reflectance.value).abs() < diffuse + 3.0 * reflectance.error
             && (lens.value - truth.value).abs() < towards * truth.value + 3.0 * truth.error
-            && (beside(&kernel) - judge_beside).abs() < 0.03 * judge_beside + 3.0 * rows_error;
+            && (beside(&kernel) - reference_beside).abs() < 0.03 * reference_beside + 3.0 * rows_error;
         if !good {
             faults.push(case);
         }
     }
     kept.finish();
-    assert!(faults.is_empty(), "off the judge: {faults:?}");
+    assert!(faults.is_empty(), "off the reference: {faults:?}");
 }

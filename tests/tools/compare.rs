@@ -115,8 +115,8 @@ fn formats_agree() {
     for key in ["missing_share", "saturated_share", "range_noise_um", "speckle_contrast"] {
         assert_eq!(same["sim"][key], same["real"][key], "{key}");
     }
-    // A height of exactly 0 is stored as the least number above it, as 0 means missing there: at most the last digits of
-    // where noise ends change.
+    // A height of exactly 0 is stored as the least number above it, as 0 means missing there: at most the last digits
+    // of where noise ends change.
     for way in ["along", "across"] {
         let at = |side: &str| same[side]["range_noise_correlation"][way].as_array().cloned().expect("a list");
         for (a, b) in at("sim").iter().zip(&at("real")) {
@@ -180,7 +180,8 @@ fn ruler(place: &Place, name: &str, kind: &str) {
         "<icon_data_format><parameter name=\"size\">{size}</parameter><parameter name=\"version\">1</parameter>\
          <parameter name=\"layout\">SUBCOMPONENT</parameter><component name=\"Ranger3Range\"><worldrangetraits>\
          <parameter name=\"lower bound x\">0</parameter><parameter name=\"lower bound R\">0</parameter>\
-         <parameter name=\"upper bound x\">422.4</parameter><parameter name=\"upper bound R\">200</parameter></worldrangetraits>\
+         <parameter name=\"upper bound x\">422.4</parameter><parameter name=\"upper bound \
+         R\">200</parameter></worldrangetraits>\
          {}</component><component name=\"Gray\">{}</component></icon_data_format>",
         planes.concat(),
         plane("Grey", "BYTE", 1, 7)
@@ -312,7 +313,8 @@ fn the_page_is_a_picture() {
 #[test]
 fn what_can_be_read_is_listed() {
     let place = Place::with(&[]);
-    let all = "give a dataset, a folder of scans, or a scan (.exr, .xml with .dat, .json, .png, .tif, .tiff, .csv, .tsv, .txt, .asc, \
+    let all = "give a dataset, a folder of scans, or a scan (.exr, .xml with .dat, .json, .png, .tif, .tiff, .csv, \
+        .tsv, .txt, .asc, \
                .xyz, .ply)";
     for name in ["q.bmp", "q.npy", "q.pcd", "q.jpg", "q.BMP", "q.yaml", "q", "q.bmp.old"] {
         place.write(name, "nothing");

@@ -1,5 +1,5 @@
-//! `gen compare` with files of bare numbers: PNG, TIFF, CSV and PLY that the tests write from a sample, read back with the
-//! statistics of the dataset; what has to be stated, and files that are damaged.
+//! `gen compare` with files of bare numbers: PNG, TIFF, CSV and PLY that the tests write from a sample, read back with
+//! the statistics of the dataset; what has to be stated, and files that are damaged.
 
 use std::fmt::Write;
 use std::fs;
@@ -142,7 +142,8 @@ fn ply(sample: &Sample, organised: bool, keep: impl Fn(usize) -> bool) -> Vec<u8
         let _ = write!(file, "obj_info num_cols {}\nobj_info num_rows {rows}\n", sample.cols);
     }
     let _ = writeln!(file, "element vertex {}", kept.len());
-    file += "property double x\nproperty double y\nproperty double z\nproperty uchar intensity\nproperty ushort scatter\nend_header\n";
+    file += "property double x\nproperty double y\nproperty double z\nproperty uchar intensity\nproperty ushort \
+        scatter\nend_header\n";
     let mut file = file.into_bytes();
     for i in kept {
         file.extend(points[i].iter().flat_map(|mm| mm.to_le_bytes()));
@@ -428,7 +429,8 @@ fn damaged_files_never_panic() {
     let number = |i: usize| f64::from(counts[i]) / 7.0;
     let text = |i: usize| format!("{},{},{},{}\n", i % 24, i / 24, number(i), i % 251);
     let cloud: String = (0..480).map(|i| text(i).replace(',', " ")).collect();
-    let head = "ply\nformat ascii 1.0\nobj_info num_cols 24\nobj_info num_rows 20\nelement vertex 480\nproperty float x\n\
+    let head = "ply\nformat ascii 1.0\nobj_info num_cols 24\nobj_info num_rows 20\nelement vertex 480\nproperty float \
+        x\n\
                 property float y\nproperty float z\nproperty uchar intensity\nend_header\n";
     let binary = head.replace("ascii", "binary_big_endian");
     let places = (0..480).flat_map(|i| [(i % 24) as f32, (i / 24) as f32, number(i) as f32].map(f32::to_be_bytes));

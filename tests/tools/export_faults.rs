@@ -26,8 +26,8 @@ fn files(folder: &Path) -> usize {
     entries.map(|entry| if entry.path().is_dir() { files(&entry.path()) } else { 1 }).sum()
 }
 
-/// Killed wherever it stands, an export says that it is unfinished, takes no other order, and the same command finishes it
-/// with the bytes of one that was never stopped.
+/// Killed wherever it stands, an export says that it is unfinished, takes no other order, and the same command finishes
+/// it with the bytes of one that was never stopped.
 #[test]
 fn a_stopped_export_is_finished() {
     let place =
@@ -63,7 +63,8 @@ fn a_stopped_export_is_finished() {
     }
 }
 
-/// Stopped after its last file and before the marker was removed, an export is finished; another order still is another.
+/// Stopped after its last file and before the marker was removed, an export is finished; another order still is
+/// another.
 #[test]
 fn a_marker_that_was_left_is_removed() {
     let place = dataset(recipe(&[]));

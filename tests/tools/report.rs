@@ -10,7 +10,8 @@ use test_support::program::Place;
 /// What a saved validation calls itself.
 const VALIDATION: &str = "sheetlight-validation";
 
-/// The page counts what the tables hold, shows every class, and gives the same bytes twice and on any number of threads.
+/// The page counts what the tables hold, shows every class, and gives the same bytes twice and on any number of
+/// threads.
 #[test]
 fn the_page_says_what_is_in_the_dataset() {
     let (place, html) = planks_page("");
@@ -123,7 +124,8 @@ fn kept_results_are_shown_or_stale() {
     let mut document = json!({
         "format": VALIDATION, "clean": false, "samples": 6, "images": 1, "bytes": 1_500_000,
         "dataset_sha256": sha(&read("planks/dataset.json")), "manifests_sha256": sha(&manifests),
-        "faults": [{"code": "file-checksum", "place": "data/x.parquet", "what": "another sum", "remedy": "make it again"}],
+        "faults": [{"code": "file-checksum", "place": "data/x.parquet", "what": "another \
+            sum", "remedy": "make it again"}],
     });
     place.write("planks/reports/validation.json", document.to_string());
     let current = page(&place, "planks", "--frames 0");

@@ -164,7 +164,8 @@ fn a_check_is_made_again_as_it_was() {
     place.make("planks", "--n 2");
     fs::create_dir(place.path("planks/reports")).expect("a folder");
     let check = json!({
-        "format": "sheetlight-check", "model": {"path": "my models/knots.onnx"}, "task": "segment", "split": "train", "seed": 3,
+        "format": "sheetlight-check", "model": {"path": "my \
+            models/knots.onnx"}, "task": "segment", "split": "train", "seed": 3,
         "accuracy": {}, "classes": [], "confusion": [], "calibration": {},
     });
     place.write("planks/reports/check-knots-train.json", check.to_string());

@@ -56,8 +56,8 @@ fn half_space_has_its_closed_form_and_converges() {
         let q = ((dy * k * k + 0.5) / dz).sqrt();
         (-q * z0).exp() / (1.0 + q * ze)
     };
-    // The source stands in the middle of a voxel at both pitches, since its place within one changes the error, and rows
-    // are one and three voxels wide.
+    // The source stands in the middle of a voxel at both pitches, since its place within one changes the error, and
+    // rows are one and three voxels wide.
     let (pitches, width) = ([z0 / 0.5, z0 / 1.5], z0 / 0.5);
     let row = |y: f64| {
         let step = 0.01;
@@ -112,6 +112,7 @@ fn block(shape: [usize; 3], pitch: f64, mu_a: f64, d: DMat3) -> Voxels {
 /// Purpose: cross terms. Light of a point in wood whose fibre is turned by 30 and dives by 20 degrees comes out where
 /// the drift says, with the second moments of the closed form: cov = D_e / (D_zz q) (z0 + z_e / (1 + q z_e)).
 #[test]
+#[ignore = "long"]
 fn turned_fibres_have_the_moments_of_the_closed_form() {
     let mu_a = 0.6;
     let up = uniaxial(1.0 / 6.0, 0.05, fibre(30.0, 20.0));

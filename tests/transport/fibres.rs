@@ -17,8 +17,8 @@ const WALKS: u64 = 160_000;
 
 /// Coefficients of diffusion along the fibre (z) and across it, of one walk that begins like it goes on [mm].
 ///
-/// Light runs straight before it turns, so <x^2> = 2 D (path - lag): the same lag after one window as after two, but for
-/// exp(-7). The difference of both mean squares knows no lag, and every window of a walk is as good as the first.
+/// Light runs straight before it turns, so <x^2> = 2 D (path - lag): the same lag after one window as after two, but
+/// for exp(-7). The difference of both mean squares knows no lag, and every window of a walk is as good as the first.
 fn walk(sigma_i: f64, k: f64, rng: &mut impl Rng) -> [f64; 2] {
     let (direction, length) = (isotropic(rng), WINDOW / sigma_i);
     let mut photon =
@@ -47,6 +47,7 @@ fn walk(sigma_i: f64, k: f64, rng: &mut impl Rng) -> [f64; 2] {
 
 /// D_par = 1 / (3 sigma_i) and D_perp = 1/4 int sin^3 / (sigma_i + k sin) hold within 0.5 %, three standard errors.
 #[test]
+#[ignore = "long"]
 fn diffusion_tensor_is_that_of_walks() {
     const BATCHES: u64 = 128;
     for (sigma_i, k) in [(1.0, 5.0), (2.0, 10.0), (2.5, 14.0), (4.0, 10.0)] {

@@ -1,4 +1,5 @@
-//! Purpose: whatever stands in a medium file, reading it gives a medium in range or faults with a place, and never panics.
+//! Purpose: whatever stands in a medium file, reading it gives a medium in range or faults with a place, and never
+//! panics.
 
 use std::fs;
 use std::path::Path;

@@ -251,7 +251,7 @@ words! {
 pub enum Transport {
     /// Gaussians over path length from a table: what datasets are made with.
     Kernel,
-    /// Monte Carlo of the transport equation, the judge.
+    /// Monte Carlo of the transport equation, the reference.
     Path {
         /// Photons of each profile.
         photons: u64,

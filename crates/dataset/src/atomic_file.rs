@@ -1,5 +1,5 @@
-//! Atomic file: a file that is there as a whole or not at all: written under a temporary name, synced, renamed, its folder
-//! synced. For paths that the user names, which `files` opens to read; what lies in a dataset's folder goes by
+//! Atomic file: a file that is there as a whole or not at all: written under a temporary name, synced, renamed, its
+//! folder synced. For paths that the user names, which `files` opens to read; what lies in a dataset's folder goes by
 //! [`super::enclosed`].
 
 use std::fs::{self, File};

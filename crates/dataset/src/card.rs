@@ -33,19 +33,22 @@ pub(super) fn card(head: &DatasetHead, present: &[Split], counts: &ClassCounts) 
     add(&mut page, "\nTest on real scans before you trust a model that was trained here.\n");
     add(
         &mut page,
-        "## Checking\n\n`gen validate PATH` reads every file again: checksums, columns, ranges, labels against pictures. `gen validate PATH\n\
+        "## Checking\n\n`gen validate PATH` reads every file again: checksums, columns, ranges, labels against \
+            pictures. `gen validate PATH\n\
          --rerender 4` renders four samples anew and compares bytes. `shards/*.json` hold the SHA-256 of every file.\n",
     );
     add(&mut page, &format!("## Citing\n\n```bibtex\n{}\n```\n", citation(head)));
     add(
         &mut page,
-        "## License\n\nCC0 1.0, as the front matter and `croissant.json` say: the authors of the generator claim no rights in what it\n\
+        "## License\n\nCC0 1.0, as the front matter and `croissant.json` say: the authors of the generator claim no \
+            rights in what it\n\
          writes. Whoever publishes this dataset may change both lines; the generator's own licence is another.",
     );
     if !head.assets.is_empty() {
         add(
             &mut page,
-            "\nThe files in `assets/` are copies of files that the recipe names. They keep the licences that they came with, and\n\
+            "\nThe files in `assets/` are copies of files that the recipe names. They keep the licences that they \
+                came with, and\n\
              CC0 says nothing about them: see that you may pass them on before you publish this folder.",
         );
     }
@@ -144,7 +147,8 @@ fn made(page: &mut String, head: &DatasetHead) {
     add(
         page,
         &format!(
-            "makes these files again, byte for byte on the same target; {from}. The recipe, as\n`dataset.json` holds it too:\n"
+            "makes these files again, byte for byte on the same target; {from}. The recipe, as\n`dataset.json` holds \
+                it too:\n"
         ),
     );
     add(page, &format!("```yaml\n{}\n```", recipe.text.trim_end()));
@@ -174,7 +178,8 @@ fn shares(page: &mut String, head: &DatasetHead, counts: &ClassCounts) {
 fn columns(page: &mut String, head: &DatasetHead) {
     add(
         page,
-        "\n## Columns\n\nLengths in mm, angles in deg, DN as the camera gives them. Images are `[rows, cols]`: x along the columns (the laser",
+        "\n## Columns\n\nLengths in mm, angles in deg, DN as the camera gives them. Images are `[rows, cols]`: x \
+            along the columns (the laser",
     );
     add(page, "line), y along the rows (the scan), z up.\n\n| column | unit | missing | meaning |\n|---|---|---|---|");
     for column in ROW.iter().filter(|c| head.has(c)) {
@@ -211,7 +216,8 @@ fn columns(page: &mut String, head: &DatasetHead) {
         add(
             page,
             &format!(
-                "\n`stacks/<shard>.parquet` holds every profile whose number is a multiple of {step} as the sensor saw it, [{rows}, {cols}] DN."
+                "\n`stacks/<shard>.parquet` holds every profile whose number is a multiple of {step} as the sensor \
+                    saw it, [{rows}, {cols}] DN."
             ),
         );
     }
@@ -252,7 +258,8 @@ pub(super) fn citation(head: &DatasetHead) -> String {
     let Generator { name, version } = &head.generator;
     let title: String = head.recipe.name.chars().map(|c| if "{}\\".contains(c) { ' ' } else { c }).collect();
     format!(
-        "@misc{{sheetlight-{0}-seed-{1},\n  title = {{{title}: simulated laser-triangulation scans}},\n  note = {{{2} samples by \
+        "@misc{{sheetlight-{0}-seed-{1},\n  title = {{{title}: simulated laser-triangulation scans}},\n  note = {{{2} \
+            samples by \
          {name} {version}, recipe SHA-256 {3}, seed {1}}}\n}}",
         head.recipe.hash.get(..8).unwrap_or("unknown"),
         head.seed,
@@ -292,8 +299,8 @@ fn front_matter(page: &mut String, head: &DatasetHead, present: &[Split]) {
     let name = serde_json::Value::from(head.recipe.name.as_str());
     add(page, &format!("---\npretty_name: {name}\nlicense: cc0-1.0"));
     add(page, "annotations_creators:\n- machine-generated\nsource_datasets:\n- original");
-    // Pieces of one material have no defects to find, and a recipe with one class nothing to tell apart. Boxes are in the
-    // tables, masks in images that a recipe may leave out.
+    // Pieces of one material have no defects to find, and a recipe with one class nothing to tell apart. Boxes are in
+    // the tables, masks in images that a recipe may leave out.
     let defects = head.label_values.len() > 2;
     let sorts = defects && head.classes.len() > 1;
     let (classes, instances) = (holds(head, "label"), defects && holds(head, "instance"));

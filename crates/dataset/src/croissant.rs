@@ -1,11 +1,12 @@
-//! `croissant.json`: the dataset in the Croissant 1.1 vocabulary of MLCommons, for programs that find and load datasets.
+//! `croissant.json`: the dataset in the Croissant 1.1 vocabulary of MLCommons, for programs that find and load
+//! datasets.
 //!
 //! - Files are a `FileSet` of each kind: one pattern for all shards,
 //!   so the document does not grow with the number of samples. Their checksums are in the manifests; Croissant asks for
 //!   one of each single file, which `dataset.json` is and each file that the recipe names.
 //! - `samples` has a field for every column. Its field `split` is told by the file's name and refers to the record set
-//!   `splits`: with a filter on it mlcroissant reads file by file. `class` names `classes` in words alone, since a second
-//!   reference would make mlcroissant hold every row at once.
+//!   `splits`: with a filter on it mlcroissant reads file by file. `class` names `classes` in words alone, since a
+//!   second reference would make mlcroissant hold every row at once.
 //! - `datePublished` is asked for, but no clock goes into files: it is the date of the program's version.
 //! - `url` is left out: a folder has none until somebody publishes it.
 
@@ -50,9 +51,11 @@ pub(super) fn croissant(head: &DatasetHead, present: &[Split], document: &[u8]) 
         "keywords": keywords(head),
         "rai:dataCollection": format!(
             "Simulated: {}, exposure of every profile on a sensor, extraction of the maps from the frames.",
-            if is_entered_by_light(head) { "light transport in the object" } else { "reflection of light at the object" }
+            if is_entered_by_light(head) { "light transport in the \
+                object" } else { "reflection of light at the object" }
         ),
-        "rai:dataAnnotationProtocol": "Labels follow from the simulated object without errors of measurement; nobody drew them.",
+        "rai:dataAnnotationProtocol": "Labels follow from the simulated object without errors of measurement; nobody \
+            drew them.",
         "rai:dataLimitations": limits(head),
         "distribution": distribution(head, present, document),
         "recordSet": sets,
@@ -131,7 +134,8 @@ fn distribution(head: &DatasetHead, present: &[Split], document: &[u8]) -> Vec<V
     let mut files = vec![json!({
         "@type": "cr:FileObject", "@id": "dataset.json", "name": "dataset.json",
         "description": "What is known before the first sample: recipe, seed, sizes, columns of drawn numbers.",
-        "contentUrl": "dataset.json", "contentSize": format!("{} B", document.len()), "encodingFormat": "application/json",
+        "contentUrl": "dataset.json", "contentSize": format!("{} \
+            B", document.len()), "encodingFormat": "application/json",
         "sha256": sha256(document),
     })];
     let rows = |split: &Split| patterns("data", &format!("{}-*.parquet", split.name()), head.shards);
@@ -151,7 +155,8 @@ fn distribution(head: &DatasetHead, present: &[Split], document: &[u8]) -> Vec<V
         json!({
             "@type": "cr:FileObject", "@id": path, "name": path,
             "description": "A copy of a file that the recipe names; it keeps the licence that it came with.",
-            "contentUrl": path, "contentSize": format!("{} B", asset.bytes), "encodingFormat": "application/octet-stream",
+            "contentUrl": path, "contentSize": format!("{} \
+                B", asset.bytes), "encodingFormat": "application/octet-stream",
             "sha256": asset.sha256,
         })
     }));
@@ -232,7 +237,8 @@ fn samples(head: &DatasetHead) -> Value {
     }
     json!({
         "@type": "cr:RecordSet", "@id": "samples", "name": "samples",
-        "description": "One record for each sample. With the filter {\"samples/split\": \"train\"} mlcroissant reads file by file; without one it holds every row at once.",
+        "description": "One record for each sample. With the filter {\"samples/split\": \"train\"} mlcroissant reads \
+            file by file; without one it holds every row at once.",
         "key": { "@id": "samples/id" }, "field": fields,
     })
 }
@@ -249,13 +255,14 @@ fn frames(head: &DatasetHead) -> Value {
         field
     };
     json!({
-        "@type": "cr:RecordSet", "@id": "frames", "name": "frames", "description": "One record for each kept sensor frame.",
+        "@type": "cr:RecordSet", "@id": "frames", "name": "frames", "description": "One record for each kept sensor \
+            frame.",
         "field": STACK.iter().map(field).collect::<Vec<_>>(),
     })
 }
 
-/// The split, told by the name of the file: so that a filter on it opens the files of that split alone. mlcroissant asks
-/// the pattern a second time, of what it found, where it joins.
+/// The split, told by the name of the file: so that a filter on it opens the files of that split alone. mlcroissant
+/// asks the pattern a second time, of what it found, where it joins.
 fn split(id: &str, column: &Column) -> Value {
     let source = json!({
         "fileSet": { "@id": "tables" }, "extract": { "fileProperty": "fullpath" },

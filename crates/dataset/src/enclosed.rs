@@ -2,11 +2,12 @@
 //!
 //! That folder may come from anybody. No link in it is followed, so nothing outside of it is read, written or removed;
 //! only plain files are opened, of which reading ends; no more is read than a file of its kind can hold; and what is
-//! written is always a new file, never one that was there. The folder itself is named by the user: links that lead to it
-//! are followed.
+//! written is always a new file, never one that was there. The folder itself is named by the user: links that lead to
+//! it are followed.
 //!
-//! The system's part is `Folder`: on Unix an open folder, in which names cannot be exchanged between looking and opening; on
-//! Windows a path that was looked at, which leaves that gap to somebody who may write in the folder at the same time.
+//! The system's part is `Folder`: on Unix an open folder, in which names cannot be exchanged between looking and
+//! opening; on Windows a path that was looked at, which leaves that gap to somebody who may write in the folder at the
+//! same time.
 
 use std::fmt;
 use std::fs::File;

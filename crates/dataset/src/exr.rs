@@ -1,8 +1,8 @@
 //! EXR files: the same maps in physical units, one layer, named channels.
 //!
-//! Bytes are the same in every run: blocks in order, whichever thread compresses them, one custom attribute (the crate keeps them in a hash
-//! map) and ASCII in it (the format stores Latin-1, which readers take for UTF-8). Blocks are compressed from the last one on, and the maps
-//! shortened by them, so that numbers go as compressed blocks come.
+//! Bytes are the same in every run: blocks in order, whichever thread compresses them, one custom attribute (the crate
+//! keeps them in a hash map) and ASCII in it (the format stores Latin-1, which readers take for UTF-8). Blocks are
+//! compressed from the last one on, and the maps shortened by them, so that numbers go as compressed blocks come.
 
 use std::borrow::Cow;
 use std::io::Cursor;
@@ -90,7 +90,8 @@ impl ExrChannel {
     }
 }
 
-/// The numbers of a channel of truth maps, before they are rounded to its type; `None` where these have none of that name.
+/// The numbers of a channel of truth maps, before they are rounded to its type; `None` where these have none of that
+/// name.
 pub(crate) fn truth_channel(truth: &TruthMaps, name: &str) -> Option<Vec<f32>> {
     match (name, &truth.below) {
         ("Height", _) => Some(truth.height.iter().copied().map(stepped).collect()),
@@ -112,7 +113,8 @@ pub(crate) fn map_channels(
     declared.iter().map(|c| map_channel(maps, labels, truth, c)).collect()
 }
 
-/// The same of a record, whose maps end here: each goes with the last channel that needs it, so that memory holds the maps once.
+/// The same of a record, whose maps end here: each goes with the last channel that needs it, so that memory holds the
+/// maps once.
 pub(super) fn record_channels<'a>(
     record: &'a mut Record,
     declared: &'a [Channel],

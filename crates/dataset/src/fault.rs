@@ -149,7 +149,8 @@ pub fn own_remedy(refusal: &Error) -> Option<&'static str> {
 
 /// The same of refusals that the standard library has no name for.
 fn remedy_of_number(number: i32) -> Option<&'static str> {
-    const OPEN_FILES: &str = "raise the limit of open files (`ulimit -n 1024`), then run the same command again; nothing is known to be wrong";
+    const OPEN_FILES: &str = "raise the limit of open files (`ulimit -n 1024`), then run the same command again; \
+        nothing is known to be wrong";
     #[cfg(unix)]
     match rustix::io::Errno::from_raw_os_error(number) {
         rustix::io::Errno::MFILE => Some(OPEN_FILES),
@@ -185,14 +186,16 @@ fn full(kind: ErrorKind, source: &Error, space: Option<DiskSpace>, needed: Optio
     if space.is_some_and(|space| space.files == Some(0)) {
         return (
             format!("the disk takes no more files ({source}): its inodes are used up, {free}"),
-            "finished shards are intact: remove files or ask for fewer EXR files, then run the same command to continue",
+            "finished shards are intact: remove files or ask for fewer EXR files, then run the same command to \
+                continue",
         );
     }
     let is_roomy = space.is_some_and(|space| space.bytes >= needed.unwrap_or(0).max(ROOM_BYTES));
     if kind == ErrorKind::QuotaExceeded || is_roomy {
         return (
             format!("a quota or another limit of this disk is reached ({source}): the disk has {free}{needed_there}"),
-            "finished shards are intact: have the limit raised or make room below it, then run the same command to continue",
+            "finished shards are intact: have the limit raised or make room below it, then run the same command to \
+                continue",
         );
     }
     (

@@ -68,7 +68,8 @@ impl Dataset {
             if !(anew && only_size && is_other && Self::of(path, old.clone()).nothing_is_made(&lock)?) {
                 if !reasons.is_empty() {
                     let remedy = if only_size {
-                        "leave out --samples-per-shard, which a dataset keeps from its first finished shard on, or choose \
+                        "leave out --samples-per-shard, which a dataset keeps from its first finished shard on, or \
+                            choose \
                          another folder"
                     } else {
                         "choose another folder, or run the recipe, seed and program that began this one"
@@ -105,8 +106,8 @@ impl Dataset {
         Ok(folder)
     }
 
-    /// Keeps a file that the recipe names, under its path in the folder; one that is there as it should be stays. `waits`
-    /// as in [`Dataset::open_or_create_telling`].
+    /// Keeps a file that the recipe names, under its path in the folder; one that is there as it should be stays.
+    /// `waits` as in [`Dataset::open_or_create_telling`].
     ///
     /// # Errors
     /// Where the folder cannot be written.
@@ -165,8 +166,8 @@ impl Dataset {
         Ok(count)
     }
 
-    /// Writes card and metadata of a dataset from its `dataset.json` and manifests alone: other files may lie elsewhere.
-    /// Nobody looks whether they are there, or whole.
+    /// Writes card and metadata of a dataset from its `dataset.json` and manifests alone: other files may lie
+    /// elsewhere. Nobody looks whether they are there, or whole.
     ///
     /// # Errors
     /// Where a manifest is missing, damaged or of another dataset; where the folder cannot be written.
@@ -200,8 +201,8 @@ impl Dataset {
         Ok(lock.release()?)
     }
 
-    /// To call at the end: where no shard of the dataset remains, as it is by now, card and metadata then count its samples
-    /// and name only splits that have files, as `datasets` asks. Whether that is so.
+    /// To call at the end: where no shard of the dataset remains, as it is by now, card and metadata then count its
+    /// samples and name only splits that have files, as `datasets` asks. Whether that is so.
     ///
     /// # Errors
     /// Where the folder cannot be read or written.
@@ -263,8 +264,8 @@ impl Dataset {
         Ok(folders.iter().try_for_each(|folder| enclosed::remove_empty_folder(root, folder))?)
     }
 
-    /// Removes what processes left behind that were killed: temporary names and locks of shards that nobody holds. What no
-    /// process of this program can have left stays. Asks for the dataset's lock.
+    /// Removes what processes left behind that were killed: temporary names and locks of shards that nobody holds. What
+    /// no process of this program can have left stays. Asks for the dataset's lock.
     fn sweep(&self) -> Result<(), Fault> {
         // The dataset's lock is held: nobody is at work on these.
         for name in names(self.root(), "")?.iter().filter(|name| is_begun(name)) {
@@ -344,8 +345,8 @@ fn describe(lock: &Lock, head: &DatasetHead, present: &[Split], counts: &ClassCo
     Ok(())
 }
 
-/// Card and metadata of a dataset whose `present` splits have files; `counts` is empty while it is not finished, `document` is
-/// `dataset.json` as it is on disk.
+/// Card and metadata of a dataset whose `present` splits have files; `counts` is empty while it is not finished,
+/// `document` is `dataset.json` as it is on disk.
 pub(crate) fn descriptions(
     head: &DatasetHead,
     present: &[Split],

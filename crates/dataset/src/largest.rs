@@ -10,7 +10,8 @@ pub(crate) const DOCUMENT_BYTES: u64 = 16 << 20;
 pub(crate) const ASSET_BYTES: u64 = 256 << 20;
 /// Most samples that any shard has, as recipes and the command line allow.
 const MAX_SAMPLES_PER_SHARD: u64 = 100_000;
-/// What a manifest says of a sample and of its file [bytes]: two sums, an id, a path, keys and blanks; a class has 64 bytes.
+/// What a manifest says of a sample and of its file [bytes]: two sums, an id, a path, keys and blanks; a class has 64
+/// bytes.
 const LISTED_BYTES: u64 = 1 << 10;
 /// Numbers, texts and objects of a row; headers and texts of an EXR file [bytes].
 const ROW_BYTES: u64 = 1 << 20;

@@ -5,13 +5,13 @@
 //! files --Dataset::open--> Dataset --tables, rows, images, EXR maps, sensor frames--> plain values, or a Fault
 //! ```
 //!
-//! A shard is there when its manifest is there: files are written under temporary names that start with `.tmp-`,
-//! synced and renamed, and the manifest comes last. A process that is killed leaves temporary names and an unlocked lock
-//! file; whoever takes the shard next removes them and starts the shard again. Two processes never write one shard: the
+//! A shard is there when its manifest is there: files are written under temporary names that start with `.tmp-`, synced
+//! and renamed, and the manifest comes last. A process that is killed leaves temporary names and an unlocked lock file;
+//! whoever takes the shard next removes them and starts the shard again. Two processes never write one shard: the
 //! kernel holds the lock, and lets go of it when the process ends in whatever way.
 //!
-//! A folder may come from anybody: every file in it goes by [`enclosed`], which follows no link and opens only plain files
-//! of a size that the head allows.
+//! A folder may come from anybody: every file in it goes by [`enclosed`], which follows no link and opens only plain
+//! files of a size that the head allows.
 //!
 //! What is in the files is declared in [`output_schema`]; bytes depend on records and output alone, never on threads,
 //! processes or the time.
@@ -73,8 +73,8 @@ use bench::settings::{Output, RangeForm, SensorStack, Size};
 /// Version of the program; another version may give other numbers.
 pub const GENERATOR_VERSION: &str = env!("CARGO_PKG_VERSION");
 
-/// Day of that version, which stands where metadata wants a date: no clock goes into files. The same as in CHANGELOG.md,
-/// or the day on which work on the version began while it is unreleased.
+/// Day of that version, which stands where metadata wants a date: no clock goes into files. The same as in
+/// CHANGELOG.md, or the day on which work on the version began while it is unreleased.
 pub(crate) const GENERATOR_DATE: &str = "2026-11-21";
 
 /// The declaration of a parameter as a column.

@@ -1,9 +1,9 @@
 //! Locks between processes: the kernel lets go of them when a process ends, in whatever way.
 //!
-//! Some file systems have none (Lustre mounted without `flock`, buckets through FUSE). There everybody goes on without: what two
-//! processes write under one name has the same bytes, documents of the folder get their names from files that one process alone
-//! knows, and nobody removes what others left behind. Two processes at one shard are the one thing to avoid: each removes
-//! what the other has begun.
+//! Some file systems have none (Lustre mounted without `flock`, buckets through FUSE). There everybody goes on without:
+//! what two processes write under one name has the same bytes, documents of the folder get their names from files that
+//! one process alone knows, and nobody removes what others left behind. Two processes at one shard are the one thing to
+//! avoid: each removes what the other has begun.
 
 use std::fs::{File, TryLockError};
 use std::hash::{BuildHasher, Hasher, RandomState};
@@ -34,8 +34,9 @@ fn has_no_locks(error: &io::Error) -> bool {
 }
 
 impl Lock {
-    /// Takes the lock `relative` of the folder `root`, or `None` where another process holds it. `has_locks` is what was found before
-    /// about the folder: a system that has run out of locks for a moment is no file system without them.
+    /// Takes the lock `relative` of the folder `root`, or `None` where another process holds it. `has_locks` is what
+    /// was found before about the folder: a system that has run out of locks for a moment is no file system without
+    /// them.
     pub(super) fn try_take(root: &Path, relative: &str, has_locks: Option<bool>) -> Result<Option<Self>, FileError> {
         let at = |operation| FileError::of(operation, &root.join(relative));
         let unlocked = || Self { root: root.into(), relative: relative.into(), held: None };
@@ -90,8 +91,8 @@ impl Lock {
         self.held.is_some()
     }
 
-    /// Writes a document of the folder that this locks, as a whole or not at all. Where nobody is kept out, by way of a name
-    /// that no other process has.
+    /// Writes a document of the folder that this locks, as a whole or not at all. Where nobody is kept out, by way of a
+    /// name that no other process has.
     pub(super) fn write(&self, path: &str, content: &[u8]) -> Result<(), FileError> {
         if self.is_held() {
             return enclosed::write(&self.root, path, content);

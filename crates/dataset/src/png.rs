@@ -159,8 +159,8 @@ fn decoded(png: &[u8], most: u64) -> Result<Grey, String> {
     })
 }
 
-/// What a PNG holds that [`write_png`] never writes: another chunk than header, pixels and end, interlaced pixels, or bytes
-/// beyond its end. Viewers show other pixels for some of them.
+/// What a PNG holds that [`write_png`] never writes: another chunk than header, pixels and end, interlaced pixels, or
+/// bytes beyond its end. Viewers show other pixels for some of them.
 pub(crate) fn foreign_part(png: &[u8]) -> Option<String> {
     let mut rest = png.strip_prefix(SIGNATURE)?;
     let mut first = true;

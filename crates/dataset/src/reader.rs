@@ -26,8 +26,9 @@ const VALIDATE: &str = "run gen validate: it says what is wrong with the dataset
 
 /// An open dataset: its folder, and `dataset.json`, which is read once.
 ///
-/// A dataset consists of shards; a shard is there when its manifest is. Reading takes what is finished and says how much
-/// is not. It trusts the manifests about which file holds what, and checks no sums and no content: `gen validate` does.
+/// A dataset consists of shards; a shard is there when its manifest is. Reading takes what is finished and says how
+/// much is not. It trusts the manifests about which file holds what, and checks no sums and no content: `gen validate`
+/// does.
 ///
 /// ```
 /// use std::path::Path;
@@ -82,7 +83,8 @@ pub struct FinishedTables {
     pub unfinished: u64,
 }
 
-/// SHA-256 of a dataset's documents, hexadecimal: two sums that change when the dataset does, which a saved result names.
+/// SHA-256 of a dataset's documents, hexadecimal: two sums that change when the dataset does, which a saved result
+/// names.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct DatasetSums {
     /// Of `dataset.json`.
@@ -123,7 +125,8 @@ impl Dataset {
         Err(unusable(&self.root, what, "let nobody change it while it is written, then run the same command again"))
     }
 
-    /// Whether the file system keeps processes apart that write the same shard; known once the dataset was begun or continued.
+    /// Whether the file system keeps processes apart that write the same shard; known once the dataset was begun or
+    /// continued.
     pub fn has_locks(&self) -> bool {
         self.has_locks != Some(false)
     }

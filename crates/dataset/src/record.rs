@@ -14,8 +14,8 @@ pub struct Maps {
     pub range: Vec<f32>,
     /// Digital number at the peak [DN]; 0 where missing. Whole numbers unless binned or rectified.
     pub reflectance: Vec<f32>,
-    /// Sum of digital numbers in the side windows [DN]; 0 where missing. Whole numbers unless binned, rectified or less the
-    /// dark level.
+    /// Sum of digital numbers in the side windows [DN]; 0 where missing. Whole numbers unless binned, rectified or less
+    /// the dark level.
     pub scatter: Vec<f32>,
 }
 
@@ -198,7 +198,8 @@ pub struct Record {
     pub defects: Vec<Class>,
     /// Classes of the other defects that the object has, which no pixel shows, by number.
     pub unseen: Vec<Class>,
-    /// Share of the object's convex outline, seen from above, that lies within the field of the images; NaN on a turntable [1].
+    /// Share of the object's convex outline, seen from above, that lies within the field of the images; NaN on a
+    /// turntable [1].
     pub object_in_view: f64,
     /// Sensor frames that the recipe keeps, by profile.
     pub stack: Vec<StackFrame>,

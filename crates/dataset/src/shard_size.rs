@@ -69,8 +69,8 @@ fn frame_bytes(output: &Output, size: &Size) -> f64 {
     (output.frames(size) * size.columns * size.rows) as f64 * (FRAME_BYTES + more)
 }
 
-/// What the tables of a shard of `samples` samples take while they are open [bytes]: each holds the rows of a group, or all that
-/// it has, but for the row that fills the group: its sample is held too.
+/// What the tables of a shard of `samples` samples take while they are open [bytes]: each holds the rows of a group, or
+/// all that it has, but for the row that fills the group: its sample is held too.
 pub fn open_tables_bytes(output: &Output, size: &Size, splits: &Splits, samples: u64) -> u64 {
     let frames = frame_bytes(output, size);
     let in_tables = Output { exr: Vec::new(), sensor_stack: SensorStack::None, ..output.clone() };

@@ -62,8 +62,8 @@ impl Claim {
 }
 
 impl ShardWriter {
-    /// Takes the shard's lock and removes what an earlier attempt left. First index and count follow from the head as it
-    /// is then: another process may have extended the dataset since it was opened.
+    /// Takes the shard's lock and removes what an earlier attempt left. First index and count follow from the head as
+    /// it is then: another process may have extended the dataset since it was opened.
     ///
     /// # Errors
     /// Where the folder cannot be read or written, or holds something else under a name of the shard.
@@ -138,8 +138,8 @@ impl ShardWriter {
     /// Writes the next sample.
     ///
     /// # Errors
-    /// Where it is not the next one or not what `dataset.json` promises, before anything of it is written; where the disk
-    /// refuses, after which the writer can only be dropped.
+    /// Where it is not the next one or not what `dataset.json` promises, before anything of it is written; where the
+    /// disk refuses, after which the writer can only be dropped.
     pub fn push(&mut self, sample: Encoded) -> Result<(), Fault> {
         let (row, frames) = self.tabulate(&sample).map_err(|what| self.misfit(sample.index, what))?;
         let (bytes, done) = (sample.bytes(), self.samples.len() as u64);
@@ -203,8 +203,8 @@ impl ShardWriter {
     /// Closes, syncs and names every file, then writes the manifest. Only after this does the shard count.
     ///
     /// # Errors
-    /// Where samples are missing, or the disk refuses; nothing of the shard is left then, unless it is the lock alone that
-    /// could not be removed.
+    /// Where samples are missing, or the disk refuses; nothing of the shard is left then, unless it is the lock alone
+    /// that could not be removed.
     pub fn finish(mut self) -> Result<Manifest, Fault> {
         if !self.is_full() {
             return Err(self.misfit(self.next(), "the shard was to be finished before it was written".into()));

@@ -1,13 +1,15 @@
-//! Shares of a sample: how much of its object is measured, saturated and in view, and from where on it is of little use.
+//! Shares of a sample: how much of its object is measured, saturated and in view, and from where on it is of little
+//! use.
 //!
-//! The limits are far from what a recipe may mean, so that what falls short is useless as a whole: dark knots and bark, shadows,
-//! clear film and scans that are overexposed on purpose stay within them. Over the shipped recipes, samples reach down to the
-//! figures that docs/guide/faults.md lists.
+//! The limits are far from what a recipe may mean, so that what falls short is useless as a whole: dark knots and bark,
+//! shadows, clear film and scans that are overexposed on purpose stay within them. Over the shipped recipes, samples
+//! reach down to the figures that docs/guide/faults.md lists.
 
 use crate::record::{Labels, Maps};
 use procedural::Class;
 
-/// Least share of the object's pixels in which Range is measured: shadows, glints and dark parts of shipped recipes leave 0.89 [1].
+/// Least share of the object's pixels in which Range is measured: shadows, glints and dark parts of shipped recipes
+/// leave 0.89 [1].
 pub const LEAST_MEASURED: f64 = 0.1;
 /// Least share of the pixels that show sound matter in which Range is measured: what laser, camera and extraction do to
 /// matter as it should be is the rig's doing, while holes and dark knots are what samples show. Shipped recipes reach
@@ -15,11 +17,11 @@ pub const LEAST_MEASURED: f64 = 0.1;
 pub const LEAST_SOUND: f64 = 0.8;
 /// Share of the object's pixels below which those of sound matter tell nothing of the rig [1].
 pub const FEW_SOUND: f64 = 0.1;
-/// Share of the object's measured pixels from which on they count as saturated as a whole: packs at the longest exposure that
-/// their recipe draws reach 0.94, at sixty times the usual light 0.96 to 0.98, boards 1 [1].
+/// Share of the object's measured pixels from which on they count as saturated as a whole: packs at the longest
+/// exposure that their recipe draws reach 0.94, at sixty times the usual light 0.96 to 0.98, boards 1 [1].
 pub const MOST_SATURATED: f64 = 0.95;
-/// Least share of the object's outline that lies in the field: of the longest shipped piece, the saw-tooth of the thesis, a fifth
-/// stands out on purpose, and of a card that lies half outside half [1].
+/// Least share of the object's outline that lies in the field: of the longest shipped piece, the saw-tooth of the
+/// thesis, a fifth stands out on purpose, and of a card that lies half outside half [1].
 pub const LEAST_IN_VIEW: f64 = 2.0 / 3.0;
 
 /// How much of a sample is of use; NaN where a share has no meaning.
@@ -67,17 +69,22 @@ impl Shortfall {
     pub const fn remedy(self) -> &'static str {
         match self {
             Self::ObjectOutOfView => {
-                "bring the object into the field by its offset_mm, lead_in_mm and size, or enlarge the field by scan.columns, \
+                "bring the object into the field by its offset_mm, lead_in_mm and size, or enlarge the field by \
+                    scan.columns, \
                  scan.profiles, motion.step_mm or camera.distance_mm"
             }
             Self::HardlyMeasured => {
-                "see `gen rig`: where the object is higher than the sensor sees, raise camera.rows or camera.distance_mm; where \
+                "see `gen rig`: where the object is higher than the sensor sees, raise camera.rows or \
+                    camera.distance_mm; where \
                  the line is wide, bring it into focus; else raise exposure.time_us or laser.power_mw"
             }
             Self::PartlyMeasured => {
-                "see `gen rig`: where the fan ends on the object, widen it by laser.fan_angle_deg; where the object is higher than \
-                 the sensor sees, raise camera.rows; where it hides itself, lower camera.tilt_deg; where the line is wide, bring it \
-                 into focus; where it is too dark or too bright, set exposure.time_us, laser.power_mw or extraction.threshold_dn"
+                "see `gen rig`: where the fan ends on the object, widen it by laser.fan_angle_deg; where the object \
+                    is higher than \
+                 the sensor sees, raise camera.rows; where it hides itself, lower camera.tilt_deg; where the line is \
+                 wide, bring it \
+                 into focus; where it is too dark or too bright, set exposure.time_us, laser.power_mw or \
+                 extraction.threshold_dn"
             }
             Self::Saturated => "shorten exposure.time_us or lower laser.power_mw",
         }

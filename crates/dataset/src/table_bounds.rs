@@ -1,8 +1,8 @@
 //! Bounds of tables: what the pages of a Parquet file would take, asked of their headers before any page is decoded.
 //!
-//! A table of kilobytes can hold gigabytes: a long text that compresses, values that are said to be repeated, lists without
-//! end. Footers are not trusted either: what is added up here are the headers of the pages themselves, which say how much
-//! their reader takes. Each column is bounded by what it is declared to hold in the rows of the dataset:
+//! A table of kilobytes can hold gigabytes: a long text that compresses, values that are said to be repeated, lists
+//! without end. Footers are not trusted either: what is added up here are the headers of the pages themselves, which
+//! say how much their reader takes. Each column is bounded by what it is declared to hold in the rows of the dataset:
 //!
 //! | column | values in a row | bytes of a value |
 //! |---|---|---|
@@ -27,8 +27,8 @@ use parquet::file::metadata::{ColumnChunkMetaData, ParquetMetaData};
 pub(crate) const MAX_TEXT_BYTES: usize = 255;
 /// Most entries of a list of a row: objects are numbered from 1 to 65535.
 pub(crate) const MAX_LISTED: usize = 65535;
-/// Most entries of a list in a group of rows, beside those of its last row. A writer closes a group at 32 MiB, and an object
-/// takes more than 32 bytes of it.
+/// Most entries of a list in a group of rows, beside those of its last row. A writer closes a group at 32 MiB, and an
+/// object takes more than 32 bytes of it.
 const MAX_LISTED_IN_GROUP: u64 = 1 << 20;
 /// Bytes at which writers close a page [bytes].
 const PAGE_BYTES: u64 = 1 << 20;
@@ -87,7 +87,8 @@ impl TableBounds {
         }
     }
 
-    /// Longest PNG of a row: its pixels of 16 bits as they are, a byte for each line, and blocks of deflate around them [bytes].
+    /// Longest PNG of a row: its pixels of 16 bits as they are, a byte for each line, and blocks of deflate around them
+    /// [bytes].
     fn image_bytes(&self) -> u64 {
         let raw = self.pixels.saturating_mul(2).saturating_add(self.lines);
         raw.saturating_add(raw / 16).saturating_add(SLACK_BYTES)
@@ -317,8 +318,8 @@ fn pages(file: &mut File, column: &ColumnChunkMetaData, length: u64) -> Result<V
     Ok(pages)
 }
 
-/// Reader of Thrift's compact protocol, as far as headers of pages go. Fields must rise, so that no reader can take another one
-/// of two.
+/// Reader of Thrift's compact protocol, as far as headers of pages go. Fields must rise, so that no reader can take
+/// another one of two.
 struct Compact<'a> {
     bytes: &'a [u8],
     at: usize,

@@ -1,7 +1,7 @@
 //! Table reader: `data/*.parquet` and `stacks/*.parquet` -> some rows at a time, some columns of them, as plain values.
 //!
-//! A table of any length takes the memory of the rows that are asked for at once. Groups of rows without any of them are
-//! passed over unread. What is wrong with a value is a reason in words: who asks knows the sample.
+//! A table of any length takes the memory of the rows that are asked for at once. Groups of rows without any of them
+//! are passed over unread. What is wrong with a value is a reason in words: who asks knows the sample.
 
 use std::fs::File;
 use std::io;

@@ -1,5 +1,5 @@
-//! The door to the evidence: all that the program knows of what the product is held to. No crate of the product depends on
-//! it; `src` asks it where a command or a recipe names what lies behind.
+//! The door to the evidence: all that the program knows of what the product is held to. No crate of the product depends
+//! on it; `src` asks it where a command or a recipe names what lies behind.
 //!
 //! | behind it | who asks |
 //! |---|---|

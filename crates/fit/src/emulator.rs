@@ -1,21 +1,26 @@
-//! Emulator: what the summary statistics of a scan are on average at given scores, and how far scans lie from what it says.
+//! Emulator: what the summary statistics of a scan are on average at given scores, and how far scans lie from what it
+//! says.
 //!
 //! The mean of each statistic is a polynomial of the scores, and scans scatter about it by a normal law:
 //!
 //! m(u) = B^T f(u) + G^T q(u), S(u) ~ N(m(u), C)
 //!
-//! with f = (1, x), x the scores in units of the kernel, and q the squares, products and cubes of x as Hermite polynomials, which are orthogonal where x is normal
-//! (polynomial chaos: Xiu and Karniadakis 2002). A Gaussian kernel W about the region that matters, as wide as is needed for enough scans, weighs them; all count alike
-//! where there are no more than these (fourteen keys and 3000 scans). B is
-//! weighted regression with a weak ridge (Hoerl and Kennard 1970). G is what evidence calls for: the residuals of the linear part are turned into directions of
-//! independent unit scatter, and in each of these the curved terms, less what the linear ones say of them, have coefficients of a normal law beforehand
-//! whose variance is that of greatest evidence (MacKay 1992). Where a direction is straight the variance goes to nothing; free
-//! coefficients would add their noise to every foretold scan, and draw the posterior to the middle of the scans.
+//! with f = (1, x), x the scores in units of the kernel, and q the squares, products and cubes of x as Hermite
+//! polynomials, which are orthogonal where x is normal (polynomial chaos: Xiu and Karniadakis 2002). A Gaussian kernel
+//! W about the region that matters, as wide as is needed for enough scans, weighs them; all count alike where there are
+//! no more than these (fourteen keys and 3000 scans). B is weighted regression with a weak ridge (Hoerl and Kennard
+//! 1970). G is what evidence calls for: the residuals of the linear part are turned into directions of independent unit
+//! scatter, and in each of these the curved terms, less what the linear ones say of them, have coefficients of a normal
+//! law beforehand whose variance is that of greatest evidence (MacKay 1992). Where a direction is straight the variance
+//! goes to nothing; free coefficients would add their noise to every foretold scan, and draw the posterior to the
+//! middle of the scans.
 //!
-//! C is the weighted covariance of the errors of scans that the regression has not seen, e / (1 - h) for a residual e of leverage h (leave-one-out; Allen 1974): scatter, what no
-//! polynomial follows, and the regression's own doubt. Its correlations are shrunk towards none (Warton 2008), because there are nearly as many statistics
-//! as scans per statistic. This is synthetic likelihood (Wood 2010) with a regression in place of repeated scans at each point, as Bayesian optimisers of
-//! likelihoods do (Gutmann and Corander 2016). **Limits**: one region; scatter that is constant over it; residuals whose tails are near normal.
+//! C is the weighted covariance of the errors of scans that the regression has not seen, e / (1 - h) for a residual e
+//! of leverage h (leave-one-out; Allen 1974): scatter, what no polynomial follows, and the regression's own doubt. Its
+//! correlations are shrunk towards none (Warton 2008), because there are nearly as many statistics as scans per
+//! statistic. This is synthetic likelihood (Wood 2010) with a regression in place of repeated scans at each point, as
+//! Bayesian optimisers of likelihoods do (Gutmann and Corander 2016). **Limits**: one region; scatter that is constant
+//! over it; residuals whose tails are near normal.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
@@ -37,12 +42,14 @@ pub(crate) struct ScoreRegion {
 
 /// Penalty of slopes, over that of one scan.
 const RIDGE: f64 = 1e-2;
-/// Least and greatest variance that coefficients of curved terms may have, over that of the scatter, and steps between in equal ratios.
+/// Least and greatest variance that coefficients of curved terms may have, over that of the scatter, and steps between
+/// in equal ratios.
 const CURVATURE: [f64; 2] = [1e-5, 10.0];
 const CURVATURE_STEPS: usize = 60;
 /// Variance, over one and the square of the mean, below which a statistic is constant.
 const CONSTANT: f64 = 1e-18;
-/// Most that a scan decides of its own mean [1]: beyond, its error when left out is five times its residual, and says little.
+/// Most that a scan decides of its own mean [1]: beyond, its error when left out is five times its residual, and says
+/// little.
 const MOST_LEVERAGE: f64 = 0.8;
 /// Share of the weight in which a statistic must be there.
 const MOSTLY: f64 = 0.9;
@@ -107,8 +114,8 @@ impl ScoreRegion {
         simulations.iter().map(distance).collect()
     }
 
-    /// Weights exp(-share d^2 / 2) for squared distances d^2 from the middle of the region: what makes of scans that were drawn from a wider
-    /// law those that lie as the region does.
+    /// Weights exp(-share d^2 / 2) for squared distances d^2 from the middle of the region: what makes of scans that
+    /// were drawn from a wider law those that lie as the region does.
     pub fn like(&self, simulations: &[Simulation], share: f64) -> Vec<f64> {
         self.squared_distances(simulations).into_iter().map(|d| libm::exp(-0.5 * share * d)).collect()
     }
@@ -301,8 +308,8 @@ impl Emulator {
         self.coefficients.tr_mul(&self.features(scores))
     }
 
-    /// Mean of the statistics where one of the scores is another. Beyond what the kernel holds of that score it goes on along the tangent, since cubes of
-    /// a narrow kernel say nothing of far places.
+    /// Mean of the statistics where one of the scores is another. Beyond what the kernel holds of that score it goes on
+    /// along the tangent, since cubes of a narrow kernel say nothing of far places.
     pub fn mean_along(&self, scores: &[f64], key: usize, score: f64) -> DVector<f64> {
         let [low, high] = [-KERNEL_HALF, KERNEL_HALF].map(|side| self.middle[key] + side * self.scale[key]);
         let mut place = scores.to_vec();
@@ -325,8 +332,8 @@ fn counted_scans<'a>(simulations: &'a [Simulation], weights: &[f64]) -> (Vec<(&'
     (counted.map(|(simulation, weight)| (simulation, weight * effective / all)).collect(), effective)
 }
 
-/// Errors `[scans, directions]` of each scan where it is left out, from those of a fit to all: by its leverage on the linear
-/// terms, which `hat` are solved for, and on the curved ones.
+/// Errors `[scans, directions]` of each scan where it is left out, from those of a fit to all: by its leverage on the
+/// linear terms, which `hat` are solved for, and on the curved ones.
 fn unseen_errors(
     mut errors: DMatrix<f64>,
     [straight, hat, curved]: [&DMatrix<f64>; 3],
@@ -343,7 +350,8 @@ fn unseen_errors(
     errors
 }
 
-/// The statistics `[scans, statistics]` that most scans tell, with their mean where a scan does not, and which they are.
+/// The statistics `[scans, statistics]` that most scans tell, with their mean where a scan does not, and which they
+/// are.
 fn told_statistics(kept: &[(&Simulation, f64)], count: usize) -> (DMatrix<f64>, Vec<usize>) {
     let all: f64 = kept.iter().map(|(_, weight)| weight).sum();
     let mut columns = Vec::new();

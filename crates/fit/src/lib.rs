@@ -1,15 +1,15 @@
 //! Fitting a recipe to scans of a real camera: simulation-based inference over the summary statistics of scans.
 //!
 //! ```text
-//! recipe -> keys with priors -> scores -> simulated scans -> statistics --.
-//! real scans -> statistics, spreads of halves ----------------------------+-> Emulator -> Posterior -> scores of the next round
+//! recipe -> keys with priors -> scores -> simulated scans -> statistics --. real scans -> statistics, spreads of
+//! halves ----------------------------+-> Emulator -> Posterior -> scores of the next round
 //!                                                                          '-> Fit: keys, statistics before and after, misfit
 //! ```
 //!
-//! The first round draws scores from the prior, that is, from the recipe's own distributions; each further round draws them from the posterior
-//! so far, widened by a half, with a tenth from the prior. The posterior at the end is checked on simulated scans whose
-//! scores are known, and widened where they scatter more than it says (`rounds`). docs/theory/fitting.md has the
-//! equations and sources.
+//! The first round draws scores from the prior, that is, from the recipe's own distributions; each further round draws
+//! them from the posterior so far, widened by a half, with a tenth from the prior. The posterior at the end is checked
+//! on simulated scans whose scores are known, and widened where they scatter more than it says (`rounds`).
+//! docs/theory/fitting.md has the equations and sources.
 
 mod emulator;
 mod observation;

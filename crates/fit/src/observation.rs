@@ -113,8 +113,8 @@ pub(crate) fn measured_pixels(maps: &ScanMaps, ignored: Option<&[bool]>) -> usiz
     (0..maps.range.len()).filter(|&i| counts(i) && maps.range[i].is_finite()).count()
 }
 
-/// Standard errors of statistics from six ways to cut a scan into two halves: a half's variance is twice that of the whole, and
-/// the difference of two has twice a half's.
+/// Standard errors of statistics from six ways to cut a scan into two halves: a half's variance is twice that of the
+/// whole, and the difference of two has twice a half's.
 pub(crate) fn half_spreads(maps: &ScanMaps, ignored: Option<&[bool]>, whole: &[SummaryStatistic]) -> Vec<Option<f64>> {
     let (cols, rows) = (maps.cols, maps.rows);
     // Stripes and boards of so many parts along and across.

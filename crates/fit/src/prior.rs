@@ -1,8 +1,8 @@
 //! Keys that are fitted, and what a recipe says of them beforehand.
 //!
-//! A key is handled by its **score** u: with F the distribution function of its draws and G that of the standard normal law, its value is
-//! F^-1(G(u)). Beforehand all scores are then independent standard normal numbers, whatever the recipe's distributions are, and no
-//! value leaves the bounds of its distribution.
+//! A key is handled by its **score** u: with F the distribution function of its draws and G that of the standard normal
+//! law, its value is F^-1(G(u)). Beforehand all scores are then independent standard normal numbers, whatever the
+//! recipe's distributions are, and no value leaves the bounds of its distribution.
 
 use numerics::chance::{normal_below, normal_quantile};
 use procedural::Parameter;
@@ -104,7 +104,8 @@ pub fn fit_keys(recipe: &Recipe, named: &[String]) -> Result<Vec<FitKey>, Vec<Ke
             .map(key)
             .collect();
         if found.is_empty() {
-            let problem = "no key of bench and matter has a distribution that is the same for all classes: there is nothing to fit";
+            let problem = "no key of bench and matter has a distribution that is the same for all classes: there is \
+                nothing to fit";
             let remedy = "give those that you don't know one that holds all you believe in, for instance \
                           --set 'laser.waist_mm={log_uniform: [0.03, 0.3]}'";
             return Err(vec![KeyFault { key: String::new(), problem: problem.into(), remedy: remedy.into() }]);

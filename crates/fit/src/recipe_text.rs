@@ -1,8 +1,9 @@
 //! The text of a recipe with values of some keys replaced: comments, order and all other keys stay as they were.
 //!
-//! A value is found by the place that the YAML reader gives its node, and ends where its brackets close, its word ends, or, as a block
-//! of deeper lines, where lines are no deeper than its key. What can't be replaced in its place (anchors, keys that the command line
-//! set) goes to the section `set`, which stands above all others. The result is read again and must say what was asked for.
+//! A value is found by the place that the YAML reader gives its node, and ends where its brackets close, its word ends,
+//! or, as a block of deeper lines, where lines are no deeper than its key. What can't be replaced in its place
+//! (anchors, keys that the command line set) goes to the section `set`, which stands above all others. The result is
+//! read again and must say what was asked for.
 
 use recipe::Change;
 use yaml::{YamlNode, YamlValue, parse_yaml};

@@ -1,4 +1,5 @@
-//! What a fit has found: keys, statistics before and after, pairs that cannot be told apart, and what stays out of reach.
+//! What a fit has found: keys, statistics before and after, pairs that cannot be told apart, and what stays out of
+//! reach.
 
 use procedural::Parameter;
 use recipe::Distribution;
@@ -16,7 +17,8 @@ const OUT_OF_REACH: f64 = 3.0;
 pub enum KeyState {
     /// They narrow it to less than half of its prior.
     Determined,
-    /// It moves statistics, but others can make up for it; the recipe keeps its prior where the posterior is no narrower.
+    /// It moves statistics, but others can make up for it; the recipe keeps its prior where the posterior is no
+    /// narrower.
     Weak,
     /// Over its whole prior it moves no statistic beyond its scatter: it keeps its prior.
     Undetermined,
@@ -113,7 +115,8 @@ pub struct Fit {
     pub keys: Vec<FittedKey>,
     /// Pairs of keys that cannot be told apart, with the correlation of their scores.
     pub pairs: Vec<([String; 2], f64)>,
-    /// Spearman's rank correlation of keys that go together by a half or more, and of all pairs among these; of keys that the scans share.
+    /// Spearman's rank correlation of keys that go together by a half or more, and of all pairs among these; of keys
+    /// that the scans share.
     pub correlations: Vec<([String; 2], f64)>,
     /// The real scans.
     pub scans: Vec<ScanFit>,

@@ -42,7 +42,8 @@ const MOST_CHECKED: usize = 400;
 const MOST_WIDENING: f64 = 3.0;
 /// Simulated scans whose halves are compared with those of the real ones.
 const HALVED: usize = 8;
-/// Parts of a real scan differ more than those of simulated ones where the square of its standard error is so many times theirs.
+/// Parts of a real scan differ more than those of simulated ones where the square of its standard error is so many
+/// times theirs.
 const MORE_THAN_CHANCE: f64 = 3.0;
 /// Places from which modes are searched.
 const STARTS: usize = 6;
@@ -80,8 +81,8 @@ pub enum FitProgress {
         round: usize,
         /// Rounds.
         rounds: usize,
-        /// How far the nearest simulated scan lies from the real one: root mean square over statistics, in deviations of the
-        /// scatter between simulated scans; `None` before the first round.
+        /// How far the nearest simulated scan lies from the real one: root mean square over statistics, in deviations
+        /// of the scatter between simulated scans; `None` before the first round.
         distance: Option<f64>,
     },
     /// So many more scans are simulated.
@@ -220,7 +221,8 @@ impl Fitter<'_> {
             return Ok(());
         };
         let what = "no statistic of it is one that most simulated scans tell and that varies between them";
-        let remedy = "look at what the recipe makes (`gen preview`): its exposure, threshold and object must show heights where the real scan has \
+        let remedy = "look at what the recipe makes (`gen preview`): its exposure, threshold and object must show \
+            heights where the real scan has \
                       them, all over the keys' distributions";
         Err(Fault::new(real.maps.name.clone(), what, remedy))
     }
@@ -254,7 +256,8 @@ impl Fitter<'_> {
         Ok(scans)
     }
 
-    /// Root mean square distance of the nearest scan to the nearest real one, in deviations of the scatter near the region.
+    /// Root mean square distance of the nearest scan to the nearest real one, in deviations of the scatter near the
+    /// region.
     fn distance(&self, region: &ScoreRegion) -> Option<f64> {
         let weights = region.weights(&self.simulations, Emulator::wanted(self.keys.len()));
         let emulator = Emulator::new(&self.simulations, &weights);
@@ -312,7 +315,8 @@ impl Fitter<'_> {
         draws
     }
 
-    /// Variance of each real scan's statistics that no recipe has, by its halves and those of the most similar simulated scans ([`beyond_chance`]).
+    /// Variance of each real scan's statistics that no recipe has, by its halves and those of the most similar
+    /// simulated scans ([`beyond_chance`]).
     fn excess(&self, similar: &[Vec<f64>], turn: u64) -> Vec<Vec<f64>> {
         let halved = |i: usize| {
             let scores = self.layout.of_scan(0, &similar[i % similar.len()]);
@@ -395,8 +399,9 @@ impl Fitter<'_> {
         (draws.into_iter().map(wide).collect(), widening)
     }
 
-    /// How much wider than told the posterior must be: simulated scans that lie as the posterior does stand for the real one, by an emulator
-    /// that has not seen them; the root mean square error of the scores at the mode, in their told deviations, is 1 where the posterior is right.
+    /// How much wider than told the posterior must be: simulated scans that lie as the posterior does stand for the
+    /// real one, by an emulator that has not seen them; the root mean square error of the scores at the mode, in their
+    /// told deviations, is 1 where the posterior is right.
     fn check(&self, region: &ScoreRegion) -> Vec<f64> {
         let keys = self.keys.len();
         let weights = region.weights(&self.simulations, Emulator::wanted(keys));
@@ -457,8 +462,8 @@ impl Fitter<'_> {
     }
 }
 
-/// By how much the square of a statistic's standard error, from its real scan's halves, is above what is `usual` for as many pixels, if by more than chance; where no simulated scan tells what is usual,
-/// all of it.
+/// By how much the square of a statistic's standard error, from its real scan's halves, is above what is `usual` for as
+/// many pixels, if by more than chance; where no simulated scan tells what is usual, all of it.
 fn beyond_chance(own: Option<f64>, usual: Option<f64>) -> f64 {
     let (own, usual) = (own.map_or(0.0, |error| error * error), usual.unwrap_or(0.0));
     if own > MORE_THAN_CHANCE * usual { own - usual } else { 0.0 }

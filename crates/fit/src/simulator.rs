@@ -12,8 +12,8 @@ use tools::compare::{RangeUnit, ScanMaps, SensorFrame, to_eight_bits};
 use crate::observation::MapGeometry;
 use crate::prior::FitKey;
 
-/// Sets of speckle patterns. Samples of a dataset share one set, which a real scan does not: with one set alone what is common to a
-/// column, or the noise of Scatter, would scatter up to two times too little from scan to scan.
+/// Sets of speckle patterns. Samples of a dataset share one set, which a real scan does not: with one set alone what is
+/// common to a column, or the noise of Scatter, would scatter up to two times too little from scan to scan.
 const PATTERN_SETS: u64 = 12;
 
 /// Makes scans of a recipe with some keys held.

@@ -1,6 +1,7 @@
-//! Simulated scans that are kept on disk while a fit runs: one JSON document a line, so that a fit that was killed goes on where
-//! it was. The first line says what is fitted; a scan is taken from the file only where its number and its scores are those that the fit
-//! asks for, so a kept file can save time and never change a result. A last line that a kill cut short is dropped.
+//! Simulated scans that are kept on disk while a fit runs: one JSON document a line, so that a fit that was killed goes
+//! on where it was. The first line says what is fitted; a scan is taken from the file only where its number and its
+//! scores are those that the fit asks for, so a kept file can save time and never change a result. A last line that a
+//! kill cut short is dropped.
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, Error, ErrorKind, Read, Seek, SeekFrom, Write};
@@ -147,7 +148,8 @@ mod tests {
         KeptScan { index, scores: vec![0.1 * index as f64, -1.0 / 3.0], statistics: vec![Some(1e-7), None] }
     }
 
-    /// What was kept comes back bit for bit, also after a line was cut short; what is not asked for ends it; another fit is refused.
+    /// What was kept comes back bit for bit, also after a line was cut short; what is not asked for ends it; another
+    /// fit is refused.
     #[test]
     fn kept_scans_come_back() {
         let folder = std::env::temp_dir().join(format!("fit-store-{}", std::process::id()));

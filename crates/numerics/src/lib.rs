@@ -1,4 +1,5 @@
-//! Elementary functions for loops over columns, nodes and weights of integrals, laws of numbers and exact tests of them.
+//! Elementary functions for loops over columns, nodes and weights of integrals, laws of numbers and exact tests of
+//! them.
 
 pub mod chance;
 pub mod lanes;

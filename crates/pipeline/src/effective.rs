@@ -318,7 +318,7 @@ mod tests {
         blister.tablet.coat = 1.0;
         let [thickness, transmission, reflectance, d, _] = BLISTER.map(|number| (number.of)(&blister));
         assert!((thickness - 4.8).abs() < 1e-12 && (transmission - 0.2174).abs() < 1e-4, "{transmission}");
-        // The judge says 0.8994 +- 0.0004 of a white tablet; its diffusion is a third of the mean free path.
+        // The reference says 0.8994 +- 0.0004 of a white tablet; its diffusion is a third of the mean free path.
         assert!((reflectance - 0.8994).abs() < 0.0015, "{reflectance}");
         assert!((d - 1.0 / 120.015).abs() < 1e-9, "{d}");
         blister.tablet.coat = 0.5;

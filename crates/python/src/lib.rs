@@ -1,7 +1,7 @@
 //! The extension module of the Python package: `sheetlight._sheetlight`.
 //!
-//! It is what [`sheetlight::api`] promises, as Python sees it: recipes and datasets in, maps as NumPy arrays out. Words, checks of
-//! arguments and everything that Python does as well are in `python/sheetlight`.
+//! It is what [`sheetlight::api`] promises, as Python sees it: recipes and datasets in, maps as NumPy arrays out.
+//! Words, checks of arguments and everything that Python does as well are in `python/sheetlight`.
 //!
 //! Rendering goes on in threads of its own, without Python's lock; the caller's thread waits, and looks for Ctrl-C.
 

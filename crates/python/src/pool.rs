@@ -1,7 +1,7 @@
 //! Threads for rendering, and waiting for them.
 //!
-//! Threads do not survive `fork`, which PyTorch's `DataLoader` begins its workers with: a pool belongs to the process that made
-//! it, and a process that finds another's makes one of its own.
+//! Threads do not survive `fork`, which PyTorch's `DataLoader` begins its workers with: a pool belongs to the process
+//! that made it, and a process that finds another's makes one of its own.
 
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -31,8 +31,8 @@ struct Pool {
     pool: Arc<ThreadPool>,
 }
 
-/// Those that were made here or in the process that this one was forked from; the last one used is the last. Only taken with Python's
-/// lock, so that nobody holds it during a `fork`.
+/// Those that were made here or in the process that this one was forked from; the last one used is the last. Only taken
+/// with Python's lock, so that nobody holds it during a `fork`.
 static POOLS: Mutex<Vec<Pool>> = Mutex::new(Vec::new());
 
 /// A number of threads as it was asked for, `None` for one a core.

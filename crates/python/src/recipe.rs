@@ -30,8 +30,8 @@ pub(crate) struct Recipe {
 struct Rendering {
     simulator: Arc<Simulator>,
     process: u32,
-    /// Samples that threads of this process are rendering: locks that they hold stay locked for ever in a process that is forked
-    /// meanwhile.
+    /// Samples that threads of this process are rendering: locks that they hold stay locked for ever in a process that
+    /// is forked meanwhile.
     busy: Arc<AtomicUsize>,
 }
 

@@ -196,8 +196,9 @@ fn stored_map<'py>(py: Python<'py>, stored: &StoredSample, name: &str) -> PyResu
     array(py, size, map.map_err(fault)?.ok_or_else(unknown)?)
 }
 
-/// Which pixels of a sample of a dataset are not measured: 0 in the image `range`, NaN in any measured channel of the EXR file. Where
-/// neither is there, 0 in Reflectance, which is the peak of a line that was found, or else in the image that is asked for.
+/// Which pixels of a sample of a dataset are not measured: 0 in the image `range`, NaN in any measured channel of the
+/// EXR file. Where neither is there, 0 in Reflectance, which is the peak of a line that was found, or else in the image
+/// that is asked for.
 fn missing_of(stored: &StoredSample, pixels: &Grey) -> Result<Vec<bool>, Fault> {
     let is_zero = |pixels: &Grey| pixels.numbers().into_iter().map(|number| number == 0).collect();
     if let Some(range) = stored.image("range")? {
@@ -219,8 +220,8 @@ fn missing_as_nan(range: &[f32], map: &mut [f32]) {
     }
 }
 
-/// A map as an array `[rows, cols]`, which takes it over. It cannot be written to: what comes of a sample later shall be of the
-/// sample that it is.
+/// A map as an array `[rows, cols]`, which takes it over. It cannot be written to: what comes of a sample later shall
+/// be of the sample that it is.
 fn array<T: Element>(py: Python<'_>, [rows, cols]: [usize; 2], map: Vec<T>) -> PyResult<Bound<'_, PyAny>> {
     let map = Array2::from_shape_vec([rows, cols], map).map_err(|error| of_program(&error.to_string()))?;
     let array = PyArray2::from_owned_array(py, map);

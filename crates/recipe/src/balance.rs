@@ -1,19 +1,20 @@
 //! Balance: which class the i-th sample has, its rank among the samples of that class, and the split of the k-th.
 //!
-//! **Classes** go by index: sample i stands at the point (offset + i / golden ratio) mod 1 of the shares (Weyl 1916). By Denjoy
-//! and Koksma any prefix of n samples holds each class within 2 + log_phi(n) of its share of n.
+//! **Classes** go by index: sample i stands at the point (offset + i / golden ratio) mod 1 of the shares (Weyl 1916).
+//! By Denjoy and Koksma any prefix of n samples holds each class within 2 + log_phi(n) of its share of n.
 //!
-//! **Splits** go by rank in the class: of the first k samples of a class, floor(k s + phase) are for training where s is their
-//! share (Beatty 1926), and of the others as many are for validation as its share of them, in the same way. In any prefix, each
-//! split of each class is then within two samples of its share. The phases of the classes are those of a rotation by the golden
-//! ratio too, so that what is rounded up in one class is rounded down in another: with random phases twelve classes of a few
-//! samples each would all but add up their errors.
+//! **Splits** go by rank in the class: of the first k samples of a class, floor(k s + phase) are for training where s
+//! is their share (Beatty 1926), and of the others as many are for validation as its share of them, in the same way. In
+//! any prefix, each split of each class is then within two samples of its share. The phases of the classes are those of
+//! a rotation by the golden ratio too, so that what is rounded up in one class is rounded down in another: with random
+//! phases twelve classes of a few samples each would all but add up their errors.
 //!
-//! A rank is counted without walking over the samples before: points of a rotation below a bound are a difference of two sums
-//! of floor((a j + b) / m), which fold like Euclid's algorithm (Graham, Knuth and Patashnik, *Concrete Mathematics*, 3.5).
+//! A rank is counted without walking over the samples before: points of a rotation below a bound are a difference of
+//! two sums of floor((a j + b) / m), which fold like Euclid's algorithm (Graham, Knuth and Patashnik, *Concrete
+//! Mathematics*, 3.5).
 //!
-//! **Groups.** Samples that must stay on one side of the splits, because they show one log ([`super::log_group`]), are one unit here:
-//! what is said of samples and indices then holds for logs and their numbers.
+//! **Groups.** Samples that must stay on one side of the splits, because they show one log ([`super::log_group`]), are
+//! one unit here: what is said of samples and indices then holds for logs and their numbers.
 
 use bench::settings::Splits;
 use bench::split::Split;
@@ -70,7 +71,8 @@ impl ClassRotation {
     }
 }
 
-/// The split of the sample that is the `rank`-th of its class, and how many before it are of each: train, validation, test; `stream` is that of the splits.
+/// The split of the sample that is the `rank`-th of its class, and how many before it are of each: train, validation,
+/// test; `stream` is that of the splits.
 pub(super) fn split(splits: Splits, stream: Stream, class: usize, rank: u64) -> (Split, [u64; 3]) {
     let phase = |name| stream.child(name).key().wrapping_add((class as u64).wrapping_mul(GOLDEN));
     let others = splits.validation + splits.test;
@@ -177,7 +179,8 @@ mod tests {
         }
     }
 
-    /// Twelve classes of few samples each: what the splits miss over all of them is a class's error, not the sum of twelve.
+    /// Twelve classes of few samples each: what the splits miss over all of them is a class's error, not the sum of
+    /// twelve.
     #[test]
     fn few_samples_of_many_classes_are_split_by_the_shares() {
         let splits = Splits { train: 0.8, validation: 0.1, test: 0.1 };
@@ -194,8 +197,8 @@ mod tests {
             }
             square += (train - 32.0) * (train - 32.0) / SEEDS as f64;
         }
-        // Each of twelve random phases would leave the variance of a number that is 1 with the chance of what is rounded: of 40 / 12
-        // samples some 0.4 or 0.2, so that twelve have 0.4 * 0.6 * 8 + 0.2 * 0.8 * 4 = 2.6.
+        // Each of twelve random phases would leave the variance of a number that is 1 with the chance of what is
+        // rounded: of 40 / 12 samples some 0.4 or 0.2, so that twelve have 0.4 * 0.6 * 8 + 0.2 * 0.8 * 4 = 2.6.
         assert!(square < 0.6 * 2.6, "variance {square}");
     }
 }

@@ -1,7 +1,8 @@
 //! The canonical form of a recipe: everything it means, defaults included, and nothing of how it was written.
 //!
-//! It is a recipe itself (JSON is YAML): sorted keys, classes by name, class keys only where they change the top level. Ways of drawing
-//! that a recipe does not use (correlations, low discrepancy) are left out, so that they leave the hash of other recipes as it is.
+//! It is a recipe itself (JSON is YAML): sorted keys, classes by name, class keys only where they change the top level.
+//! Ways of drawing that a recipe does not use (correlations, low discrepancy) are left out, so that they leave the hash
+//! of other recipes as it is.
 
 use serde_json::{Map, Value, json};
 use sha2::{Digest, Sha256};

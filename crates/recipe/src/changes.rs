@@ -1,7 +1,7 @@
 //! Changes to a recipe from outside its text: `--set camera.tilt_deg=30`.
 //!
-//! The text with its changes is a text again, with one more section: `set` maps key paths to values, which replace those of
-//! the text. So a dataset records both, and is made again from that text alone.
+//! The text with its changes is a text again, with one more section: `set` maps key paths to values, which replace
+//! those of the text. So a dataset records both, and is made again from that text alone.
 
 use yaml::{TextPosition, YamlError, YamlKey, YamlNode, YamlReader, YamlValue, parse_yaml};
 

@@ -1,26 +1,30 @@
 //! Correlations: pairs of keys that rise and fall together, while each keeps the distribution that the recipe gives it.
 //!
-//! **Model.** A Gaussian copula (Nelsen 2006, *An Introduction to Copulas*). Each key of a pair has a normal score of its
-//! own, z; the scores are mixed, and each mixture is turned into a number of the key's distribution by its quantile function:
+//! **Model.** A Gaussian copula (Nelsen 2006, *An Introduction to Copulas*). Each key of a pair has a normal score of
+//! its own, z; the scores are mixed, and each mixture is turned into a number of the key's distribution by its quantile
+//! function:
 //!
 //! ```text
 //! x_i = F_i^-1(Phi(y_i)),    y = L z,    L L^T = R,    R_ij = 2 sin(pi rho_ij / 6),    R_ii = 1
 //! ```
 //!
-//! rho is Spearman's rank correlation, which no choice of units or rising functions changes: what the recipe writes is what the
-//! draws have, whatever the two distributions are (Pearson 1907). Pairs that are not written have R_ij = 0. Each row of L has length 1, so every y is standard normal and every x has its own law exactly: bounds, checks at the
-//! ends of distributions and the tests of `gen validate` hold as without a correlation. L is Cholesky's, keys in the order of their
-//! paths; the first of several keeps its own score.
+//! rho is Spearman's rank correlation, which no choice of units or rising functions changes: what the recipe writes is
+//! what the draws have, whatever the two distributions are (Pearson 1907). Pairs that are not written have R_ij = 0.
+//! Each row of L has length 1, so every y is standard normal and every x has its own law exactly: bounds, checks at the
+//! ends of distributions and the tests of `gen validate` hold as without a correlation. L is Cholesky's, keys in the
+//! order of their paths; the first of several keeps its own score.
 //!
-//! **Why a copula and not distributions that depend on another key** (`{given: ...}`). Such a key has no distribution of its own: its
-//! bounds, the share of draws within them, its law for validation and the curve of the report would all follow from another key,
-//! and from further ones in chains, which may not close. One number for a pair says what measurements of matter mostly say (wider
-//! rings have less latewood), and composes. What comes in kinds (if decayed, then dark) is what classes are for.
+//! **Why a copula and not distributions that depend on another key** (`{given: ...}`). Such a key has no distribution
+//! of its own: its bounds, the share of draws within them, its law for validation and the curve of the report would all
+//! follow from another key, and from further ones in chains, which may not close. One number for a pair says what
+//! measurements of matter mostly say (wider rings have less latewood), and composes. What comes in kinds (if decayed,
+//! then dark) is what classes are for.
 //!
-//! **Limits.** Monotone dependence alone: no threshold, no scatter that grows along a key, and in the far tails two keys are independent
-//! (a Gaussian copula has no tail dependence for |rho| < 1). Keys on a scale alone: ranks of counts and choices have ties, and their
-//! Spearman correlation would not be the one that is written. A pair acts in the classes in which both keys have a continuous
-//! distribution; in others each key is drawn as if the pair were not there.
+//! **Limits.** Monotone dependence alone: no threshold, no scatter that grows along a key, and in the far tails two
+//! keys are independent (a Gaussian copula has no tail dependence for |rho| < 1). Keys on a scale alone: ranks of
+//! counts and choices have ties, and their Spearman correlation would not be the one that is written. A pair acts in
+//! the classes in which both keys have a continuous distribution; in others each key is drawn as if the pair were not
+//! there.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -61,7 +65,8 @@ pub(super) struct WrittenPair {
     pair: Correlation,
 }
 
-/// For each key of a class that is correlated, the keys whose normal scores its own is mixed from, each with its weight: rows of L.
+/// For each key of a class that is correlated, the keys whose normal scores its own is mixed from, each with its
+/// weight: rows of L.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct ScoreMixture(BTreeMap<String, Vec<(String, f64)>>);
 
@@ -238,8 +243,8 @@ fn meant(subject: Option<Subject>, name: &str) -> String {
     )
 }
 
-/// Notes a fault of each pair of which one key belongs to the log, as `is_of_log` says, and the other to each of its boards: the log's is
-/// drawn before any board is there.
+/// Notes a fault of each pair of which one key belongs to the log, as `is_of_log` says, and the other to each of its
+/// boards: the log's is drawn before any board is there.
 pub(super) fn refuse_across(yaml: &mut YamlReader, pairs: &[WrittenPair], why: &str, is_of_log: &dyn Fn(&str) -> bool) {
     for WrittenPair { place, pair } in pairs {
         let [a, b] = &pair.keys;
@@ -251,7 +256,8 @@ pub(super) fn refuse_across(yaml: &mut YamlReader, pairs: &[WrittenPair], why: &
     }
 }
 
-/// Mixtures of the scores for each of `classes`; pairs without an effect and pairs that cannot be together are noted as faults.
+/// Mixtures of the scores for each of `classes`; pairs without an effect and pairs that cannot be together are noted as
+/// faults.
 pub(super) fn mixtures(
     yaml: &mut YamlReader,
     pairs: &[WrittenPair],
@@ -351,8 +357,8 @@ impl ScoreMatrix {
         self.keys.iter().zip(rows).map(|(key, weights)| (key.clone(), row(weights))).collect()
     }
 
-    /// Notes that the pairs cannot be together: at the written pair that has to change least for it, or at the last; a pair that is
-    /// not written can be what is missing.
+    /// Notes that the pairs cannot be together: at the written pair that has to change least for it, or at the last; a
+    /// pair that is not written can be what is missing.
     fn refuse(&self, yaml: &mut YamlReader, pairs: &[&WrittenPair]) {
         let Some(last) = pairs.last() else { return };
         let written = |at: [usize; 2]| pairs.iter().find(|pair| self.places(&pair.pair) == at);
@@ -389,10 +395,11 @@ impl ScoreMatrix {
         yaml.fault(place, CORRELATIONS, problem, remedies.join(", or "));
     }
 
-    /// The rank correlations that the keys at two places may have beside all others, rounded inwards; `None` where there are none.
+    /// The rank correlations that the keys at two places may have beside all others, rounded inwards; `None` where
+    /// there are none.
     ///
-    /// Given the other keys, the two have the variances s_a and s_b, and without a correlation of their own the covariance -c: the
-    /// matrix is positive semi-definite where |r - c| is at most sqrt(s_a s_b) (Schur's complement).
+    /// Given the other keys, the two have the variances s_a and s_b, and without a correlation of their own the
+    /// covariance -c: the matrix is positive semi-definite where |r - c| is at most sqrt(s_a s_b) (Schur's complement).
     fn range(&self, [a, b]: [usize; 2]) -> Option<[f64; 2]> {
         let others: Vec<_> = (0..self.keys.len()).filter(|k| *k != a && *k != b).collect();
         let inner: Vec<Vec<f64>> =
@@ -439,8 +446,8 @@ impl ScoreMatrix {
     }
 }
 
-/// Cholesky's lower factor of a symmetric matrix with 1 on its diagonal, each row of length 1; `None` where it is not positive
-/// semi-definite. A key that follows from those before it has 0 on the diagonal.
+/// Cholesky's lower factor of a symmetric matrix with 1 on its diagonal, each row of length 1; `None` where it is not
+/// positive semi-definite. A key that follows from those before it has 0 on the diagonal.
 fn factor(matrix: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
     let mut rows: Vec<Vec<f64>> = Vec::new();
     for (i, entries) in matrix.iter().enumerate() {

@@ -1,5 +1,5 @@
-//! Distributions of one number: the forms, how they are read and sampled, where they can reach, how much falls in a range,
-//! the law of the draws and its quantiles.
+//! Distributions of one number: the forms, how they are read and sampled, where they can reach, how much falls in a
+//! range, the law of the draws and its quantiles.
 //!
 //! | form | density or chance | source |
 //! |---|---|---|
@@ -10,15 +10,17 @@
 //! | lognormal (m, s) | normal of ln x about ln m | Limpert, Stahel, Abbt 2001: m is the median |
 //! | choice (v, w) | w_i / sum w for v_i | |
 //!
-//! Every draw is made again until it lies within the bounds of [`Distribution::bounds`]. Normal and lognormal are cut at
-//! eight standard deviations, beyond which one of 10^15 draws would lie, so that each distribution has bounds on which
-//! the checks between parameters can rely. Counts: the continuous forms are rounded to the nearest whole number; uniform
-//! and log-uniform reach half a number further first, so that a uniform count takes each of its numbers equally often.
+//! Every draw is made again until it lies within the bounds of [`Distribution::bounds`]. Normal and lognormal are cut
+//! at eight standard deviations, beyond which one of 10^15 draws would lie, so that each distribution has bounds on
+//! which the checks between parameters can rely. Counts: the continuous forms are rounded to the nearest whole number;
+//! uniform and log-uniform reach half a number further first, so that a uniform count takes each of its numbers equally
+//! often.
 //!
 //! [`Distribution::quantile`] draws the same law in another way: it turns one number u of [0, 1] into the one below which the share
-//! u of the draws lies (Devroye 1986, *Non-Uniform Random Variate Generation*, II.2), cut at the bounds without a draw again: with F
-//! the distribution function of the form, F^-1(F(min) + u (F(max) - F(min))). It rises with u, which correlations
-//! ([`super::correlation`]) and low-discrepancy sampling ([`super::sampling`]) rest on. Both ways have the one law of
+//! u of the draws lies (Devroye 1986, *Non-Uniform Random Variate Generation*, II.2), cut at the bounds without a draw
+//! again: with F the distribution function of the form, F^-1(F(min) + u (F(max) - F(min))). It rises with u, which
+//! correlations ([`super::correlation`]) and low-discrepancy sampling ([`super::sampling`]) rest on. Both ways have the
+//! one law of
 //! [`Distribution::law`], and not the same numbers.
 //!
 //! A new form is a variant of [`Distribution`] with draw, quantile, bounds, mass and law, and a row of `FORMS`.
@@ -186,8 +188,8 @@ impl Distribution {
         min
     }
 
-    /// The number for `parameter` below which the share `u`, from 0 to 1, of the draws lies: of discrete laws the first value up to
-    /// which more than that share lies. It rises with `u` and stays within [`Self::bounds`].
+    /// The number for `parameter` below which the share `u`, from 0 to 1, of the draws lies: of discrete laws the first
+    /// value up to which more than that share lies. It rises with `u` and stays within [`Self::bounds`].
     pub fn quantile(&self, parameter: &Parameter, u: f64) -> f64 {
         let (min, max) = self.bounds(parameter);
         if min >= max {
@@ -252,7 +254,8 @@ impl Distribution {
         if count { value.round() } else { value }
     }
 
-    /// The sample below which the share `u` of those from `low` to `high` lies; `half` as in [`Self::mass`]. Not for choices.
+    /// The sample below which the share `u` of those from `low` to `high` lies; `half` as in [`Self::mass`]. Not for
+    /// choices.
     fn quantile_between(&self, low: f64, high: f64, half: f64, u: f64) -> f64 {
         let even = |from: f64, to: f64| from + (to - from) * u;
         match self {
@@ -326,8 +329,8 @@ impl Distribution {
 
     /// The law of [`Self::draw`] for `parameter`, for whoever tests draws.
     ///
-    /// A draw is a sample, rounded where the parameter is a count, that was made again until it lay within the bounds: so
-    /// the law is that of the samples, cut at the bounds.
+    /// A draw is a sample, rounded where the parameter is a count, that was made again until it lay within the bounds:
+    /// so the law is that of the samples, cut at the bounds.
     pub fn law(&self, parameter: &Parameter) -> DrawLaw {
         let (min, max) = self.bounds(parameter);
         if min >= max {
@@ -382,8 +385,8 @@ fn between(min: f64, max: f64, rng: &mut impl Rng) -> f64 {
     min + (max - min) * rng.random::<f64>()
 }
 
-/// The normal score below which the share `u` of those from `low` to `high` lies. It is looked for from the nearer end, where
-/// shares have all their digits.
+/// The normal score below which the share `u` of those from `low` to `high` lies. It is looked for from the nearer end,
+/// where shares have all their digits.
 fn score_between(low: f64, high: f64, u: f64) -> f64 {
     let below = |low: f64, high: f64, u: f64| {
         let (from, to) = (normal_below(low), normal_below(high));

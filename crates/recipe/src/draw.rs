@@ -1,15 +1,16 @@
 //! From recipe, seed and index to the scene of one sample; a pure function.
 //!
-//! Every parameter has a stream of its own, keyed by seed, family, index and path, so that editing one key leaves every other
-//! draw as it was. The family is that of the recipe: what another recipe draws for the same seed has nothing to do with it,
-//! unless both say that they are one family. The split follows from seed, index and classes and not from the id, which changes with the recipe: no
-//! sample changes sides when a recipe is edited, but where its classes are.
+//! Every parameter has a stream of its own, keyed by seed, family, index and path, so that editing one key leaves every
+//! other draw as it was. The family is that of the recipe: what another recipe draws for the same seed has nothing to
+//! do with it, unless both say that they are one family. The split follows from seed, index and classes and not from
+//! the id, which changes with the recipe: no sample changes sides when a recipe is edited, but where its classes are.
 //!
 //! Boards of one log ([`super::log_group`]) have class, split and what belongs to the log in common.
 //!
-//! A key is drawn in one of two ways. By itself and independently of other samples: numbers from its stream, again until one lies
-//! within the bounds ([`super::Distribution::draw`]). Where it is correlated ([`super::correlation`]) or the recipe asks for low
-//! discrepancy ([`super::sampling`]): the quantile of its distribution at one number u of (0, 1).
+//! A key is drawn in one of two ways. By itself and independently of other samples: numbers from its stream, again
+//! until one lies within the bounds ([`super::Distribution::draw`]). Where it is correlated ([`super::correlation`]) or
+//! the recipe asks for low discrepancy ([`super::sampling`]): the quantile of its distribution at one number u of (0,
+//! 1).
 
 use std::collections::BTreeMap;
 
@@ -100,14 +101,14 @@ impl Recipe {
         }
     }
 
-    /// The root of everything that is drawn for `seed`: another one for each family of recipes, so that no two families have
-    /// samples in common.
+    /// The root of everything that is drawn for `seed`: another one for each family of recipes, so that no two families
+    /// have samples in common.
     pub fn streams(&self, seed: u64) -> Stream {
         Stream::root(seed).child("family").child(&self.family)
     }
 
-    /// What bounds cut off from distributions, by path: the share of a key's draws that lie beyond and are made again, or would be, over
-    /// all classes by their shares. Only keys of which some is cut off.
+    /// What bounds cut off from distributions, by path: the share of a key's draws that lie beyond and are made again,
+    /// or would be, over all classes by their shares. Only keys of which some is cut off.
     pub fn cut_off(&self) -> BTreeMap<String, f64> {
         let share = |parameter: &'static Parameter| {
             let path = parameter.path();
@@ -131,7 +132,8 @@ impl Recipe {
         self.split_at(seed, &self.rotation(seed), index)
     }
 
-    /// Samples of each class among the first `samples`, in the recipe's order, by split: train, validation, test. Takes no longer for many.
+    /// Samples of each class among the first `samples`, in the recipe's order, by split: train, validation, test. Takes
+    /// no longer for many.
     pub fn class_counts(&self, seed: u64, samples: u64) -> Vec<[u64; 3]> {
         let (rotation, boards, stream) =
             (self.rotation(seed), self.boards_per_log(), self.streams(seed).child("split"));

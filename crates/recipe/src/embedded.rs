@@ -79,8 +79,8 @@ fn stem(name: &str) -> &str {
     stem.strip_suffix(".yaml").unwrap_or(stem)
 }
 
-/// The text of the recipe `name`: of the file, or else of the embedded recipe `name`, also as `recipes/{name}.yaml`; and
-/// where the files are that it names.
+/// The text of the recipe `name`: of the file, or else of the embedded recipe `name`, also as `recipes/{name}.yaml`;
+/// and where the files are that it names.
 pub(super) fn text(name: &str) -> Result<(String, AssetSource), RecipeError> {
     let path = Path::new(name);
     if path.exists() && !path.is_dir() {
@@ -108,7 +108,8 @@ pub(super) fn text(name: &str) -> Result<(String, AssetSource), RecipeError> {
 #[derive(Debug, thiserror::Error)]
 pub enum RecipeError {
     /// Neither a file nor an embedded recipe has this name.
-    #[error("there is no file `{name}` and no embedded recipe of that name{}; embedded are {}", did_you_mean(nearest.as_deref()), known.join(", "))]
+    #[error("there is no file `{name}` and no embedded recipe of that name{}; embedded are \
+        {}", did_you_mean(nearest.as_deref()), known.join(", "))]
     NotFound {
         /// What was asked for.
         name: String,

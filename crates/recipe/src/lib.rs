@@ -1,7 +1,7 @@
 //! Recipe: distributions, classes, sensor and sizes, exactly as in the YAML; and what one draw makes of it.
 //!
-//! `text -> tree -> walk over the tables -> Recipe -> draw -> Scene`. Every fault of a text is found at once and names its
-//! line, its key and its remedy; what is left after that is in range, so nothing behind this door checks it again.
+//! `text -> tree -> walk over the tables -> Recipe -> draw -> Scene`. Every fault of a text is found at once and names
+//! its line, its key and its remedy; what is left after that is in range, so nothing behind this door checks it again.
 
 pub mod asset;
 pub mod asset_source;
@@ -150,7 +150,8 @@ impl Recipe {
         Self::parse_changed(name, &text, &files, changes)
     }
 
-    /// The recipe that `text` writes, which can name built-in files alone; `origin` is where faults say that it comes from.
+    /// The recipe that `text` writes, which can name built-in files alone; `origin` is where faults say that it comes
+    /// from.
     pub fn parse(origin: &str, text: &str) -> Result<Self, RecipeError> {
         Self::parse_with(origin, text, &AssetSource::BuiltIn)
     }
@@ -213,8 +214,8 @@ impl Recipe {
         embedded::built_in(name)
     }
 
-    /// Keys that have no effect in any sample, although objects of its subject can have what they are about; each with its
-    /// reason and what to do.
+    /// Keys that have no effect in any sample, although objects of its subject can have what they are about; each with
+    /// its reason and what to do.
     pub fn notes(&self) -> &[String] {
         &self.notes
     }
@@ -298,7 +299,8 @@ impl Recipe {
         class.overrides.get(path).or_else(|| self.parameters.get(path))
     }
 
-    /// Every parameter of its objects and its bench with the distribution that classes change, in the order of sections.
+    /// Every parameter of its objects and its bench with the distribution that classes change, in the order of
+    /// sections.
     pub fn parameters(&self) -> impl Iterator<Item = (&'static Parameter, &Distribution)> {
         let of_subject = keys::parameters(Some(self.subject));
         of_subject.filter_map(|parameter| Some((parameter, self.parameters.get(&parameter.path())?)))
@@ -314,8 +316,8 @@ impl Recipe {
         self.classes.iter().any(|class| class.overrides.contains_key(path))
     }
 
-    /// The same recipe with one value for some keys, each within the bounds of its distribution here, in every class. Text and hash
-    /// remain those of this one, so what is drawn has its ids; it is meant for samples that nobody keeps.
+    /// The same recipe with one value for some keys, each within the bounds of its distribution here, in every class.
+    /// Text and hash remain those of this one, so what is drawn has its ids; it is meant for samples that nobody keeps.
     #[must_use]
     pub fn with_values<'a>(&self, values: impl IntoIterator<Item = (&'a str, f64)>) -> Self {
         let mut fixed = self.clone();
@@ -343,7 +345,8 @@ impl Recipe {
         self.canonical.clone()
     }
 
-    /// SHA-256 of the canonical form without its blanks, in hexadecimal: comments, order and spelling leave it as it is.
+    /// SHA-256 of the canonical form without its blanks, in hexadecimal: comments, order and spelling leave it as it
+    /// is.
     pub fn hash(&self) -> String {
         self.hash.clone()
     }

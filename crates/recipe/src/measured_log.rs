@@ -1,8 +1,8 @@
 //! The files of a measured log: pith, radii and knots as tables of numbers -> `procedural::wood::Stem`.
 //!
-//! A table is CSV (numbers separated by commas, `#` begins a line of remarks) or JSON (an array of rows, each an array of numbers), by the
-//! ending of its name. The three files of the scanned spruce log of Larsson et al. (2022) are such JSON as they were published; an extract
-//! of them is built in. What the numbers must be is `Stem::measured`'s to say.
+//! A table is CSV (numbers separated by commas, `#` begins a line of remarks) or JSON (an array of rows, each an array
+//! of numbers), by the ending of its name. The three files of the scanned spruce log of Larsson et al. (2022) are such
+//! JSON as they were published; an extract of them is built in. What the numbers must be is `Stem::measured`'s to say.
 
 use procedural::wood::{Stem, StemError};
 

@@ -1,8 +1,9 @@
 //! Mesh files: OBJ, STL (both forms) and PLY (all three forms) -> `procedural::Mesh`, in the file's own units.
 //!
-//! The ending of the name says which; other crates read them, and what they take is looked at again: numbers are finite,
-//! corners exist, something has an area. Triangles without area and corners that no triangle has are left out. Colours,
-//! normals, textures and materials are not read. Polygons become fans about their first corner, so they must be convex.
+//! The ending of the name says which; other crates read them, and what they take is looked at again: numbers are
+//! finite, corners exist, something has an area. Triangles without area and corners that no triangle has are left out.
+//! Colours, normals, textures and materials are not read. Polygons become fans about their first corner, so they must
+//! be convex.
 
 mod obj;
 mod ply;

@@ -1,4 +1,5 @@
-//! Pictures that boards are cut from: PNG of a face, maps of fibres, pictures of classes -> `wood_picture::BoardPicture`.
+//! Pictures that boards are cut from: PNG of a face, maps of fibres, pictures of classes ->
+//! `wood_picture::BoardPicture`.
 //!
 //! Everything is read and analysed once, with the recipe, and the fibres of a picture are kept for the next run, so
 //! that a picture that does not serve is a fault of the recipe; samples share what comes of it. Rows are brought to the
@@ -165,22 +166,25 @@ fn labels(file: &Asset, wanted: [usize; 2], rows: &RowOrder) -> Result<Vec<Class
     if size != wanted {
         return Err(other_size(size, wanted));
     }
-    let class = |(pixel, number): (usize, u8)| {
-        let number = if number == 0 { Class::Clear as u8 } else { number };
-        Class::ALL.into_iter().find(|class| *class as u8 == number && class.is_of_wood()).ok_or_else(|| {
+    let class =
+        |(pixel, number): (usize, u8)| {
+            let number = if number == 0 { Class::Clear as u8 } else { number };
+            Class::ALL.into_iter().find(|class| *class as u8 == number && class.is_of_wood()).ok_or_else(|| {
             let (row, col) = (pixel / size[1], pixel % size[1]);
             let others = Class::ALL.into_iter().filter(|class| class.is_of_wood() && *class > Class::Rot);
             let others: Vec<String> = others.map(|class| (class as u8).to_string()).collect();
             AssetFault::new(
-                format!("`{}` has the number {number} in row {row}, column {col}, which is no class of wood", file.name()),
+                format!("`{}` has the number {number} in row {row}, column {col}, which is no class of \
+                    wood", file.name()),
                 format!(
-                    "give numbers of pixel classes: 1 clear, 2 sound_knot, 3 dead_knot, 4 rot, or others of wood as labels have \
+                    "give numbers of pixel classes: 1 clear, 2 sound_knot, 3 dead_knot, 4 rot, or others of wood as \
+                        labels have \
                      them: {}",
                     others.join(", ")
                 ),
             )
         })
-    };
+        };
     let classes = picture.into_raw().into_iter().enumerate().map(class).collect::<Result<Vec<_>, _>>()?;
     Ok(rows.sorted(classes, size[1]))
 }

@@ -161,7 +161,8 @@ const SAMPLING: &str = "\
 | `sampling` | how the samples of a class are drawn |
 |---|---|
 | `independent` | each by itself; the default |
-| `low_discrepancy` | so that they cover the range of each key evenly: of the first n samples of a class, those below any place in the range of a key are their share within log2(n) + 1 samples |
+| `low_discrepancy` | so that they cover the range of each key evenly: of the first n samples of a class, those below \
+any place in the range of a key are their share within log2(n) + 1 samples |
 
 Low discrepancy is for few samples: independent draws miss a share by some sqrt(n) / 2 samples. Points of two keys fill
 their plane evenly too. Distributions and correlations stay as declared, and any sample can be made alone. A split is

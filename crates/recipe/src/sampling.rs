@@ -1,29 +1,31 @@
-//! Sampling: how the samples of a class are laid out over the ranges of the keys that are drawn: each by itself, or so that they cover
-//! each range evenly in every prefix (low discrepancy).
+//! Sampling: how the samples of a class are laid out over the ranges of the keys that are drawn: each by itself, or so
+//! that they cover each range evenly in every prefix (low discrepancy).
 //!
-//! **Model.** For `sampling: low_discrepancy` the r-th sample of a class takes, for each key, the quantile of the key's distribution
-//! at the r-th point u of a sequence of its own. r is the rank of the sample within its class
-//! ([`super::balance`]), the key of the sequence is seed / family / class / path: any point is computed alone, and a key that is
-//! added, fixed or correlated leaves the points of the others as they were. Classes have sequences of their own, since samples
-//! of one rank in two classes would else share every number.
+//! **Model.** For `sampling: low_discrepancy` the r-th sample of a class takes, for each key, the quantile of the key's
+//! distribution at the r-th point u of a sequence of its own. r is the rank of the sample within its class
+//! ([`super::balance`]), the key of the sequence is seed / family / class / path: any point is computed alone, and a
+//! key that is added, fixed or correlated leaves the points of the others as they were. Classes have sequences of their
+//! own, since samples of one rank in two classes would else share every number.
 //!
-//! **Equation.** With S a nested uniform scramble of 64 binary digits, each turned over or not by a hash of the digits above it:
+//! **Equation.** With S a nested uniform scramble of 64 binary digits, each turned over or not by a hash of the digits
+//! above it:
 //!
 //! ```text
 //! u = S_value(reverse(S_order(r)))          (reverse: first digit last, van der Corput 1935)
 //! ```
 //!
-//! Each u is uniform in (0, 1), and of the 2^m points with ranks k 2^m to (k + 1) 2^m - 1 exactly one lies in each of the 2^m equal
-//! cells. A prefix of n points is made of as many such blocks as n has binary digits 1, so below any x lie n x points within
-//! that number, at most log2(n) + 1; of independent draws it is within some sqrt(n) / 2.
+//! Each u is uniform in (0, 1), and of the 2^m points with ranks k 2^m to (k + 1) 2^m - 1 exactly one lies in each of
+//! the 2^m equal cells. A prefix of n points is made of as many such blocks as n has binary digits 1, so below any x
+//! lie n x points within that number, at most log2(n) + 1; of independent draws it is within some sqrt(n) / 2.
 //!
-//! **Source.** Nested scrambling: Owen 1995. Sequences of one dimension put together by scrambling the order of each: Burley 2020,
-//! *Practical Hash-based Owen Scrambling*; of n = 2^m points that is a Latin hypercube (McKay, Beckman and Conover 1979) whose
-//! blocks are Latin hypercubes too.
+//! **Source.** Nested scrambling: Owen 1995. Sequences of one dimension put together by scrambling the order of each:
+//! Burley 2020, *Practical Hash-based Owen Scrambling*; of n = 2^m points that is a Latin hypercube (McKay, Beckman and
+//! Conover 1979) whose blocks are Latin hypercubes too.
 //!
-//! **Why this and nothing with structure between keys.** Recipes draw up to 160 keys, each of which must depend on its own path
-//! alone, and data sets hold hundreds of samples. Squared centred discrepancies of the two-dimensional projections of 100 keys over
-//! those of independent draws (mean of all pairs, worst pair, each the mean of several scrambles; of this sequence 66 pairs of 12 keys):
+//! **Why this and nothing with structure between keys.** Recipes draw up to 160 keys, each of which must depend on its
+//! own path alone, and data sets hold hundreds of samples. Squared centred discrepancies of the two-dimensional
+//! projections of 100 keys over those of independent draws (mean of all pairs, worst pair, each the mean of several
+//! scrambles; of this sequence 66 pairs of 12 keys):
 //!
 //! | sequence | 64 mean | worst | 256 mean | worst |
 //! |---|---|---|---|---|
@@ -33,21 +35,22 @@
 //! | Kronecker, R-sequence (Roberts 2018) | 0.6 | 15 | 0.2 | 3 |
 //! | Kronecker, a random irrational for each key | 1.0 | 8 | 0.3 | 5 |
 //!
-//! It is a little behind a Latin hypercube, which has no prefixes: neighbours of rank lie in opposite halves of every key.
-//! Sobol' sequences are better in their first dozen dimensions and leave stripes in others; which two keys then miss half of their
-//! plane would depend on their places in a table. Here all pairs are alike.
+//! It is a little behind a Latin hypercube, which has no prefixes: neighbours of rank lie in opposite halves of every
+//! key. Sobol' sequences are better in their first dozen dimensions and leave stripes in others; which two keys then
+//! miss half of their plane would depend on their places in a table. Here all pairs are alike.
 //!
-//! **Splits.** Test samples are every tenth of a class, and plain van der Corput points of every tenth rank all lie in one half.
-//! S_order prevents that: two samples of a class, with m the highest binary digit in which their ranks differ, have independent
-//! first m digits, and if these agree then opposite next ones. They are never nearer to each other than independent draws would
-//! be: negatively quadrant dependent, and so is what rises with several such keys (Lehmann 1966). The
-//! empirical distribution function of any choice of ranks (a split, a part of a data set, every k-th) thus has at most the
-//! variance of independent draws. That is why the tests of laws in `gen validate`, which alarm where numbers are too far from
-//! their law, hold here too: they only become blunter.
+//! **Splits.** Test samples are every tenth of a class, and plain van der Corput points of every tenth rank all lie in
+//! one half. S_order prevents that: two samples of a class, with m the highest binary digit in which their ranks
+//! differ, have independent first m digits, and if these agree then opposite next ones. They are never nearer to each
+//! other than independent draws would be: negatively quadrant dependent, and so is what rises with several such keys
+//! (Lehmann 1966). The empirical distribution function of any choice of ranks (a split, a part of a data set, every
+//! k-th) thus has at most the variance of independent draws. That is why the tests of laws in `gen validate`, which
+//! alarm where numbers are too far from their law, hold here too: they only become blunter.
 //!
-//! **Limits.** Only single keys are even in every prefix, and of correlated keys, which mix the points of several, only the first. Two keys are a random pairing of even points: better than independent by
-//! what each key adds alone, no better in what needs both. A split is no better than independent draws, and the tests of
-//! `gen validate` find smaller departures from a law later than their number of samples says.
+//! **Limits.** Only single keys are even in every prefix, and of correlated keys, which mix the points of several, only
+//! the first. Two keys are a random pairing of even points: better than independent by what each key adds alone, no
+//! better in what needs both. A split is no better than independent draws, and the tests of `gen validate` find smaller
+//! departures from a law later than their number of samples says.
 
 use bench::words;
 use procedural::Stream;
@@ -56,7 +59,8 @@ use procedural::Stream;
 pub(super) const SAMPLING: &str = "sampling";
 /// What it is about.
 pub(super) const SAMPLING_DOC: &str = "\
-How samples are laid out over what is drawn: `independent`, or `low_discrepancy`, which covers the range of each key evenly \
+How samples are laid out over what is drawn: `independent`, or `low_discrepancy`, which covers the range of each key \
+evenly \
 with the samples of each class.";
 
 words! {
@@ -85,7 +89,8 @@ pub(super) fn open_unit(word: u64) -> f64 {
     ((word >> (BITS - POINT_BITS)) as f64 + 0.5) / (1u64 << POINT_BITS) as f64
 }
 
-/// `word` with each of its `digits` first binary digits turned over or not, as those above it say; the others as they are.
+/// `word` with each of its `digits` first binary digits turned over or not, as those above it say; the others as they
+/// are.
 fn scrambled(stream: Stream, word: u64, digits: u32) -> u64 {
     let mut flips = 0;
     for digit in 0..digits {
@@ -179,8 +184,8 @@ mod tests {
         (13.0f64 / 12.0).powi(2) - 2.0 / n * points.iter().map(alone).sum::<f64>() + pairs / (n * n)
     }
 
-    /// Of independent draws its mean is ((5/4)^2 - (13/12)^2) / n. All 66 pairs of 12 keys stay below it on the mean of the seeds, the
-    /// mean of all pairs below a fifth of it.
+    /// Of independent draws its mean is ((5/4)^2 - (13/12)^2) / n. All 66 pairs of 12 keys stay below it on the mean of
+    /// the seeds, the mean of all pairs below a fifth of it.
     #[test]
     fn pairs_of_keys_fill_their_plane_better_than_independent_draws() {
         const KEYS: usize = 12;
@@ -223,8 +228,8 @@ mod tests {
     /// Whether a rank is one of a choice.
     type ChosenRank = fn(u64) -> bool;
 
-    /// What is chosen by rank follows the law as well as independent draws: every second, tenth and sixteenth, blocks of 16 of every 32,
-    /// and blocks of 5 of 40. Plain van der Corput points of every tenth rank lie in one half.
+    /// What is chosen by rank follows the law as well as independent draws: every second, tenth and sixteenth, blocks
+    /// of 16 of every 32, and blocks of 5 of 40. Plain van der Corput points of every tenth rank lie in one half.
     #[test]
     fn choices_by_rank_follow_the_law() {
         let choices: [(&str, ChosenRank); 5] = [

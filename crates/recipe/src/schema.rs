@@ -28,7 +28,8 @@ pub fn schema() -> Value {
     properties.insert(
         "family".into(),
         json!({
-            "description": "Recipes of one family draw the same random numbers for the same seed, so that their samples can be \
+            "description": "Recipes of one family draw the same random numbers for the same seed, so that their \
+                samples can be \
                 compared one by one; by default each name is a family of its own.",
             "type": "string", "pattern": "^[a-z0-9_-]{1,64}$",
         }),

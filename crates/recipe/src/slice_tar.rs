@@ -1,9 +1,10 @@
 //! Many pictures as one asset: the PNG files of a folder as a tar, and the PNG files in a tar.
 //!
-//! A dataset keeps one copy of each file that its recipe names, known by its content; a folder of slices is one file by becoming a tar, whose
-//! bytes follow from the names and the contents of the pictures alone. Their order is that of their names, with numbers in them by
-//! their value: `s9.png` stands before `s10.png`. Names that begin with a dot and other files are left out. Of a picture that a tar has twice
-//! the last one counts, as for tar itself, which appends what is new; links, pictures in more than one folder and a tar without its end are refused.
+//! A dataset keeps one copy of each file that its recipe names, known by its content; a folder of slices is one file by
+//! becoming a tar, whose bytes follow from the names and the contents of the pictures alone. Their order is that of
+//! their names, with numbers in them by their value: `s9.png` stands before `s10.png`. Names that begin with a dot and
+//! other files are left out. Of a picture that a tar has twice the last one counts, as for tar itself, which appends
+//! what is new; links, pictures in more than one folder and a tar without its end are refused.
 
 use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};
@@ -18,7 +19,8 @@ pub(crate) const MOST_PICTURES: usize = 4096;
 /// Tars are made of blocks of so many bytes.
 const TAR_BLOCK: usize = 512;
 
-/// The PNG files of a folder, whose content has at most `max_bytes` in all, as a tar; `name` is what the recipe calls it.
+/// The PNG files of a folder, whose content has at most `max_bytes` in all, as a tar; `name` is what the recipe calls
+/// it.
 pub(crate) fn of_folder(path: &Path, name: &str, max_bytes: usize) -> Result<Asset, AssetFault> {
     let shown = printable(&path.to_string_lossy());
     let unreadable = |e: std::io::Error| AssetFault::new(format!("`{shown}` cannot be read: {e}"), "make it readable");
@@ -63,7 +65,8 @@ pub(crate) fn of_folder(path: &Path, name: &str, max_bytes: usize) -> Result<Ass
     Ok(Asset::new(&format!("{folder}.tar"), tar.into_inner().map_err(unreadable)?))
 }
 
-/// The PNG files in a tar, in their order, each with its name; `called` is what the recipe calls the tar, or the folder that it was made of.
+/// The PNG files in a tar, in their order, each with its name; `called` is what the recipe calls the tar, or the folder
+/// that it was made of.
 pub(crate) fn pictures<'f>(file: &'f Asset, called: &str) -> Result<Vec<(String, &'f [u8])>, AssetFault> {
     let bytes = file.bytes();
     let broken = || {
@@ -81,7 +84,8 @@ pub(crate) fn pictures<'f>(file: &'f Asset, called: &str) -> Result<Vec<(String,
         let name = std::str::from_utf8(&path).map_err(|_| no_utf8(&String::from_utf8_lossy(&path), called))?;
         if !entry.header().entry_type().is_file() {
             let problem = format!("`{}` in `{called}` is a link, or no plain file", printable(name));
-            let remedy = "write the tar anew with files in the place of links (`tar --dereference --hard-dereference`), or \
+            let remedy = "write the tar anew with files in the place of links (`tar --dereference \
+                --hard-dereference`), or \
                           name the folder itself";
             return Err(AssetFault::new(problem, remedy));
         }

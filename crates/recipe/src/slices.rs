@@ -1,9 +1,10 @@
 //! Stacks of slices that boards are cut from: grey PNGs of a microscope or a tomograph -> `wood_picture::WoodVolume`.
 //!
-//! Model: density rises in proportion to the grey number, from `black_kg_per_m3` at 0 to `white_kg_per_m3` at the end of the scale of 8 or
-//! 16 bits. Everything is read once, with the recipe; samples share what comes of it. Headers are read before any picture is decoded, and
-//! slices one after another, so that memory is the volume's (4 bytes a voxel that is kept, 256 MiB at most), the files' and one slice's.
-//! Limits: PNG alone is read (no TIFF, no DICOM: save them as grey PNG); the grey number goes with density by one line.
+//! Model: density rises in proportion to the grey number, from `black_kg_per_m3` at 0 to `white_kg_per_m3` at the end
+//! of the scale of 8 or 16 bits. Everything is read once, with the recipe; samples share what comes of it. Headers are
+//! read before any picture is decoded, and slices one after another, so that memory is the volume's (4 bytes a voxel
+//! that is kept, 256 MiB at most), the files' and one slice's. Limits: PNG alone is read (no TIFF, no DICOM: save them
+//! as grey PNG); the grey number goes with density by one line.
 
 use std::io::Cursor;
 
@@ -117,7 +118,8 @@ impl Head {
             let what = if slice.1.is_empty() { "is empty" } else { "is no PNG, whatever its name says" };
             return Err(AssetFault::new(format!("{} {what}", place()), "save it as PNG, or remove it"));
         };
-        // Length and name of the first chunk; columns, rows, bits (ISO 15948, 11.2.1). The decoder tells what else is wrong with them.
+        // Length and name of the first chunk; columns, rows, bits (ISO 15948, 11.2.1). The decoder tells what else is
+        // wrong with them.
         let number = |at: usize| rest.get(at..at + 4).and_then(|word| word.try_into().ok()).map(u32::from_be_bytes);
         let (Some(cols), Some(rows), Some(bits)) = (number(8), number(12), rest.get(16).copied()) else {
             return Err(AssetFault::new(format!("{} {DAMAGED}", place()), ANEW));

@@ -9,8 +9,9 @@
 //! A new shortfall is a variant of [`Shortfall`] with limit, words and remedy. It has a column, a warning among the
 //! rules of validate, a cause here, and a row of docs/guide/faults.md.
 //!
-//! Neglected: classes beyond the most frequent ones; light that fills pockets, and where exactly light leaves that has crept far; and light of slow
-//! models of transport, of which only the geometry is looked at. What single samples fall short in, their rows tell.
+//! Neglected: classes beyond the most frequent ones; light that fills pockets, and where exactly light leaves that has
+//! crept far; and light of slow models of transport, of which only the geometry is looked at. What single samples fall
+//! short in, their rows tell.
 
 use std::cell::LazyCell;
 
@@ -26,10 +27,11 @@ use scanner::optics::Sensor;
 use scanner::optics::speckle::PatternCache;
 use scanner::specimen::{Hit, Specimen};
 
-/// Most classes that are looked at, those of the greatest shares: the check grows one object of each and renders a few profiles.
+/// Most classes that are looked at, those of the greatest shares: the check grows one object of each and renders a few
+/// profiles.
 const MAX_CLASSES: usize = 4;
-/// Samples of a class that all fall short where a warning is given: of shipped recipes fewer than one sample in ten thousand
-/// does, so three in a row are no chance.
+/// Samples of a class that all fall short where a warning is given: of shipped recipes fewer than one sample in ten
+/// thousand does, so three in a row are no chance.
 const SAMPLES_OF_CLASS: usize = 3;
 /// Profiles of a sample that are rendered, evenly spread over the object; each asks for some ten rows of light.
 const PROFILES: usize = 2;
@@ -251,8 +253,8 @@ fn check_scene(scene: &Scene, patterns: &PatternCache) -> Vec<RigWarning> {
     warnings
 }
 
-/// What of a sample is measured by the model `transport`, as far as a few profiles tell, and the shares of the object's pixels
-/// that each [`Cause`] loses; `rays` have seen more profiles [1].
+/// What of a sample is measured by the model `transport`, as far as a few profiles tell, and the shares of the object's
+/// pixels that each [`Cause`] loses; `rays` have seen more profiles [1].
 fn measured_shares(
     (scene, transport): (&Scene, Transport),
     sensor: &Sensor,
@@ -485,7 +487,8 @@ fn out_of_view_remedy(scene: &Scene, specimen: &Specimen, [x, y]: [[f64; 2]; 2])
     let endless = [f64::MIN, f64::MAX];
     let [along_line, along_scan] = [specimen.share_within(x, endless), specimen.share_within(endless, y)];
     let beside = format!(
-        "bring it under the line by {group}.offset_mm, or widen the field by scan.columns or camera.distance_mm, and the fan with \
+        "bring it under the line by {group}.offset_mm, or widen the field by scan.columns or camera.distance_mm, and \
+            the fan with \
          it by laser.fan_angle_deg or laser.fan_height_mm"
     );
     let behind =

@@ -1,5 +1,5 @@
-//! The rig of a scene in the words of data sheets: field of view, resolution, line, exposure, speckle, and the noise of Range
-//! that follows from them; with what is likely to be meant otherwise.
+//! The rig of a scene in the words of data sheets: field of view, resolution, line, exposure, speckle, and the noise of
+//! Range that follows from them; with what is likely to be meant otherwise.
 //!
 //! Range noise is that of the line's centre of gravity on a white matte surface, in rows times the height of a row:
 //!
@@ -8,8 +8,8 @@
 //! - speckle: C sqrt(sigma L / (4 sqrt(pi))), L the correlation length along the rows ([`PixelCorrelation`])
 //! - rounding to subpixel steps: step / sqrt(12)
 //!
-//! Where white saturates, N is that of matter that peaks at 70 % of saturation, which is how exposures are chosen. Light from below
-//! the surface widens the line and has less speckle: matter that scatters in depth has another noise.
+//! Where white saturates, N is that of matter that peaks at 70 % of saturation, which is how exposures are chosen.
+//! Light from below the surface widens the line and has less speckle: matter that scatters in depth has another noise.
 
 pub mod check;
 pub mod mistakes;
@@ -33,7 +33,8 @@ pub use crate::pixel_correlation::{PixelCorrelation, grain_px};
 const FWHM: f64 = 2.354_820_045;
 /// Peak of clear matter for which exposures are chosen [share of saturation].
 const USUAL_PEAK: f64 = 0.7;
-/// Above this peak of a white surface matter saturates that gives back half of the light; wood spreads part of it beside the line
+/// Above this peak of a white surface matter saturates that gives back half of the light; wood spreads part of it
+/// beside the line
 /// [share of saturation].
 const BRIGHT_PEAK: f64 = 2.0;
 /// Below this peak of a white surface half of the numbers are without use [share of saturation].
@@ -269,7 +270,8 @@ impl<'a> Facts<'a> {
 
     /// What makes a line fit its window: by what widens it most.
     fn narrow_line_remedy(&self) -> String {
-        let on_sensor = "bring it into focus on the sensor (camera.scheimpflug: solved; camera.focus_distance_mm, f_number, blur_um)";
+        let on_sensor = "bring it into focus on the sensor (camera.scheimpflug: solved; camera.focus_distance_mm, \
+            f_number, blur_um)";
         let on_object = "narrow it on the object (laser.waist_mm, laser.waist_height_mm near the surface)";
         // Both in rows, one after the other along the light.
         let laser_px = self.line_mm * self.rows_per_mm;
@@ -310,7 +312,8 @@ impl<'a> Facts<'a> {
         profile_mm * output.bin_profiles as f64 / (column_mm * output.bin_columns as f64)
     }
 
-    /// Digital number at the peak of clear matter as exposures are chosen, and no more than that of a white surface [DN].
+    /// Digital number at the peak of clear matter as exposures are chosen, and no more than that of a white surface
+    /// [DN].
     fn usual_dn(&self) -> f64 {
         let dark = self.scene.bench.exposure.dark_level_dn;
         dark + self.peak.min(USUAL_PEAK) * (255.0 - dark)

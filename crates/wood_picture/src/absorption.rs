@@ -1,14 +1,15 @@
 //! The absorption map: how much light the wood takes up, at the face and below it.
 //!
-//! Model: light of a pixel over the mean of clear wood, times the mean reflectance of earlywood and latewood of the stated media by
-//! their shares, is the pixel's own diffuse reflectance (the median would be earlywood's alone); the absorption that has it follows from [`HalfSpace`], with the scattering of clear wood's mean outside of
-//! knots and of knot wood in them, and the dive of the fibre map: steep fibres lead light down and darken without any absorption.
-//! Below the face (an assumption, no measurement): a feature of width w lasts to a depth of about w, so that at depth d the
-//! logarithm of absorption is that of the face under a Gaussian of standard deviation d / 2; in a knot the colour of the face follows
-//! the branch's axis and does not fade.
-//! Sources: docs/theory/physics.md for the reflectance, docs/theory/wood.md for the media. Limits: scattering that
-//! differs from the mean counts as absorption; light spreads by a millimetre below the face, so that fine streaks are
-//! stronger in the wood than in the picture; gloss and uneven lamps count as well.
+//! Model: light of a pixel over the mean of clear wood, times the mean reflectance of earlywood and latewood of the
+//! stated media by their shares, is the pixel's own diffuse reflectance (the median would be earlywood's alone); the
+//! absorption that has it follows from [`HalfSpace`], with the scattering of clear wood's mean outside of knots and of
+//! knot wood in them, and the dive of the fibre map: steep fibres lead light down and darken without any absorption.
+//! Below the face (an assumption, no measurement): a feature of width w lasts to a depth of about w, so that at depth d
+//! the logarithm of absorption is that of the face under a Gaussian of standard deviation d / 2; in a knot the colour
+//! of the face follows the branch's axis and does not fade. Sources: docs/theory/physics.md for the reflectance,
+//! docs/theory/wood.md for the media. Limits: scattering that differs from the mean counts as absorption; light spreads
+//! by a millimetre below the face, so that fine streaks are stronger in the wood than in the picture; gloss and uneven
+//! lamps count as well.
 
 use glam::Vec2;
 use procedural::Medium;
@@ -74,7 +75,8 @@ impl AbsorptionMap {
 }
 
 impl AbsorptionMap {
-    /// The knot whose branch a place at a depth lies in, by its number, and where its axis through there meets the face [mm].
+    /// The knot whose branch a place at a depth lies in, by its number, and where its axis through there meets the face
+    /// [mm].
     pub(crate) fn branch(&self, place: Vec2, depth_mm: f32) -> Option<(usize, Vec2)> {
         self.knots.iter().enumerate().find_map(|(number, knot)| {
             let shear = knot.axis.truncate() / knot.axis.z.max(1.0e-3);
@@ -115,8 +117,8 @@ impl Inverse {
     }
 }
 
-/// Absorption of the board in a picture whose fibres are known: `grey` and `settings` as of [`crate::fibre_map`]; `latewood_share` is
-/// the mean share of latewood in a ring, `log.latewood_share` of recipes [1].
+/// Absorption of the board in a picture whose fibres are known: `grey` and `settings` as of [`crate::fibre_map`];
+/// `latewood_share` is the mean share of latewood in a ring, `log.latewood_share` of recipes [1].
 ///
 /// # Errors
 /// Those of the picture itself, and a size other than the fibre map's.

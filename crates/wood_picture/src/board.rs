@@ -1,14 +1,16 @@
-//! A board cut out of a picture: the picture with what is known of it, and the wood of one board as `procedural` asks for it.
+//! A board cut out of a picture: the picture with what is known of it, and the wood of one board as `procedural` asks
+//! for it.
 //!
-//! `BoardPicture::new` analyses the picture once; `BoardPicture::cut` takes the board's part of it, mirrored or turned, and finds the
-//! absorption that has its light with the board's own media, so that boards of unlike media from one picture show it alike.
+//! `BoardPicture::new` analyses the picture once; `BoardPicture::cut` takes the board's part of it, mirrored or turned,
+//! and finds the absorption that has its light with the board's own media, so that boards of unlike media from one
+//! picture show it alike.
 //!
-//! Models: absorption and its depth are those of [`crate::AbsorptionMap`], or ([`Depth::Even`]) the face's colour down to a depth and
-//! clear wood's mean below it. Fibres of the face go on below it as they are; in a knot all follows the branch's axis. Scattering and
-//! index are clear wood's mean, in knots that of knot wood. Labels are the knots that were found, or, where somebody gives a
-//! picture of classes, that alone: its patches of one class are the instances.
-//! Mirroring changes the sign of the azimuth; turning end for end that of the dive.
-//! Limits: those of the maps; fibres are blended over four pixels, so knots have a rim of a pixel.
+//! Models: absorption and its depth are those of [`crate::AbsorptionMap`], or ([`Depth::Even`]) the face's colour down
+//! to a depth and clear wood's mean below it. Fibres of the face go on below it as they are; in a knot all follows the
+//! branch's axis. Scattering and index are clear wood's mean, in knots that of knot wood. Labels are the knots that
+//! were found, or, where somebody gives a picture of classes, that alone: its patches of one class are the instances.
+//! Mirroring changes the sign of the azimuth; turning end for end that of the dive. Limits: those of the maps; fibres
+//! are blended over four pixels, so knots have a rim of a pixel.
 
 use std::f32::consts::FRAC_PI_2;
 
@@ -24,8 +26,8 @@ use crate::{AbsorptionMap, Face, FibreMap, PictureAnalysis, PictureFault, Pictur
 /// Fibres are disturbed as far as this from a knot's outline [half axes]: as `media.knot_fibre_dispersion_deg` says.
 const DISTURBED: f32 = 4.0;
 
-/// Most patches of a picture of classes: instances have numbers of 16 bits, a board's border may part a patch, and the board's own
-/// defects have numbers too.
+/// Most patches of a picture of classes: instances have numbers of 16 bits, a board's border may part a patch, and the
+/// board's own defects have numbers too.
 const MOST_PATCHES: usize = 30_000;
 
 /// How far below the face its colour goes.
@@ -79,7 +81,8 @@ impl BoardPicture {
         Ok(Self::with_light(light, fibres, settings.face, depth))
     }
 
-    /// A map of fibres without a picture: every pixel has a share of clear wood's light, for instance the alpha of the thesis' maps.
+    /// A map of fibres without a picture: every pixel has a share of clear wood's light, for instance the alpha of the
+    /// thesis' maps.
     ///
     /// # Errors
     /// A number of shares other than that of the map's pixels.
@@ -124,8 +127,8 @@ impl BoardPicture {
         [0, 1].map(|i| self.fibres.size[i] as f32 * self.fibres.pixel_mm[i])
     }
 
-    /// The wood of a board as large as `wood` says, at the place that it says, with its media. A board that is larger than the picture
-    /// gets the picture's border pixels beyond it.
+    /// The wood of a board as large as `wood` says, at the place that it says, with its media. A board that is larger
+    /// than the picture gets the picture's border pixels beyond it.
     pub fn cut(&self, wood: &Wood) -> PicturedWood {
         let (board, place) = (&wood.board, &wood.picture);
         let side = |i: usize, mm: f64, share: f64| {
@@ -210,7 +213,8 @@ impl PicturePart {
         part
     }
 
-    /// Its fibres: one flipped axis mirrors azimuths, and where rows run backwards the other end of a fibre points ahead.
+    /// Its fibres: one flipped axis mirrors azimuths, and where rows run backwards the other end of a fibre points
+    /// ahead.
     fn fibres(&self, whole: &FibreMap) -> FibreMap {
         let width = whole.size[1];
         let mirrored = self.turned != self.flipped;
@@ -316,7 +320,8 @@ impl PicturedWood {
         numbers[row * map.size[1] + index(place.x, map.pixel_mm[1], map.size[1])]
     }
 
-    /// Numbers of the instances of its knots: those that can reach the board, and 0 for others, which bend its fibres alone.
+    /// Numbers of the instances of its knots: those that can reach the board, and 0 for others, which bend its fibres
+    /// alone.
     fn numbers(&self) -> impl Iterator<Item = u16> {
         let mut last = 0;
         self.knots().map(move |knot| {

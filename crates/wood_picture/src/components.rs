@@ -1,6 +1,7 @@
 //! Patches of one class in a raster of classes, each with a number.
 //!
-//! Model: pixels that share a side and a class are one patch; clear wood is none. Patches are numbered by their first pixel, row by row.
+//! Model: pixels that share a side and a class are one patch; clear wood is none. Patches are numbered by their first
+//! pixel, row by row.
 
 use procedural::Class;
 
@@ -24,8 +25,8 @@ impl Patch {
     }
 }
 
-/// Pixels that are reached from the first over sides that they share; `take` says whether a pixel belongs to them and is new, and notes
-/// it; the first is the caller's to note.
+/// Pixels that are reached from the first over sides that they share; `take` says whether a pixel belongs to them and
+/// is new, and notes it; the first is the caller's to note.
 pub(crate) fn flood(first: usize, [rows, cols]: [usize; 2], mut take: impl FnMut(usize) -> bool) -> Vec<usize> {
     let (mut reached, mut next) = (vec![first], 0);
     while next < reached.len() {

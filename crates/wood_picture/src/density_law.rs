@@ -1,22 +1,23 @@
 //! From the density of wood to its optical coefficients.
 //!
-//! Law, for each coefficient mu of absorption, background and cylinder scattering, with rho the local density and mu_e, mu_l those of the
-//! recipe's earlywood and latewood at the densities rho_e and rho_l:
+//! Law, for each coefficient mu of absorption, background and cylinder scattering, with rho the local density and mu_e,
+//! mu_l those of the recipe's earlywood and latewood at the densities rho_e and rho_l:
 //!
 //!   rho <= rho_e           mu = mu_e rho / rho_e                                        earlywood with air in it
-//!   rho_e < rho < rho_l    mu = mu_e + (mu_l - mu_e) (rho - rho_e) / (rho_l - rho_e)    earlywood and latewood side by side
+//! rho_e < rho < rho_l    mu = mu_e + (mu_l - mu_e) (rho - rho_e) / (rho_l - rho_e)    earlywood and latewood side by
+//! side
 //!   rho_l <= rho           mu = mu_l rho / rho_l                                        latewood pressed together
 //!
-//! It is made of lines, so that where one of them holds the coefficients of mean density are the mean coefficients, and averaging
-//! voxels before the law or after it is the same. With the ratio of the class table, 2.5 = 800 / 320, absorption is in proportion to density all
-//! over, mu_a = mu_e rho / rho_e.
+//! It is made of lines, so that where one of them holds the coefficients of mean density are the mean coefficients, and
+//! averaging voxels before the law or after it is the same. With the ratio of the class table, 2.5 = 800 / 320,
+//! absorption is in proportion to density all over, mu_a = mu_e rho / rho_e.
 //!
 //! Source: absorption occurs in the cell walls, so it goes with their share of the volume (docs/theory/wood.md, which
 //! chose the class table so). Scattering between earlywood and latewood is the class table's too: the number of walls
 //! that light meets decides, not density (Sugimoto et al. 2018), 1.1 times as much in latewood. **Guesses**: both lines
-//! beyond these two kinds.
-//! Limits: 50 to 1500 kg/m3, air and the cell wall without lumina; what lies beyond counts as these ends. The effective index is that of
-//! clear wood all over. One wavelength; what is dense without being cell wall (resin, water, metal) counts as wood.
+//! beyond these two kinds. Limits: 50 to 1500 kg/m3, air and the cell wall without lumina; what lies beyond counts as
+//! these ends. The effective index is that of clear wood all over. One wavelength; what is dense without being cell
+//! wall (resin, water, metal) counts as wood.
 
 use procedural::wood::Media;
 

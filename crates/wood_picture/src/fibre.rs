@@ -1,13 +1,15 @@
 //! The fibre map: what the texture says, what knots do to fibres, and how sure both are.
 //!
-//! Model: a first azimuth, the median of the board in windows of 8 mm; knots part the fibres as streams around Rankine ovals and bend the layers in which
-//! they lie ([`procedural::wood::KnotSurroundings`], stretched from each knot's circle to its ellipse), which gives a guess of azimuth
-//! and the dive; the texture then says how far the azimuth is off ([`crate::orientation`]). Guess and texture are weighed by their
-//! variances: that of the guess is 3 degrees in clear wood and half of what the knots add to it. In a knot fibres follow the branch.
-//! Dive: of a living knot whose face lies on the bark's side, fibres rise to its outline from both ends by up to 21 degrees; with the
-//! pith's side up they sink; around a dead knot they do neither, since layers after its death bend the other way.
-//! Confidence: the expected cosine of twice the azimuth's error, exp(-2 se^2).
-//! Limits: beside the tips of a knot, where fibres part, streaks may turn more than fibres; a dive of clear wood does not show in a picture and is 0; the pith's tilt makes it a degree.
+//! Model: a first azimuth, the median of the board in windows of 8 mm; knots part the fibres as streams around Rankine
+//! ovals and bend the layers in which they lie ([`procedural::wood::KnotSurroundings`], stretched from each knot's
+//! circle to its ellipse), which gives a guess of azimuth and the dive; the texture then says how far the azimuth is
+//! off ([`crate::orientation`]). Guess and texture are weighed by their variances: that of the guess is 3 degrees in
+//! clear wood and half of what the knots add to it. In a knot fibres follow the branch. Dive: of a living knot whose
+//! face lies on the bark's side, fibres rise to its outline from both ends by up to 21 degrees; with the pith's side up
+//! they sink; around a dead knot they do neither, since layers after its death bend the other way. Confidence: the
+//! expected cosine of twice the azimuth's error, exp(-2 se^2). Limits: beside the tips of a knot, where fibres part,
+//! streaks may turn more than fibres; a dive of clear wood does not show in a picture and is 0; the pith's tilt makes
+//! it a degree.
 
 use std::borrow::Cow;
 
@@ -27,10 +29,11 @@ const FINE_MM: f32 = 0.15;
 /// Means along the fibre [mm]: half a short streak to either side, and their step.
 const STREAK_MM: f32 = 2.0;
 const STREAK_STEP_MM: f32 = 0.6;
-/// Grain of a camera or a laser from which rings stay in [mm]: weak streaks alone would then turn by more than rings do. Noise of 2 %
-/// at 0.15 mm is 0.003, speckle of scans 0.01.
+/// Grain of a camera or a laser from which rings stay in [mm]: weak streaks alone would then turn by more than rings
+/// do. Noise of 2 % at 0.15 mm is 0.003, speckle of scans 0.01.
 const GRAINY_MM: f32 = 0.006;
-/// What rings and grain turn together [rad], an engineering estimate (2 deg): medians of ten rendered scans were 0.6 to 3, one 6.
+/// What rings and grain turn together [rad], an engineering estimate (2 deg): medians of ten rendered scans were 0.6 to
+/// 3, one 6.
 const GRAINY_RAD: f32 = 0.035;
 /// Window of the first azimuth [mm].
 const BASE_MM: f32 = 8.0;
@@ -67,8 +70,8 @@ pub struct FibreMap {
 }
 
 impl FibreMap {
-    /// Cosine and sine of twice the azimuth [1] and the dive [rad] of every pixel: nothing jumps where an azimuth passes 90
-    /// degrees but the sign of the dive.
+    /// Cosine and sine of twice the azimuth [1] and the dive [rad] of every pixel: nothing jumps where an azimuth
+    /// passes 90 degrees but the sign of the dive.
     pub fn non_singular(&self) -> Vec<[f32; 3]> {
         let twice = |(azimuth, &dive): (&f32, &f32)| {
             let (sin, cos) = libm::sincosf(2.0 * azimuth);
@@ -88,9 +91,9 @@ impl FibreMap {
         (-0.5 * libm::logf(self.confidence[pixel].max(f32::MIN_POSITIVE))).sqrt().min(LOST_RAD)
     }
 
-    /// A map drawn by hand: for every pixel the direction (x, y) in the face, `None` for no direction, as the colours of the
-    /// thesis' direction maps give it. Such maps have no dive; where they say no direction confidence is 0. Knots are told by
-    /// a share of light below 0.8 in a closed patch, `alpha` being that share.
+    /// A map drawn by hand: for every pixel the direction (x, y) in the face, `None` for no direction, as the colours
+    /// of the thesis' direction maps give it. Such maps have no dive; where they say no direction confidence is 0.
+    /// Knots are told by a share of light below 0.8 in a closed patch, `alpha` being that share.
     ///
     /// # Errors
     /// Where arrays and size do not go together, or pixels have no size.
@@ -152,8 +155,8 @@ impl FibreMap {
     }
 }
 
-/// Fibres of the board in a picture: `grey` are the numbers of one channel `[rows, cols]`, row 0 at the smallest y (a photograph
-/// from above has its rows turned about), red if the picture has colours.
+/// Fibres of the board in a picture: `grey` are the numbers of one channel `[rows, cols]`, row 0 at the smallest y (a
+/// photograph from above has its rows turned about), red if the picture has colours.
 ///
 /// # Errors
 /// Where the picture is no evenly lit, sharp picture of bare wood of the stated scale; each fault says what to do.

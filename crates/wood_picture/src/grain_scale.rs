@@ -1,10 +1,9 @@
 //! Whether the grain is as wide as wood's at the stated size of pixels.
 //!
-//! Model: energy of the texture that has a direction, E(s) = s^2 |mean of (gx + i gy)^2| under Gaussians of scale s, is largest at
-//! the half width of what is seen (Lindeberg 1998); noise has no direction and drops out. The centre of E over the logarithm of s is
-//! held to what boards have.
-//! Limits: on pictures that show few pixels a mm the finest scales are missing. Sizes that are wrong by less than the spread of
-//! boards pass: a factor of ten is told, two is not.
+//! Model: energy of the texture that has a direction, E(s) = s^2 |mean of (gx + i gy)^2| under Gaussians of scale s, is
+//! largest at the half width of what is seen (Lindeberg 1998); noise has no direction and drops out. The centre of E
+//! over the logarithm of s is held to what boards have. Limits: on pictures that show few pixels a mm the finest scales
+//! are missing. Sizes that are wrong by less than the spread of boards pass: a factor of ten is told, two is not.
 
 use crate::PictureFault;
 use crate::raster::{Beyond, filter, gaussian, gaussian_slope};
@@ -80,8 +79,8 @@ mod tests {
         };
         for (period, pixel) in [(30.0, 0.1), (40.0, 0.1), (40.0, 0.2)] {
             let found = grain_scale(&stripes(period), size, [pixel; 2], &[true; 90_000]);
-            // s^2 exp(-(2 pi s / period)^2) is largest at period / 2 pi; its mean over log s lies exp(-0.29) below (Euler's constant
-            // over 2), and steps of sqrt 2 and the ends of the range move that by a fifth.
+            // s^2 exp(-(2 pi s / period)^2) is largest at period / 2 pi; its mean over log s lies exp(-0.29) below
+            // (Euler's constant over 2), and steps of sqrt 2 and the ends of the range move that by a fifth.
             let told = pixel * period / std::f32::consts::TAU * libm::expf(-0.29);
             assert!((found / told - 1.0).abs() < 0.2, "period {period} of {pixel} mm: {found} against {told}");
         }

@@ -1,8 +1,9 @@
 //! Diffuse reflectance of a half space of wood, and the absorption that has a given one.
 //!
-//! Model: diffusion with the tensor of parallel cylinders, source at the depth where upright light has lost its direction, fluence
-//! zero at the extrapolated boundary:
-//!   R = T/2 [exp(-z0 K) + exp(-(z0 + 2 z_e) K)],  K = sqrt(mu_a / D_zz),  z_e = 2 A(n) D_zz,  T = 1 - ((n - 1) / (n + 1))^2
+//! Model: diffusion with the tensor of parallel cylinders, source at the depth where upright light has lost its
+//! direction, fluence zero at the extrapolated boundary:
+//! R = T/2 [exp(-z0 K) + exp(-(z0 + 2 z_e) K)],  K = sqrt(mu_a / D_zz),  z_e = 2 A(n) D_zz,  T = 1 - ((n - 1) / (n +
+//! 1))^2
 //!   D_par = 1 / (3 s),  D_perp = 1/4 int sin^3 / (s + k sin) dtheta,  D_zz = D_perp + (D_par - D_perp) sin^2(dive)
 //!   l_c = 1 / (s + k cos(dive)),  z0 = cos^2(dive) l_c + sin^2(dive) / s
 //! R falls steadily with mu_a, from T at 0, so the inverse is found by halving.
@@ -29,7 +30,8 @@ pub struct HalfSpace {
 }
 
 impl HalfSpace {
-    /// Of that scattering (`sigma_i`, `k`), index and dive of the fibre [rad]; the medium's own absorption and fibre are not asked.
+    /// Of that scattering (`sigma_i`, `k`), index and dive of the fibre [rad]; the medium's own absorption and fibre
+    /// are not asked.
     pub fn new(medium: &Medium, dive_rad: f32) -> Self {
         let [s, k, n] = [medium.sigma_i, medium.k, medium.n_eff].map(f64::from);
         let (sin, cos) = libm::sincos(f64::from(dive_rad).abs());

@@ -1,15 +1,16 @@
 //! Knots in a picture: dark ellipses on clear wood, and how their branches lean.
 //!
-//! Model: light in cells of 0.3 mm under a Gaussian of 0.5 mm, over its median, is cut at levels from 0.4 to 0.85. A patch below a
-//! level is a knot where it fills the ellipse of its moments, is darker inside than outside all around (a closed contour; bands of
-//! latewood are open or fill no ellipse), and is wide enough. Of patches that overlap, the one with the most contrast whose level
-//! lies midway between inside and outside stays; it is then cut at midway itself, where blur does not move an outline.
-//! Lean: a round branch cut at the angle `dive` to its axis shows an ellipse with minor / major = sin(dive), its major axis along
-//! the lean. Outlines wobble; an elongation e = 1 - minor / major counts as sqrt(e^2 - 0.07^2).
-//! Which end leans out: away from the pith, where rings follow each other more closely (across), and to the lower side of the
-//! branch, which compression wood makes darker (along; branches of the scanned log of Larsson et al. 2022 droop by 10 degrees).
-//! Limits: even light to a fifth; knots that the picture's edge cuts are no knots; two that touch are one or none; rot in round
-//! patches is a knot. Levels, shares and cues are engineering estimates, tested on boards of `procedural`.
+//! Model: light in cells of 0.3 mm under a Gaussian of 0.5 mm, over its median, is cut at levels from 0.4 to 0.85. A
+//! patch below a level is a knot where it fills the ellipse of its moments, is darker inside than outside all around (a
+//! closed contour; bands of latewood are open or fill no ellipse), and is wide enough. Of patches that overlap, the one
+//! with the most contrast whose level lies midway between inside and outside stays; it is then cut at midway itself,
+//! where blur does not move an outline. Lean: a round branch cut at the angle `dive` to its axis shows an ellipse with
+//! minor / major = sin(dive), its major axis along the lean. Outlines wobble; an elongation e = 1 - minor / major
+//! counts as sqrt(e^2 - 0.07^2). Which end leans out: away from the pith, where rings follow each other more closely
+//! (across), and to the lower side of the branch, which compression wood makes darker (along; branches of the scanned
+//! log of Larsson et al. 2022 droop by 10 degrees). Limits: even light to a fifth; knots that the picture's edge cuts
+//! are no knots; two that touch are one or none; rot in round patches is a knot. Levels, shares and cues are
+//! engineering estimates, tested on boards of `procedural`.
 
 use std::f32::consts::PI;
 
@@ -23,7 +24,8 @@ use crate::texture::Cells;
 const CELL_MM: f32 = 0.3;
 /// Gaussian over them [mm]: fibres vanish, the smallest knots stay.
 const BLUR_MM: f32 = 0.5;
-/// Levels over the median light [1]: bark lies at 0.1, dead knots at 0.3, sound ones at 0.5 to 0.75, wide latewood at 0.85.
+/// Levels over the median light [1]: bark lies at 0.1, dead knots at 0.3, sound ones at 0.5 to 0.75, wide latewood at
+/// 0.85.
 const LEVELS: [f32; 10] = [0.4, 0.45, 0.5, 0.55, 0.6, 0.65, 0.7, 0.75, 0.8, 0.85];
 /// Least part of the ellipse of its moments that a patch fills [1]: an ellipse has 1, an arc 0.6.
 const LEAST_FILL: f32 = 0.88;
@@ -39,7 +41,8 @@ const LEAST_CLOSED: f32 = 0.85;
 const LEAST_CONTRAST: f32 = 0.12;
 /// Below this light over clear wood's a knot is dead [1]: sound ones of the class table have 0.52, dead ones 0.27.
 const DEAD: f32 = 0.38;
-/// Elongation of an upright knot by its outline's wobble [1]: harmonics of 3.5 % of the radius in all, the oval the largest.
+/// Elongation of an upright knot by its outline's wobble [1]: harmonics of 3.5 % of the radius in all, the oval the
+/// largest.
 const WOBBLE: f32 = 0.07;
 /// Reach of the look at rings on both sides of a knot [mm].
 const RINGS_MM: f32 = 15.0;
@@ -292,7 +295,8 @@ fn knot(ground: &Ground, patch: &LevelPatch, all: &[LevelPatch]) -> PictureKnot 
 fn rings_beside(ground: &Ground, patch: &LevelPatch, all: &[LevelPatch]) -> f32 {
     let [rows, cols] = ground.cells.size;
     let side = |sign: f32| {
-        // Squares of slopes and of departures from the mean of a row's stretch: their ratio goes with frequency squared.
+        // Squares of slopes and of departures from the mean of a row's stretch: their ratio goes with frequency
+        // squared.
         let (mut slopes, mut squares, mut seen) = (0.0_f32, 0.0_f32, 0);
         for row in 0..rows {
             let stretch: Vec<usize> = (1..cols - 1)

@@ -1,5 +1,5 @@
-//! Boards from pictures: fibres and absorption of the wood that a photograph or a Reflectance map shows, and coefficients of the wood
-//! in a stack of slices.
+//! Boards from pictures: fibres and absorption of the wood that a photograph or a Reflectance map shows, and
+//! coefficients of the wood in a stack of slices.
 //!
 //! `grey --fibre_map--> FibreMap --absorption_map--> AbsorptionMap`
 //!

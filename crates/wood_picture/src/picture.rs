@@ -1,10 +1,10 @@
 //! A picture at the door: brightness made linear in light, and checks that need no analysis.
 //!
-//! Model: brightness in proportion to light, B = s R with one factor s for the picture. sRGB's curve after IEC 61966-2-1:
-//! c / 12.92 up to 0.04045, else ((c + 0.055) / 1.055)^2.4; other curves are powers.
-//! Which channel: the laser has 660 nm, and the red channel of a camera spans 580 to 690 nm about, so a colour picture is reduced
-//! to its red channel alone, made linear and divided by the white balance's factor, which moves s and nothing else.
-//! Limits: even light; the tone curves of phones are none of these (take raw files); red is a mean over 100 nm.
+//! Model: brightness in proportion to light, B = s R with one factor s for the picture. sRGB's curve after IEC
+//! 61966-2-1: c / 12.92 up to 0.04045, else ((c + 0.055) / 1.055)^2.4; other curves are powers. Which channel: the
+//! laser has 660 nm, and the red channel of a camera spans 580 to 690 nm about, so a colour picture is reduced to its
+//! red channel alone, made linear and divided by the white balance's factor, which moves s and nothing else. Limits:
+//! even light; the tone curves of phones are none of these (take raw files); red is a mean over 100 nm.
 
 use crate::raster::quantile_of;
 use crate::{PictureAnalysis, PictureFault};

@@ -1,7 +1,8 @@
 //! Filters and samples on rasters `[rows, cols]`, row-major.
 //!
-//! Model: separable Gaussians sampled at pixels, cut at four standard deviations, whose weights sum to 1; the derivative of a
-//! Gaussian, normalised so that a ramp keeps its slope. Limits: below 0.8 pixels a sampled derivative turns directions.
+//! Model: separable Gaussians sampled at pixels, cut at four standard deviations, whose weights sum to 1; the
+//! derivative of a Gaussian, normalised so that a ramp keeps its slope. Limits: below 0.8 pixels a sampled derivative
+//! turns directions.
 
 /// Kernels reach this many standard deviations [1]: 6e-5 of the weight lies beyond.
 const REACH: f32 = 4.0;

@@ -1,13 +1,12 @@
 //! What a band saw has left: ridges across the board, taken out of a picture.
 //!
-//! Model: ridges run across the board, slanted by some degrees, so the light of a row, followed along that slant, goes up and down with
-//! them as a whole, while streaks and rings of the board's length change within millimetres. The slant is the one under which the mean
-//! profile along the board varies most; the ridges are then the mean along it under a Gaussian of 8 mm, which is taken away. Neither
-//! pitch nor phase is asked for: both drift along a board, and ridges under gloss are no sine.
-//! Source: the ridges of `procedural`'s sawn surface (docs/theory/wood.md). The law and its sizes are engineering
-//! estimates.
-//! Limits: only ridges within 7 degrees of a row; where rings cross the board for 20 mm and more they go too. Tooth marks with a
-//! pitch under 1.5 mm stay.
+//! Model: ridges run across the board, slanted by some degrees, so the light of a row, followed along that slant, goes
+//! up and down with them as a whole, while streaks and rings of the board's length change within millimetres. The slant
+//! is the one under which the mean profile along the board varies most; the ridges are then the mean along it under a
+//! Gaussian of 8 mm, which is taken away. Neither pitch nor phase is asked for: both drift along a board, and ridges
+//! under gloss are no sine. Source: the ridges of `procedural`'s sawn surface (docs/theory/wood.md). The law and its
+//! sizes are engineering estimates. Limits: only ridges within 7 degrees of a row; where rings cross the board for 20
+//! mm and more they go too. Tooth marks with a pitch under 1.5 mm stay.
 
 use crate::raster::{Beyond, around, smooth};
 use crate::texture::Cells;
@@ -101,8 +100,8 @@ mod tests {
             let mut light: Vec<f32> = (0..240_000).map(|i| streaks[i] + ridge(i)).collect();
             take_out(&mut light, size, pixel_mm, &[true; 240_000]);
             let left = |i: &usize| (light[*i] - streaks[*i]).powi(2);
-            // Places between cells are read in proportion, which keeps 1 - (pi / 10)^2 / 3 of a wave of 5 mm, twice, and what lies
-            // beyond the border is not known: a tenth of the squares within 4 mm of it.
+            // Places between cells are read in proportion, which keeps 1 - (pi / 10)^2 / 3 of a wave of 5 mm, twice,
+            // and what lies beyond the border is not known: a tenth of the squares within 4 mm of it.
             let inner: Vec<usize> = (0..240_000).filter(|i| (40..560).contains(&(i / 400))).collect();
             let rms = (inner.iter().map(left).sum::<f32>() / inner.len() as f32).sqrt();
             assert!(rms < 0.012, "pitch {pitch}, slant {slant}: {rms} of 0.07 left");

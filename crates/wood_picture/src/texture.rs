@@ -1,14 +1,14 @@
 //! The structure tensor of a picture's texture, gathered in cells.
 //!
-//! Model: at every pixel the gradient g = (gx, gy) of the logarithm of light under a Gaussian of scale s, and from it the doubled
-//! angle of the line across it,  q = w (gx^2 - gy^2, -2 gx gy),  whose angle is twice the azimuth of the fibre, from y towards x.
-//! Sums of q over a window are the orientation of least squares (Bigün and Granlund 1987); gradients are taken per mm in both
-//! directions, so pixels need not be square.
-//! Weight: w = 4 c^2 / (e + c^2)^2 (Geman and McClure 1987), e the larger of |g|^2 and its mean under a Gaussian of 1 s, c 1.5 times
-//! the root of the median of that mean. Streaks of fibre bundles have gradients about the median; what stands out (cracks, what
-//! `rings` has left, rims) counts little.
-//! Scales: 0.2, 0.4 and 0.8 mm for streaks, 0.4 mm for all that is seen; `orientation` chooses among them (Lindeberg 1998).
-//! Limits: gradients of neighbouring pixels share their light: each cell keeps its second moments for an error that counts it.
+//! Model: at every pixel the gradient g = (gx, gy) of the logarithm of light under a Gaussian of scale s, and from it
+//! the doubled angle of the line across it,  q = w (gx^2 - gy^2, -2 gx gy),  whose angle is twice the azimuth of the
+//! fibre, from y towards x. Sums of q over a window are the orientation of least squares (Bigün and Granlund 1987);
+//! gradients are taken per mm in both directions, so pixels need not be square. Weight: w = 4 c^2 / (e + c^2)^2 (Geman
+//! and McClure 1987), e the larger of |g|^2 and its mean under a Gaussian of 1 s, c 1.5 times the root of the median of
+//! that mean. Streaks of fibre bundles have gradients about the median; what stands out (cracks, what `rings` has left,
+//! rims) counts little. Scales: 0.2, 0.4 and 0.8 mm for streaks, 0.4 mm for all that is seen; `orientation` chooses
+//! among them (Lindeberg 1998). Limits: gradients of neighbouring pixels share their light: each cell keeps its second
+//! moments for an error that counts it.
 
 use crate::raster::{Beyond, filter, gaussian, gaussian_slope, quantile, smooth};
 
@@ -84,7 +84,8 @@ impl Cells {
 pub(crate) struct CellTexture {
     /// Error that no window averages out [rad].
     pub bias_rad: f32,
-    /// Sums over each cell's pixels of |q|, of both parts of q, and of |q|^2 and the two parts of its square as a complex number.
+    /// Sums over each cell's pixels of |q|, of both parts of q, and of |q|^2 and the two parts of its square as a
+    /// complex number.
     pub sums: [Vec<f32>; 6],
     /// Pixels of each cell that count.
     pub pixels: Vec<f32>,

@@ -1,5 +1,5 @@
-//! YAML files, read strictly: a tree in which every value knows its place, a reader that takes keys and values from it, and
-//! faults, each with line, key and remedy. Nothing here knows what a file means.
+//! YAML files, read strictly: a tree in which every value knows its place, a reader that takes keys and values from it,
+//! and faults, each with line, key and remedy. Nothing here knows what a file means.
 
 mod fault;
 mod node;

@@ -10,7 +10,8 @@ use serde_saphyr::{Location, Spanned};
 
 /// Longest file that is read [bytes]; the longest of the embedded recipes has a hundredth of it.
 pub const MAX_FILE_BYTES: usize = 1 << 20;
-/// Deepest nesting; a recipe needs 9 (`classes`, class, group, parameter, `truncated`, `of`, `choice`, `values`, value).
+/// Deepest nesting; a recipe needs 9 (`classes`, class, group, parameter, `truncated`, `of`, `choice`, `values`,
+/// value).
 const MAX_DEPTH: usize = 24;
 /// Most keys, values and list entries, those repeated by aliases included.
 const MAX_NODES: usize = 50_000;

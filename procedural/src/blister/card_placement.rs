@@ -115,7 +115,8 @@ impl CardPlacement {
         self.half.x - self.corner + (self.corner * self.corner - beyond * beyond).sqrt()
     }
 
-    /// Linear part and origin of the map from the card's (u - at, w) to the conveyor, with the warp's tangent plane [mm].
+    /// Linear part and origin of the map from the card's (u - at, w) to the conveyor, with the warp's tangent plane
+    /// [mm].
     pub fn tangent(&self, at: Vec2) -> (Mat3, Vec3) {
         let (rise, slope) = self.warp(at);
         let (u, v) = (self.along(Vec2::X), self.along(Vec2::Y));

@@ -184,7 +184,8 @@ impl FormedPocket {
         PocketFilm { inset, rise: factor * rise, slope, drawn }
     }
 
-    /// Distances from `p`, from the pocket's middle, to the pocket's ends against the unit vector `way` and along it [mm].
+    /// Distances from `p`, from the pocket's middle, to the pocket's ends against the unit vector `way` and along it
+    /// [mm].
     pub fn ends(&self, p: Vec2, way: Vec2) -> [f32; 2] {
         let own = |v: Vec2| Vec2::new(self.axis.dot(v), self.axis.perp_dot(v));
         self.outline.ends(own(p), own(way))

@@ -96,7 +96,8 @@ impl Outline {
         }
     }
 
-    /// Distances from `p` to where the line along the unit vector `way` leaves the outline, against it and along it; 0 outside [mm].
+    /// Distances from `p` to where the line along the unit vector `way` leaves the outline, against it and along it; 0
+    /// outside [mm].
     pub fn ends(&self, p: Vec2, way: Vec2) -> [f32; 2] {
         // Between the roots of a t^2 + 2 b t + c.
         let between = |a: f32, b: f32, c: f32| {

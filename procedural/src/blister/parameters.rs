@@ -224,8 +224,8 @@ parameters! {
         delamination: 0.0, 600.0, 0.0, "free", count;
         /// Tablets caught beside the pockets.
         tablet_on_flange: 0.0, 600.0, 0.0, "free", count;
-        /// Severity of the worst, from barely there to as bad as its kind can be; each defect's own lies between half and
-        /// all of it.
+        /// Severity of the worst, from barely there to as bad as its kind can be; each defect's own lies between half
+        /// and all of it.
         severity: 0.0, 1.0, 0.6, "free", of [DEFECTS];
     }
 }

@@ -126,7 +126,8 @@ mod tests {
     use super::super::parameters::{EXCLUSIVE_DEFECT_COUNTS, POCKET_DEFECT_COUNTS};
     use super::*;
 
-    /// What recipes are told of counts is what the plan does: these are the kinds of pockets, and those exclude each other.
+    /// What recipes are told of counts is what the plan does: these are the kinds of pockets, and those exclude each
+    /// other.
     #[test]
     fn counts_are_those_of_the_plan() {
         let path = |class: &Class| format!("defects.{}", class.name());

@@ -131,7 +131,8 @@ impl Part {
 }
 
 impl PartSlice<'_> {
-    /// The highest surface above `x` [mm]; `None` beside the part. Goes through all triangles: a scan asks rays instead.
+    /// The highest surface above `x` [mm]; `None` beside the part. Goes through all triangles: a scan asks rays
+    /// instead.
     pub fn surface(&self, x: f32) -> Option<Surface> {
         let mesh = &self.part.mesh;
         let at = |corner: u32| mesh.positions[corner as usize];

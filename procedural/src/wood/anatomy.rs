@@ -1,19 +1,22 @@
 //! Resin canals, vessels (pores) and rays that the face cuts.
 //!
-//! Models: canals and vessels are tubes along the grain. The plane across it, bundle by time of growth, is divided into cells,
-//! turned against both and bent by noise over some cells, so that no rows of them cross a face; a cell holds one tube at a place of its own that wanders along the grain, so that tubes enter and
-//! leave the face and show as short lines where it cuts them. n tubes of diameter d per mm2 leave a face parallel to them n d of open tube per mm.
-//! Canals are full of resin and stand mostly in latewood. Vessels are open: the face is a groove, d/2 deep in its middle, whose wall may hold
-//! dust. In ring-porous wood vessels are few and narrow outside the earlywood.
-//! Rays are sheets along the radius. The coordinates are the arc a = R phi at the fixed radius R of the face's middle, and l: each cell holds
-//! an ellipse of the asked height and width, at a place of its own that wanders outwards. Where the face runs along the radius it runs within such a sheet and a
-//! fleck appears, w / sin of the angle long, wander included; across it the same ray is a short line. The share of the face is that of the volume at every angle. In a ray
-//! cells lie along the radius. Light that enters a ray thicker than a free path ([`FREE_PATH_MM`]) meets these; one that is thinner it has left before
-//! they turn it, and its fibres are those of the wood around. A mean of both directions would not do: two axes at right angles have none. Fibres
-//! part around broad rays and light leaves through both, so directions there are as dispersed as the kernel's tables span, a guess.
-//! Tubes that would fill more than [`FULL`] of their cell's width are narrowed to that (`widest_tube_um`).
-//! Sources: docs/theory/wood.md. Limits: what lies below the face is as at the face; no tyloses, no perforated
-//! ends, no radial canals, no multiples of vessels; details below a pixel are seen at points, not averaged.
+//! Models: canals and vessels are tubes along the grain. The plane across it, bundle by time of growth, is divided into
+//! cells, turned against both and bent by noise over some cells, so that no rows of them cross a face; a cell holds one
+//! tube at a place of its own that wanders along the grain, so that tubes enter and leave the face and show as short
+//! lines where it cuts them. n tubes of diameter d per mm2 leave a face parallel to them n d of open tube per mm.
+//! Canals are full of resin and stand mostly in latewood. Vessels are open: the face is a groove, d/2 deep in its
+//! middle, whose wall may hold dust. In ring-porous wood vessels are few and narrow outside the earlywood. Rays are
+//! sheets along the radius. The coordinates are the arc a = R phi at the fixed radius R of the face's middle, and l:
+//! each cell holds an ellipse of the asked height and width, at a place of its own that wanders outwards. Where the
+//! face runs along the radius it runs within such a sheet and a fleck appears, w / sin of the angle long, wander
+//! included; across it the same ray is a short line. The share of the face is that of the volume at every angle. In a
+//! ray cells lie along the radius. Light that enters a ray thicker than a free path ([`FREE_PATH_MM`]) meets these; one
+//! that is thinner it has left before they turn it, and its fibres are those of the wood around. A mean of both
+//! directions would not do: two axes at right angles have none. Fibres part around broad rays and light leaves through
+//! both, so directions there are as dispersed as the kernel's tables span, a guess. Tubes that would fill more than
+//! [`FULL`] of their cell's width are narrowed to that (`widest_tube_um`). Sources: docs/theory/wood.md. Limits: what
+//! lies below the face is as at the face; no tyloses, no perforated ends, no radial canals, no multiples of vessels;
+//! details below a pixel are seen at points, not averaged.
 
 use glam::{Vec2, Vec3};
 

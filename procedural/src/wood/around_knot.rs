@@ -1,9 +1,9 @@
-//! How wood runs around one knot that a face shows: what [`super::growth`] does at every point of a log, for those who see the
-//! face alone.
+//! How wood runs around one knot that a face shows: what [`super::growth`] does at every point of a log, for those who
+//! see the face alone.
 //!
-//! Models: the flow of `grain_flow` and the bulge of `bulge` around a living branch that stands upright on the face, in units of its
-//! half width. A leaning branch is the same after its outline has been stretched to a circle.
-//! Sources: those of the two files. Limits: no death of the branch, no taper, no spiral; growth layers parallel to the face.
+//! Models: the flow of `grain_flow` and the bulge of `bulge` around a living branch that stands upright on the face, in
+//! units of its half width. A leaning branch is the same after its outline has been stretched to a circle. Sources:
+//! those of the two files. Limits: no death of the branch, no taper, no spiral; growth layers parallel to the face.
 
 use glam::{Vec2, Vec3};
 
@@ -30,7 +30,8 @@ pub struct KnotSurrounding {
 }
 
 impl KnotSurroundings {
-    /// Beyond this many half widths across the fibre, and [`Self::LONGER`] times as many along it, nothing is disturbed [1].
+    /// Beyond this many half widths across the fibre, and [`Self::LONGER`] times as many along it, nothing is disturbed
+    /// [1].
     pub const REACH: f32 = REACH;
     /// How much longer the disturbance is along the fibre [1].
     pub const LONGER: f32 = ASPECT;
@@ -58,8 +59,8 @@ impl KnotSurroundings {
         })
     }
 
-    /// The fibre where disturbances add up to `stream` and slopes of the growth layers to `slope`, both along and across the
-    /// undisturbed fibre: along, across, and away from the pith [1].
+    /// The fibre where disturbances add up to `stream` and slopes of the growth layers to `slope`, both along and
+    /// across the undisturbed fibre: along, across, and away from the pith [1].
     pub fn fibre(stream: Vec2, slope: Vec2) -> Vec3 {
         let free = Vec3::new(not_below(1.0 + stream.x, SLOWEST), stream.y, 0.0);
         let normal = (-slope).extend(1.0);
@@ -104,8 +105,9 @@ mod tests {
                 let apart = fibre.angle_between(Vec3::new(told.y, told.x, told.z));
                 worst = worst.max(apart);
                 sum += apart;
-                // Layers wave by half a percent over 40 mm and are curved about the pith (their normal leans by 50/300 at the
-                // edges, of which a bulge makes a twentieth), and the branch widens outwards by a third: each about a degree.
+                // Layers wave by half a percent over 40 mm and are curved about the pith (their normal leans by 50/300
+                // at the edges, of which a bulge makes a twentieth), and the branch widens outwards by a third: each
+                // about a degree.
                 assert!(apart < 0.07, "seed {seed}, {p}: {fibre}, {told}, {apart}");
                 checked += 1;
             }

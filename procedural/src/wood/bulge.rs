@@ -2,16 +2,14 @@
 //!
 //! Models: t is the radius that the trunk had when a point grew [mm]; annual rings are its level sets. Far from knots t
 //! is the distance r from the pith. Near a knot trunk and branch merge by a smooth minimum of their times,
-//!   smin(1, x) = (1 + x^-k)^(-1/k),  k = 3.25 - 0.8 (x - 1) / (x - 0.7),
-//! with x the distance from the axis over the knot's half width, 1 on its outline and beyond it measured 1.6 times shorter
-//! along the grain, and
-//!   t = r - f h w (1 - smin),  w = (1 - u^2)^3,  u = (x - 1) / 3,  h = 2.5 half widths.
-//! The slope of t, which is the fibre's dive on a flat-sawn face, falls steadily from 21 deg at the knot to 3 deg three half
-//! widths along the grain from its outline, and without a step to 0 at x = 4.
-//! After the branch's death f falls from 1 to -1/2: rings stop bulging outwards and bend in around the stub.
-//! Source: Larsson et al. (2022) for the merging and f. Their k falls by 1.75 instead of 0.8, and their bulge scales with the
-//! trunk's radius; here it scales with the knot's and ends sooner, so that small knots bend few rings.
-//! Limits: inside a knot the branch's own rings replace this field.
+//! smin(1, x) = (1 + x^-k)^(-1/k),  k = 3.25 - 0.8 (x - 1) / (x - 0.7), with x the distance from the axis over the
+//! knot's half width, 1 on its outline and beyond it measured 1.6 times shorter along the grain, and
+//! t = r - f h w (1 - smin),  w = (1 - u^2)^3,  u = (x - 1) / 3,  h = 2.5 half widths. The slope of t, which is the
+//! fibre's dive on a flat-sawn face, falls steadily from 21 deg at the knot to 3 deg three half widths along the grain
+//! from its outline, and without a step to 0 at x = 4. After the branch's death f falls from 1 to -1/2: rings stop
+//! bulging outwards and bend in around the stub. Source: Larsson et al. (2022) for the merging and f. Their k falls by
+//! 1.75 instead of 0.8, and their bulge scales with the trunk's radius; here it scales with the knot's and ends sooner,
+//! so that small knots bend few rings. Limits: inside a knot the branch's own rings replace this field.
 
 /// Largest distance from the axis at which a knot disturbs wood [half widths across, 1.6 times as many along].
 pub(super) const REACH: f32 = 4.0;
@@ -42,10 +40,12 @@ pub(super) struct Bulge {
 /// Where a point lies in the bulge of a knot.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct BulgePlace {
-    /// Distance from the axis: 1 on the outline all around, from where it grows by [`ASPECT`] more slowly along the grain
+    /// Distance from the axis: 1 on the outline all around, from where it grows by [`ASPECT`] more slowly along the
+    /// grain
     /// [half widths].
     pub x: f32,
-    /// Slope of x over the offset from the axis, times x: parts of that offset, and of the offset shortened along the grain
+    /// Slope of x over the offset from the axis, times x: parts of that offset, and of the offset shortened along the
+    /// grain
     /// [1 / half width].
     pub steepness: [f32; 2],
     /// Slope of x over the half width's logarithm, times -x [1].
@@ -110,8 +110,8 @@ impl Bulge {
         Self { table: table.collect(), per_rim: (1.0 / rim) as f32 }
     }
 
-    /// How much the order of fibres is disturbed: the root of a bulge's depth over that at the knot's outline, 1 inside of it; by
-    /// eye, so that the flame of light on fibres that dive neither stands out nor makes way for a halo [1].
+    /// How much the order of fibres is disturbed: the root of a bulge's depth over that at the knot's outline, 1 inside
+    /// of it; by eye, so that the flame of light on fibres that dive neither stands out nor makes way for a halo [1].
     #[inline]
     pub fn disorder(&self, merge: &BulgeMerge) -> f32 {
         (merge.depth * self.per_rim).clamp(0.0, 1.0).sqrt()

@@ -1,10 +1,10 @@
 //! Coats on the upper face: dirt and burns.
 //!
-//! Models: a thin layer that takes a share of the light each time it passes and has no thickness in Range. A spot of dirt is an
-//! ellipse with a wandering outline and clouds inside; a burn is a band across the board that is darkest in its middle and
-//! streaky along the fibre, where single knives touched more.
-//! Sources: transmittance of dirt as in docs/theory/wood.md, the rest are engineering estimates. Limits: coats scatter
-//! nothing themselves; they have no gloss of their own.
+//! Models: a thin layer that takes a share of the light each time it passes and has no thickness in Range. A spot of
+//! dirt is an ellipse with a wandering outline and clouds inside; a burn is a band across the board that is darkest in
+//! its middle and streaky along the fibre, where single knives touched more. Sources: transmittance of dirt as in
+//! docs/theory/wood.md, the rest are engineering estimates. Limits: coats scatter nothing themselves; they have no
+//! gloss of their own.
 
 use glam::Vec2;
 use rand::RngExt;

@@ -94,7 +94,8 @@ const FRASS_MU_A: f64 = 2.0;
 const FRASS_N_EFF: f64 = 1.1;
 
 impl WoodKinds {
-    /// The kinds of a recipe: earlywood as it is given, everything else but bark's absorption by its ratios to earlywood.
+    /// The kinds of a recipe: earlywood as it is given, everything else but bark's absorption by its ratios to
+    /// earlywood.
     pub fn new(m: &Media) -> Self {
         let (mu_a, sigma_i, k) = (m.earlywood_mu_a_per_mm, m.earlywood_sigma_i_per_mm, m.earlywood_k_per_mm);
         let knot = |mu_a| Coefficients::new(mu_a, m.knot_sigma_i_ratio * sigma_i, m.knot_k_ratio * k, m.knot_n_eff);

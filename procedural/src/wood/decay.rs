@@ -1,13 +1,13 @@
 //! Rot: along one long edge of the board, about the pith, and in pockets.
 //!
-//! Models: a front at the asked distance from the edge or from the pith, or around spindles along the grain, that wanders with elongated
-//! noise; where fronts meet the farther advanced counts. Severity rises across the front
-//! along a smooth step. With severity s and v = 2 s, absorption is mu_a,clear (mu_a,rot / mu_a,clear)^v, every other
+//! Models: a front at the asked distance from the edge or from the pith, or around spindles along the grain, that
+//! wanders with elongated noise; where fronts meet the farther advanced counts. Severity rises across the front along a
+//! smooth step. With severity s and v = 2 s, absorption is mu_a,clear (mu_a,rot / mu_a,clear)^v, every other
 //! coefficient is clear + v (rot - clear): at s = 1/2 the medium is that of the class table. Before the front lies a
-//! rim of reaction that absorbs half as much again, or a wider zone of incipient decay, discoloured as wood of a fifth of the severity. A
-//! point is decayed where at least half of the front has passed.
-//! Sources: class table and sizes in docs/theory/wood.md.
-//! Limits: one strip along the whole edge; heart rot does not taper; no cubical cracks, no zone lines inside.
+//! rim of reaction that absorbs half as much again, or a wider zone of incipient decay, discoloured as wood of a fifth
+//! of the severity. A point is decayed where at least half of the front has passed. Sources: class table and sizes in
+//! docs/theory/wood.md. Limits: one strip along the whole edge; heart rot does not taper; no cubical cracks, no zone
+//! lines inside.
 
 use glam::Vec3;
 use rand::RngExt;
@@ -103,7 +103,8 @@ pub(super) struct Decayed {
 }
 
 impl Decay {
-    /// The decay that a recipe asks for, with its instances added to `instances`; none without reach or without severity.
+    /// The decay that a recipe asks for, with its instances added to `instances`; none without reach or without
+    /// severity.
     pub fn grow(
         stream: Stream,
         wood: &Wood,
@@ -162,7 +163,8 @@ impl Decay {
         })
     }
 
-    /// Distance to the nearest front, negative behind it, the most that it wanders, root mean square, and its instance [mm].
+    /// Distance to the nearest front, negative behind it, the most that it wanders, root mean square, and its instance
+    /// [mm].
     #[inline]
     fn ahead(&self, x: f32, place: &LogPoint) -> (f32, f32, u16) {
         let (mut ahead, mut wander, mut id) = (f32::INFINITY, self.wander, 0);

@@ -1,15 +1,16 @@
 //! The grain that the upper face cuts, on a grid: what torn fibres, canals, pores and rays need at every pixel.
 //!
-//! Models: at the nodes of a grid of [`STEP_MM`] the face is asked for the time of growth t, for the bundle that lies there, for
-//! the fibre's dive and for decay; between nodes all of them are joined by straight lines, bundles the shorter way about the pith, since
-//! their numbers begin anew opposite of the board's middle. Torn and fuzzy grain: knives that
-//! travel along the board lift fibres that dive against their travel and tear them out; strands of noise along the grain, deep where they
-//! are low and raised where they are high, z = s h n - s h max(0, n - 1), with the share s of the dive. Fibres that are only bent up (fuzz) are finer,
-//! stand where fibres dive to either side, and point in all directions.
-//! Decayed wood shrinks and is worn: the face sinks by the asked depth times severity times the share of the front that has passed.
-//! Strands follow the grain around knots because they are counted by bundles.
-//! Sources: engineering estimates. Limits: details below the grid's step; what lies below the face is as at the face; knots
-//! themselves stay whole and sound; torn places neither shade nor hide unless decay sinks the face or it has openings.
+//! Models: at the nodes of a grid of [`STEP_MM`] the face is asked for the time of growth t, for the bundle that lies
+//! there, for the fibre's dive and for decay; between nodes all of them are joined by straight lines, bundles the
+//! shorter way about the pith, since their numbers begin anew opposite of the board's middle. Torn and fuzzy grain:
+//! knives that travel along the board lift fibres that dive against their travel and tear them out; strands of noise
+//! along the grain, deep where they are low and raised where they are high, z = s h n - s h max(0, n - 1), with the
+//! share s of the dive. Fibres that are only bent up (fuzz) are finer, stand where fibres dive to either side, and
+//! point in all directions. Decayed wood shrinks and is worn: the face sinks by the asked depth times severity times
+//! the share of the front that has passed. Strands follow the grain around knots because they are counted by bundles.
+//! Sources: engineering estimates. Limits: details below the grid's step; what lies below the face is as at the face;
+//! knots themselves stay whole and sound; torn places neither shade nor hide unless decay sinks the face or it has
+//! openings.
 
 use glam::{Vec2, Vec3};
 use rand::RngExt;
@@ -72,7 +73,8 @@ pub(super) struct FaceGrains {
 }
 
 impl FaceGrains {
-    /// The grid of a board; none where nothing asks for it. `sunk` says how far decay sinks the face at x and a place of the log [mm].
+    /// The grid of a board; none where nothing asks for it. `sunk` says how far decay sinks the face at x and a place
+    /// of the log [mm].
     pub fn grow(
         stream: Stream,
         wood: &Wood,
@@ -162,8 +164,8 @@ impl FaceGrains {
         (grain(&value, l), [grain(&along_x, self.turn.y), grain(&along_y, self.turn.x)])
     }
 
-    /// How far the face is raised at most [mm]: both sizes of torn strands at the height where they are cut, and the highest fibres, in
-    /// the patch that varies them most.
+    /// How far the face is raised at most [mm]: both sizes of torn strands at the height where they are cut, and the
+    /// highest fibres, in the patch that varies them most.
     pub fn relief(&self) -> f32 {
         (1.0 + PATCHES * PLANE_MOST) * (2.0 * TORN_PART * self.torn + FIBRES_MOST * self.fuzzy)
     }

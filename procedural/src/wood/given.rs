@@ -1,10 +1,10 @@
 //! Given wood: a board whose matter something else knows, a picture for instance, in the place of a grown log.
 //!
-//! Model: whoever gives the wood answers for each place of the face and each depth below it; shape, saw, openings and coats stay the
-//! board's own. Depth is counted from the sawn face without ripple and roughness, since a picture shows what lies on top; what
-//! lies above counts as depth 0. Beyond the board's sides the nearest place answers.
-//! Limits: cracks run along one direction of the whole board and are radial about a pith that is not seen (`log.pith_depth_mm`);
-//! they do not begin at knots.
+//! Model: whoever gives the wood answers for each place of the face and each depth below it; shape, saw, openings and
+//! coats stay the board's own. Depth is counted from the sawn face without ripple and roughness, since a picture shows
+//! what lies on top; what lies above counts as depth 0. Beyond the board's sides the nearest place answers. Limits:
+//! cracks run along one direction of the whole board and are radial about a pith that is not seen
+//! (`log.pith_depth_mm`); they do not begin at knots.
 
 use std::fmt::Debug;
 

@@ -1,7 +1,8 @@
 //! How fibres run around a knot: the flow-grain analogy with a Rankine oval.
 //!
-//! Models: fibres as streamlines of a plane potential flow, in the tangential plane, around an obstacle made of a source
-//! and a sink in a uniform stream. In units of the obstacle's half width, with the source at -b and the sink at +b:
+//! Models: fibres as streamlines of a plane potential flow, in the tangential plane, around an obstacle made of a
+//! source and a sink in a uniform stream. In units of the obstacle's half width, with the source at -b and the sink at
+//! +b:
 //!   v_along  = 1 + m [(x + b)/A - (x - b)/B],  v_across = m y [1/A - 1/B],  A, B = (x +- b)^2 + y^2
 //!   psi = y + m [atan2(y, x + b) - atan2(y, x - b)],  m = 1 / (2 atan b)
 //! and the oval ends at sqrt(b^2 + 2 m b). As b falls to 0 it becomes the circle with a doublet.
@@ -19,8 +20,8 @@ const STEPS: usize = 64;
 /// part at about 60 deg, and keeps the direction defined at the tips.
 pub(super) const SLOWEST: f32 = 0.35;
 
-/// Half width of the seam along the oval's axis where fibres that parted come together again [half width]: a point would
-/// turn them within less than a fibre's width.
+/// Half width of the seam along the oval's axis where fibres that parted come together again [half width]: a point
+/// would turn them within less than a fibre's width.
 const SEAM: f32 = 0.7;
 
 /// A Rankine oval of half width 1.

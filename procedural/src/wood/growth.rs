@@ -3,13 +3,12 @@
 //! Models: time of growth t as the distance from the pith with a slight waviness, less the bulges around knots; fibres
 //! that follow the pith, turned by the spiral grain, pushed aside by the flow around every knot, and then laid into the
 //! growth surface t = const, f = normalise(f0 - (f0 n) n) with n along grad t. Inside a branch fibres run along its
-//! axis. Branch and stem meet without a passage: tissues of both are laid over each other by turns, year after year (Shigo
-//! 1985), and where fibres were let turn from one into the other they passed the angle at which guided light meets the
-//! camera, and each sound knot had the same bright rim.
-//! Sources: Foley (2001) for fibres in growth surfaces; Säll (2002) for the spiral; `bulge` and `grain_flow` for the rest.
-//! Around a branch that ended inside the stem all of this fades (`knot`).
-//! Limits: the disturbances of several knots add up; a branch's collar has no swelling of its own; fibres that bend out of
-//! the stem into a living branch from below do so within its outline, at once.
+//! axis. Branch and stem meet without a passage: tissues of both are laid over each other by turns, year after year
+//! (Shigo 1985), and where fibres were let turn from one into the other they passed the angle at which guided light
+//! meets the camera, and each sound knot had the same bright rim. Sources: Foley (2001) for fibres in growth surfaces;
+//! Säll (2002) for the spiral; `bulge` and `grain_flow` for the rest. Around a branch that ended inside the stem all of
+//! this fades (`knot`). Limits: the disturbances of several knots add up; a branch's collar has no swelling of its own;
+//! fibres that bend out of the stem into a living branch from below do so within its outline, at once.
 
 use std::sync::Arc;
 
@@ -158,8 +157,8 @@ impl Growth {
         }
     }
 
-    /// Rings and bundles at a place of a trunk without knots, whose spiral grain has this sine and cosine; and where fibres run that
-    /// go straight along it, sideways and upwards [1].
+    /// Rings and bundles at a place of a trunk without knots, whose spiral grain has this sine and cosine; and where
+    /// fibres run that go straight along it, sideways and upwards [1].
     #[inline]
     fn without_knots<'a>(&self, place: &LogPoint, (sin, cos): (f32, f32)) -> (Bent<'a>, Vec2) {
         let (r, around) = (place.r, place.around());
@@ -183,7 +182,8 @@ impl Growth {
         (Bent { t, slope, stream: Vec2::X, bundle, disturbed: 0.0, branch: None }, runs)
     }
 
-    /// Adds what a knot does to rings and bundles at a place, where its section is this and the spiral grain has this sine and cosine.
+    /// Adds what a knot does to rings and bundles at a place, where its section is this and the spiral grain has this
+    /// sine and cosine.
     #[inline]
     fn bend<'a>(
         &self,

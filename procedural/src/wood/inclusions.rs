@@ -1,12 +1,12 @@
 //! Inclusions: resin pockets, resin streaks and bark pockets.
 //!
-//! Models: an ellipsoid in the log's own coordinates, growth time t outwards, arc about the pith around, l along: its longest
-//! axis runs along the grain and its shortest outwards, so it lies in a growth layer and bends with it. A resin pocket lies on
-//! the boundary of a ring, where one is near, and is sharp; a bark pocket is sharp all around; a streak
-//! is wood soaked with resin that fades outwards over half of its size.
-//! Each is cut by the upper face: its middle lies within half of its own thickness of it.
-//! Sources: resin pockets as lenses within a growth ring (Temnerud 1998); sizes are engineering estimates.
-//! Limits: pockets are full of resin, none has run out; bark pockets carry no callus; rings do not bend around any of them.
+//! Models: an ellipsoid in the log's own coordinates, growth time t outwards, arc about the pith around, l along: its
+//! longest axis runs along the grain and its shortest outwards, so it lies in a growth layer and bends with it. A resin
+//! pocket lies on the boundary of a ring, where one is near, and is sharp; a bark pocket is sharp all around; a streak
+//! is wood soaked with resin that fades outwards over half of its size. Each is cut by the upper face: its middle lies
+//! within half of its own thickness of it. Sources: resin pockets as lenses within a growth ring (Temnerud 1998); sizes
+//! are engineering estimates. Limits: pockets are full of resin, none has run out; bark pockets carry no callus; rings
+//! do not bend around any of them.
 
 use rand::RngExt;
 
@@ -86,7 +86,8 @@ impl Inclusions {
                 let mut about = |median: f64| lognormal(&mut rng, 0.5 * median, LOG_SD);
                 let half = [asked.thickness_mm, asked.width_mm, length].map(|size| about(size) as f32);
                 let t = ring + aside * half[0];
-                // Where the wood tore lies the boundary of a ring, if one is so near that the face still cuts the pocket.
+                // Where the wood tore lies the boundary of a ring, if one is so near that the face still cuts the
+                // pocket.
                 let torn = rings.boundary(ring) + TORN * half[0];
                 let t = if class == Class::ResinPocket && (torn - ring).abs() < 0.5 * half[0] { torn } else { t };
                 let id = instances.len() as u16 + 1;

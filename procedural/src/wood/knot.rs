@@ -1,16 +1,15 @@
 //! One knot: the branch that the trunk grew around.
 //!
 //! Models: a branch whose skeleton runs outwards from the pith, at the distance r from it at
-//!   l(r) = C + D sqrt r + E r  along the log and  phi(r) = F + G ln r  about it,
-//! and whose width grows as r (A + B r^(1/4)) while it lives. A dead branch keeps its width; bark takes the outer part
-//! of it. A point belongs to the skeleton point at its own distance from the pith (Larsson et al. 2022).
-//! A branch of a stem (`stem`) may end inside: over the last half width its outline rounds off to nothing as an ellipsoid,
-//! and what it does to the growth layers fades from there to four half widths beyond the end, in a smooth step.
-//! Sources: form of the skeleton and spread of its numbers from the 108 knots of the scanned log of Larsson et al.
-//! (2022); dead branches are cylinders (Trincado and Burkhart 2008).
-//! The rounding and the healing of an end are engineering estimates.
-//! Limits: knots that are placed on a face never end before it; no swelling at the base; no pocket of bark or resin at an end, over
-//! which the slope of the growth layers has a faint kink at 0.8 half widths from the axis, elsewhere hidden in the branch.
+//! l(r) = C + D sqrt r + E r  along the log and  phi(r) = F + G ln r  about it, and whose width grows as r (A + B
+//! r^(1/4)) while it lives. A dead branch keeps its width; bark takes the outer part of it. A point belongs to the
+//! skeleton point at its own distance from the pith (Larsson et al. 2022). A branch of a stem (`stem`) may end inside:
+//! over the last half width its outline rounds off to nothing as an ellipsoid, and what it does to the growth layers
+//! fades from there to four half widths beyond the end, in a smooth step. Sources: form of the skeleton and spread of
+//! its numbers from the 108 knots of the scanned log of Larsson et al. (2022); dead branches are cylinders (Trincado
+//! and Burkhart 2008). The rounding and the healing of an end are engineering estimates. Limits: knots that are placed
+//! on a face never end before it; no swelling at the base; no pocket of bark or resin at an end, over which the slope
+//! of the growth layers has a faint kink at 0.8 half widths from the axis, elsewhere hidden in the branch.
 
 use glam::Vec2;
 use rand::RngExt;
@@ -212,9 +211,9 @@ impl Knot {
         }
     }
 
-    /// A branch of a stem in the log of a board: `along` is the board's middle along the stem [mm], `azimuth` what is azimuth 0
-    /// in the log [rad], `r` the distance from the pith where its slope is taken, and `bark` the thickness of its ring [mm].
-    /// Its width, skeleton, death and end are those of the branch; class and number are given later.
+    /// A branch of a stem in the log of a board: `along` is the board's middle along the stem [mm], `azimuth` what is
+    /// azimuth 0 in the log [rad], `r` the distance from the pith where its slope is taken, and `bark` the thickness of
+    /// its ring [mm]. Its width, skeleton, death and end are those of the branch; class and number are given later.
     pub fn of_branch(branch: &StemBranch, along: f64, azimuth: f64, r: f64, bark: f32, draw: &KnotDraw) -> Self {
         let [opening, narrowing] = branch.width;
         let fixed = branch.widest_mm().min(branch.end_mm).min(NOTED_MM);
@@ -252,7 +251,8 @@ impl Knot {
         self.end + self.healing
     }
 
-    /// How much of what it does to the wood around is left at a distance from the pith [1], and the slope of that [mm^-1].
+    /// How much of what it does to the wood around is left at a distance from the pith [1], and the slope of that
+    /// [mm^-1].
     #[inline]
     pub fn left(&self, r: f32) -> (f32, f32) {
         let length = self.cap + self.healing;
@@ -294,8 +294,9 @@ impl Knot {
         }
     }
 
-    /// Absorption inside over that of the knot's wood [1]: `offset` from the axis around and along the log [mm], `x` the
-    /// same in half widths, `below` the cosine of the angle from down the stem, `r` the distance from the log's pith [mm].
+    /// Absorption inside over that of the knot's wood [1]: `offset` from the axis around and along the log [mm], `x`
+    /// the same in half widths, `below` the cosine of the angle from down the stem, `r` the distance from the log's
+    /// pith [mm].
     #[inline]
     pub fn absorption(&self, offset: Vec2, x: f32, below: f32, r: f32) -> f32 {
         self.inside.absorption(offset, x, offset.length(), below, r)
@@ -306,8 +307,8 @@ impl Knot {
         share * (1.0 - self.taper * fourth_root) / (1.0 - self.taper)
     }
 
-    /// Distance of a place off the axis (around, along, as the leaning branch is cut) from it, in half widths of the wobbling
-    /// outline [1], and the wobble there as a part of the radius [1].
+    /// Distance of a place off the axis (around, along, as the leaning branch is cut) from it, in half widths of the
+    /// wobbling outline [1], and the wobble there as a part of the radius [1].
     #[inline]
     pub fn reach(&self, offset: Vec2, half_width: f32) -> (f32, f32) {
         let wobble = self.wobble(offset);

@@ -1,12 +1,15 @@
 //! Solid wood: a board sawn from a log with annual rings, knots and the defects that graders look for.
 //!
-//! `Wood --grow--> Plank --slice--> PlankSlice --> Surface, Matter`, or `Stem --saw--> Plank`, or `GivenWood --lay--> Plank`.
+//! `Wood --grow--> Plank --slice--> PlankSlice --> Surface, Matter`, or `Stem --saw--> Plank`, or `GivenWood --lay-->
+//! Plank`.
 //!
 //! Models: the log as a field of growth times around a wandering pith (`pith`, `rings`, `growth`), branches in it
-//! (`knot`, `knot_placement`, `bulge`, `grain_flow`), or the branches of a whole stem (`stem`), zones of the stem (`zones`), decay (`decay`), resin and bark inside it
-//! (`inclusions`), the saw (`sawn_surface`), tools (`tool_marks`), torn grain and loss by decay (`face_grain`), canals, vessels and rays (`anatomy`), cracks, holes and wane (`openings`), dirt and burns (`coats`), wet places (`moisture`), and what all of that means for
-//! light (`coefficients`). What is inside was sawn flat and then warped with the board.
-//! Sources stand in each file; docs/theory/wood.md says what is not modelled.
+//! (`knot`, `knot_placement`, `bulge`, `grain_flow`), or the branches of a whole stem (`stem`), zones of the stem
+//! (`zones`), decay (`decay`), resin and bark inside it (`inclusions`), the saw (`sawn_surface`), tools (`tool_marks`),
+//! torn grain and loss by decay (`face_grain`), canals, vessels and rays (`anatomy`), cracks, holes and wane
+//! (`openings`), dirt and burns (`coats`), wet places (`moisture`), and what all of that means for light
+//! (`coefficients`). What is inside was sawn flat and then warped with the board. Sources stand in each file;
+//! docs/theory/wood.md says what is not modelled.
 //!
 //! A new defect has its numbers in `parameters`. What changes the wood of a stem goes to `zones` or `inclusions`, what
 //! lowers the face to `openings`, what lies on it to `coats`. It has a class of samples in recipes/wood-grading.yaml, a
@@ -77,10 +80,11 @@ use self::zones::Zones;
 use crate::noise::{BLOCK, Noise};
 use crate::{Class, Gloss, Instance, Matter, Medium, Mesh, Stream, Surface};
 
-/// Rings are grown this far beyond the layer of the farthest corner [mm]: layers wave, and dents behind dead branches reach outwards.
+/// Rings are grown this far beyond the layer of the farthest corner [mm]: layers wave, and dents behind dead branches
+/// reach outwards.
 const RING_MARGIN_MM: f32 = 10.0;
-/// One over the cells of fine bundles and of coarse ones: around and outwards, along [mm^-1]; a fine one is three or four tracheids, a fibre's
-/// length.
+/// One over the cells of fine bundles and of coarse ones: around and outwards, along [mm^-1]; a fine one is three or
+/// four tracheids, a fibre's length.
 const BUNDLES_PER_MM: [[f32; 2]; 2] = [[1.0 / 0.12, 1.0 / 3.5], [1.0 / 0.6, 1.0 / 18.0]];
 /// Their shares of the root mean square; squares sum to 1 [1].
 const STREAK_SHARES: [f32; 2] = [0.8, 0.6];
@@ -178,9 +182,9 @@ impl Plank {
         Self::assemble(BoardStreams::alone(stream), wood, trunk, growth, sawn, knots, None)
     }
 
-    /// A board of wood that is given: its shape, openings and coats are drawn as for any board, with strands and cracks along the
-    /// direction of most of its fibres and a pith as far from the face as `wood.log` says, on the side that is given. Of `wood`,
-    /// what stands inside the wood (rings, knots, rot, zones, inclusions) has to be off.
+    /// A board of wood that is given: its shape, openings and coats are drawn as for any board, with strands and cracks
+    /// along the direction of most of its fibres and a pith as far from the face as `wood.log` says, on the side that
+    /// is given. Of `wood`, what stands inside the wood (rings, knots, rot, zones, inclusions) has to be off.
     pub fn lay(stream: Stream, wood: &Wood, given: Arc<dyn GivenWood>) -> Self {
         let mut wood = *wood;
         wood.log.grain_angle_deg = f64::from(given.azimuth_deg());
@@ -193,14 +197,15 @@ impl Plank {
         Self::assemble(BoardStreams::alone(stream), &wood, trunk, growth, sawn, Vec::new(), Some(given))
     }
 
-    /// Saws the board that `wood.stem` asks for out of a stem, whose pith, outline and branches it takes; rings, waviness, bundles,
-    /// rot and the saw draw from children of `stream`. The knots' counts, widths, slopes and deaths in `wood.knots` and the pith's
-    /// depth, offset and wander in `wood.log` do not count.
+    /// Saws the board that `wood.stem` asks for out of a stem, whose pith, outline and branches it takes; rings,
+    /// waviness, bundles, rot and the saw draw from children of `stream`. The knots' counts, widths, slopes and deaths
+    /// in `wood.knots` and the pith's depth, offset and wander in `wood.log` do not count.
     pub fn saw(stream: Stream, wood: &Wood, stem: &Stem) -> Self {
         Self::saw_of_log(BoardStreams::alone(stream), wood, stem)
     }
 
-    /// The same for one of several boards of a log: rings and outlines of branches draw from children of the log's stream.
+    /// The same for one of several boards of a log: rings and outlines of branches draw from children of the log's
+    /// stream.
     pub fn saw_of_log(streams: BoardStreams, wood: &Wood, stem: &Stem) -> Self {
         let stream = streams.board;
         let sawing = Sawing::new(wood, stem);
@@ -305,14 +310,14 @@ impl Plank {
         (low, high + relief * Vec3::Z)
     }
 
-    /// Its knots, sound ones first where they were placed and along the board where it was sawn from a stem, then its rot, zones,
-    /// inclusions, openings and coats.
+    /// Its knots, sound ones first where they were placed and along the board where it was sawn from a stem, then its
+    /// rot, zones, inclusions, openings and coats.
     pub fn instances(&self) -> &[Instance] {
         &self.instances
     }
 
-    /// Distance from the pith to the outline of the stem [mm] at an azimuth `phi` [rad] and a place `l` along the log [mm], both as in
-    /// the log's coordinates; `None` for a board that was not sawn from a stem.
+    /// Distance from the pith to the outline of the stem [mm] at an azimuth `phi` [rad] and a place `l` along the log
+    /// [mm], both as in the log's coordinates; `None` for a board that was not sawn from a stem.
     pub fn outline_mm(&self, phi: f32, l: f32) -> Option<f32> {
         self.cut.as_ref().map(|cut| cut.radius(phi, l))
     }
@@ -438,7 +443,8 @@ impl PlankSlice<'_> {
         if face.z >= FLOOR_MM || face.z >= sawn.z {
             return face;
         }
-        // Whatever takes wood away leaves a sheet of it above the conveyor, or what a board that warps below it has there.
+        // Whatever takes wood away leaves a sheet of it above the conveyor, or what a board that warps below it has
+        // there.
         let left = Surface { z: FLOOR_MM, slope_x: 0.0, slope_y: 0.0 };
         if sawn.z < FLOOR_MM { sawn } else { left }
     }
@@ -461,8 +467,8 @@ impl PlankSlice<'_> {
         face
     }
 
-    /// How far below the outline of its stem (x, z) of the cut lies along the radius, negative outside of the stem [mm]; `None` for a
-    /// board that was not sawn from a stem.
+    /// How far below the outline of its stem (x, z) of the cut lies along the radius, negative outside of the stem
+    /// [mm]; `None` for a board that was not sawn from a stem.
     pub fn below_outline_mm(&self, x: f32, z: f32) -> Option<f32> {
         let plank = self.plank;
         let cut = plank.cut.as_ref()?;

@@ -44,7 +44,8 @@ impl BarkCover {
         Self { share: share as f32, rough, patches }
     }
 
-    /// How much deeper than smooth the surface lies where it goes down by `down` from its upper border [mm], and what is there.
+    /// How much deeper than smooth the surface lies where it goes down by `down` from its upper border [mm], and what
+    /// is there.
     #[inline]
     pub fn at(&self, spot: Vec2, down: f32) -> (f32, Floor) {
         let barked = self.patches.plane(Vec2::new(spot.x, 0.4 * spot.y) / BARK_PATCH_MM).0

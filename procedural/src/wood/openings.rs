@@ -1,20 +1,21 @@
-//! Where the upper face lies lower: checks, shakes and splits, insect holes, holes of knots, wane, dents and skipped places.
+//! Where the upper face lies lower: checks, shakes and splits, insect holes, holes of knots, wane, dents and skipped
+//! places.
 //!
-//! Models: each lowers the face. A crack is a wedge: at the distance c from its line the depth is d (1 - |c| / w), with half
-//! width w(s) and depth d(s) along it, both zero at closed ends. The line of a check runs along the grain and wanders; that
-//! of a shake follows a ring of the face; a split is a check that begins at an end of the board with its full width. A hole is
-//! round across its axis, with walls that fall by [`STEEPEST`]. The hole of a knot has the knot's own outline. A loose knot has
-//! shrunk more than the wood around: it lies lower, tilted about a drawn axis, and rests against one side of its hole, so that the gap is
-//! g (1 + cos a) wide at the angle a from the other side, and wedge-shaped. Wane is the log's
-//! surface: a slope from a wandering line on the face down to the side, bent as the ring there is, or the outline of the stem
-//! (`outline_wane`). Teeth of a roller leave dents at
-//! a pitch; where the planer missed, the sawn face lies lower and is rough. A chipped arris has lost a splinter: half an ellipse on the
-//! face with an uneven outline, whose floor falls from it to the side.
-//! Depths: a line on the sensor cannot be found deeper in a crack than some widths, since walls are lit and seen at grazing
-//! angles and light gets out by scattering alone; cracks end at [`DEEPEST_WIDTHS`] of their width.
-//! Sources: widths and depths in docs/theory/wood.md. Limits: cracks stand upright to the face; light that falls
-//! between walls is thrown back once and does not light the other wall from the air; no crack passes into another;
-//! holes stand upright; loose knots sink and do not stand proud; chips have no label.
+//! Models: each lowers the face. A crack is a wedge: at the distance c from its line the depth is d (1 - |c| / w), with
+//! half width w(s) and depth d(s) along it, both zero at closed ends. The line of a check runs along the grain and
+//! wanders; that of a shake follows a ring of the face; a split is a check that begins at an end of the board with its
+//! full width. A hole is round across its axis, with walls that fall by [`STEEPEST`]. The hole of a knot has the knot's
+//! own outline. A loose knot has shrunk more than the wood around: it lies lower, tilted about a drawn axis, and rests
+//! against one side of its hole, so that the gap is g (1 + cos a) wide at the angle a from the other side, and
+//! wedge-shaped. Wane is the log's surface: a slope from a wandering line on the face down to the side, bent as the
+//! ring there is, or the outline of the stem (`outline_wane`). Teeth of a roller leave dents at a pitch; where the
+//! planer missed, the sawn face lies lower and is rough. A chipped arris has lost a splinter: half an ellipse on the
+//! face with an uneven outline, whose floor falls from it to the side. Depths: a line on the sensor cannot be found
+//! deeper in a crack than some widths, since walls are lit and seen at grazing angles and light gets out by scattering
+//! alone; cracks end at [`DEEPEST_WIDTHS`] of their width. Sources: widths and depths in docs/theory/wood.md. Limits:
+//! cracks stand upright to the face; light that falls between walls is thrown back once and does not light the other
+//! wall from the air; no crack passes into another; holes stand upright; loose knots sink and do not stand proud; chips
+//! have no label.
 
 use glam::Vec2;
 use rand::RngExt;
@@ -430,8 +431,8 @@ impl Openings {
         });
     }
 
-    /// Wane where the outline of the stem leaves the face, whose edges at a place along the scan `edges` says, from the board's
-    /// middle [mm].
+    /// Wane where the outline of the stem leaves the face, whose edges at a place along the scan `edges` says, from the
+    /// board's middle [mm].
     pub fn leave_outline(
         &mut self,
         wane: &OutlineWane,
@@ -588,15 +589,16 @@ impl Openings {
             OpeningForm::Chip { arris, side, half, depth, uneven } => {
                 let uneven = (1.0 + CHIP_UNEVEN * uneven.fibres((spot - arris) / CHIP_CELL_MM).0).max(0.2);
                 let q = (spot - arris) / Vec2::new(half.x * uneven, half.y);
-                // Inwards from the arris along a chord of the outline; where the edge wanders outwards nothing is left beside it.
+                // Inwards from the arris along a chord of the outline; where the edge wanders outwards nothing is left
+                // beside it.
                 let (chord, inwards) = ((1.0 - q.y * q.y).max(0.0).sqrt(), (-side * q.x).max(0.0));
                 (depth * chord * (1.0 - inwards / chord.max(1.0e-3)).max(0.0), Floor::Wood)
             }
         }
     }
 
-    /// Distance of a spot from the axis of a knot in half widths of its outline [1], the direction on the outline (around, along),
-    /// and the knot there.
+    /// Distance of a spot from the axis of a knot in half widths of its outline [1], the direction on the outline
+    /// (around, along), and the knot there.
     #[inline]
     fn in_knot(&self, knot: &Knot, spot: Vec2, trunk: &Trunk) -> (f32, Vec2, KnotSection) {
         let place = trunk.place(spot.x, spot.y, self.face.height);
@@ -619,8 +621,8 @@ impl Openings {
     }
 }
 
-/// How far the face of a loose knot lies below the board's [mm]: `x` half widths from its axis, where the cosine of the angle from the
-/// direction of its lowest place is `towards`; it has sunk by `sunk` [mm].
+/// How far the face of a loose knot lies below the board's [mm]: `x` half widths from its axis, where the cosine of the
+/// angle from the direction of its lowest place is `towards`; it has sunk by `sunk` [mm].
 #[inline]
 fn loose_face(sunk: f32, half_width: f32, x: f32, towards: f32) -> f32 {
     let wall = (sunk / STEEPEST / half_width).min(0.7);

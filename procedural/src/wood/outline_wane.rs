@@ -1,12 +1,12 @@
 //! Wane where the outline of the stem leaves the board.
 //!
-//! Models: where the upper face lies beyond the outline (`stem`), the surface is the outline: the highest point z of the column with
-//!   r(x, y, z) <= rho(phi, l),
-//! found between the face and the point of the column that is nearest to the pith. It is rough, and bark or the bare surface below it,
-//! as the wane that is drawn. Where the whole column lies beyond the outline, a thin sheet is left.
-//! Sources: geometry; roughness and patches as in `openings`.
-//! Limits: bark has no thickness of its own; the narrow sides and the lower face keep their straight edges; knots that would lie
-//! beyond the outline keep their instances.
+//! Models: where the upper face lies beyond the outline (`stem`), the surface is the outline: the highest point z of
+//! the column with
+//! r(x, y, z) <= rho(phi, l), found between the face and the point of the column that is nearest to the pith. It is
+//! rough, and bark or the bare surface below it, as the wane that is drawn. Where the whole column lies beyond the
+//! outline, a thin sheet is left. Sources: geometry; roughness and patches as in `openings`. Limits: bark has no
+//! thickness of its own; the narrow sides and the lower face keep their straight edges; knots that would lie beyond the
+//! outline keep their instances.
 
 use glam::Vec2;
 
@@ -100,8 +100,8 @@ impl OutlineWane {
         ((down + rough).clamp(0.0, (self.height - FLOOR_MM).max(0.0)), floor)
     }
 
-    /// The wane of each half of the face that has some; `edges` says where the board's edges lie at a place along the scan, from its
-    /// middle [mm].
+    /// The wane of each half of the face that has some; `edges` says where the board's edges lie at a place along the
+    /// scan, from its middle [mm].
     pub fn edges(
         &self,
         face: BoardFace,

@@ -1,5 +1,5 @@
-//! The numbers that make a board: how it was sawn, the log it came from, its knots, its decay and its media, and the whole
-//! stem for boards that are sawn from one.
+//! The numbers that make a board: how it was sawn, the log it came from, its knots, its decay and its media, and the
+//! whole stem for boards that are sawn from one.
 //!
 //! Sources: [T] Kihl and Källberg 2021; [G] statistics of the scanned spruce log "Gran_1" (Larsson et al. 2022, MIT);
 //! [L] the literature named in docs/theory/wood.md; [C] chosen so that the observables of docs/theory/wood.md come out.
@@ -94,7 +94,8 @@ parameters! {
     log: Log {
         /// Depth of the pith below the upper surface; negative is above it, so that the bark side lies down.
         pith_depth_mm: -400.0, 400.0, 70.0, "[G]", needs [PLACED];
-        /// Offset of the pith along the laser line from the board's middle; to the other side where the board is turned.
+        /// Offset of the pith along the laser line from the board's middle; to the other side where the board is
+        /// turned.
         pith_offset_mm: -400.0, 400.0, 10.0, "[G]", needs [PLACED];
         /// Dive of the pith line against the board, towards the far end.
         pith_tilt_deg: -10.0, 10.0, 0.6, "[G] 0.6 over 1 m", needs [GROWN];
@@ -416,8 +417,8 @@ parameters! {
 }
 
 parameters! {
-    /// How the upper face was made, on top of the ripple and the roughness of `board`: marks of a planer's knives, of a band or frame
-    /// saw, of a circular saw.
+    /// How the upper face was made, on top of the ripple and the roughness of `board`: marks of a planer's knives, of a
+    /// band or frame saw, of a circular saw.
     machining: Machining {
         /// Height of a planer's knife marks, root mean square; 0 for a face that was not planed.
         planer_um: 0.0, 100.0, 0.0, "[E] 2 to 8";
@@ -515,15 +516,18 @@ parameters! {
         branch_slope_deg: -45.0, 60.0, -12.0, "[G]", needs [STEM];
         /// Spread of that slope from branch to branch.
         branch_slope_sd_deg: 0.0, 30.0, 8.0, "[G]", needs [STEM];
-        /// Median distance from the pith where branches die, over the stem's radius; those that die beyond its surface live.
+        /// Median distance from the pith where branches die, over the stem's radius; those that die beyond its surface
+        /// live.
         death_share: 0.05, 5.0, 0.78, "[G]", needs [STEM];
         /// Standard deviation of the logarithm of that distance.
         death_log_sd: 0.0, 1.5, 0.48, "[G]", needs [STEM];
         /// Median length of a dead stub over its width; a stub that ends inside the stem is grown over.
         stub_length: 0.0, 1000.0, 22.0, "[G]", needs [STEM];
-        /// How far growth layers follow the outline: 0 round about the pith, 1 oval and off-centre so that the last ring is the outline.
+        /// How far growth layers follow the outline: 0 round about the pith, 1 oval and off-centre so that the last
+        /// ring is the outline.
         rings_follow_outline: 0.0, 1.0, 0.0, "geometry; trees have 1 under the bark", needs [SAWN];
-        /// 1 for wane wherever the outline leaves the upper face, with bark as `wane.bark` says; 0 for boards with full edges.
+        /// 1 for wane wherever the outline leaves the upper face, with bark as `wane.bark` says; 0 for boards with full
+        /// edges.
         outline_wane: 0.0, 1.0, 0.0, "free", count, needs [SAWN];
         /// Where the middle of the board lies along the stem; moved so that the board ends within the stem if it can.
         board_along_mm: 0.0, 20000.0, 2000.0, "free", needs [SAWN];
@@ -531,7 +535,8 @@ parameters! {
         board_radius_mm: 0.0, 600.0, 70.0, "free", needs [SAWN];
         /// Side of the stem on which that middle lies.
         board_azimuth_deg: -180.0, 180.0, 0.0, "free", needs [SAWN];
-        /// Turn of the upper face's normal against the direction from the pith: 0 flat-sawn, 90 quarter-sawn, 180 bark side down.
+        /// Turn of the upper face's normal against the direction from the pith: 0 flat-sawn, 90 quarter-sawn, 180 bark
+        /// side down.
         face_deg: -180.0, 180.0, 0.0, "free", needs [SAWN];
     }
 }

@@ -99,8 +99,8 @@ impl Trunk {
         })
     }
 
-    /// The log around a pith line, asked up to `margin` beyond the board [mm]; azimuth 0 points from `straight`, sideways and
-    /// upwards [mm], to the board's middle.
+    /// The log around a pith line, asked up to `margin` beyond the board [mm]; azimuth 0 points from `straight`,
+    /// sideways and upwards [mm], to the board's middle.
     pub fn along(wood: &Wood, margin: f32, straight: Vec2, pith: impl Fn(f32) -> PithNode) -> Self {
         let (board, log) = (&wood.board, &wood.log);
         let (sin, cos) = libm::sincos(log.turn_deg().to_radians());
@@ -123,8 +123,8 @@ impl Trunk {
         self.layers.as_ref()
     }
 
-    /// Which layer a place belongs to, without waviness and branches: its distance from the pith, or from what of the pith's wander is
-    /// left there [mm].
+    /// Which layer a place belongs to, without waviness and branches: its distance from the pith, or from what of the
+    /// pith's wander is left there [mm].
     pub fn layer(&self, place: &LogPoint) -> f32 {
         self.layers.as_ref().map_or(place.r, |layers| layers.at(place).t)
     }

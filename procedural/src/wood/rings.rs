@@ -3,12 +3,12 @@
 //! Models: ring widths w_i = exp(m + s a_i), a_i = rho a_(i-1) + sqrt(1 - rho^2) e_i with standard normal e_i, so that
 //! every width is lognormal with the asked mean and the logarithms follow a first-order autoregression. Within a ring
 //! earlywood passes gradually into latewood, which ends abruptly at the boundary (conifers). The latewood keeps about
-//! its width, so that wide rings have a smaller share of it.
-//! Age: ring number n from the pith is wider than that by 1 + (p - 1) exp(-n / N), with p the ratio at the pith and N the rings of
-//! the trend; in the juvenile core of J rings the share of latewood is smaller by q + (1 - q) n / J. Both are 1 by default.
-//! Sources: forestry practice for the numbers (docs/theory/wood.md); that rings fall in width outwards and that the
-//! core has less latewood is common knowledge, the forms and the numbers of both are guesses.
-//! Limits: no false rings, no growth stress; the core's fibres have the angles and the dispersion of those outside of it.
+//! its width, so that wide rings have a smaller share of it. Age: ring number n from the pith is wider than that by 1 +
+//! (p - 1) exp(-n / N), with p the ratio at the pith and N the rings of the trend; in the juvenile core of J rings the
+//! share of latewood is smaller by q + (1 - q) n / J. Both are 1 by default. Sources: forestry practice for the numbers
+//! (docs/theory/wood.md); that rings fall in width outwards and that the core has less latewood is common knowledge,
+//! the forms and the numbers of both are guesses. Limits: no false rings, no growth stress; the core's fibres have the
+//! angles and the dispersion of those outside of it.
 
 use super::parameters::Log;
 use crate::noise::smoothstep;
@@ -171,7 +171,8 @@ mod tests {
         assert!((r1 - rho).abs() < z * ((1.0 - rho * rho) / n).sqrt(), "correlation {r1}");
     }
 
-    /// With every trend, each ring has its drawn width times the trend, and the share of latewood that goes with the width and the core.
+    /// With every trend, each ring has its drawn width times the trend, and the share of latewood that goes with the
+    /// width and the core.
     #[test]
     fn rings_fall_in_width_outwards_and_the_core_has_less_latewood() {
         for case in 0..12 {

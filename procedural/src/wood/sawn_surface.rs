@@ -2,11 +2,10 @@
 //!
 //! Models: z = thickness + warp + ripple + roughness above the conveyor. Warp is a parabola across the board (cup) plus
 //! a turn that grows along it (twist). The band saw leaves a ripple sqrt2 rms a(y) sin(2 pi (y + q x) / pitch + p(y))
-//! whose amplitude a and phase p drift. Torn fibres leave raised strands and furrows of three sizes that run along the log,
-//! side by side at random places and of random length (`Noise::fibres`).
-//! The long edges leave straight lines by noise of two scales.
-//! Sources: sizes in docs/theory/wood.md. Marks of planers and other saws: `tool_marks`. Limits: chips pressed into the
-//! face are not modelled.
+//! whose amplitude a and phase p drift. Torn fibres leave raised strands and furrows of three sizes that run along the
+//! log, side by side at random places and of random length (`Noise::fibres`). The long edges leave straight lines by
+//! noise of two scales. Sources: sizes in docs/theory/wood.md. Marks of planers and other saws: `tool_marks`. Limits:
+//! chips pressed into the face are not modelled.
 
 use std::f32::consts::{PI, SQRT_2, TAU};
 

@@ -67,8 +67,8 @@ fn fibres_are_unit_vectors_and_lie_in_the_growth_surface() {
     assert!(outside > 15_000);
 }
 
-/// Beside a knot's outline the dive is largest and falls steadily along the grain, outwards below the branch and inwards above;
-/// there is no point around a knot from which fibres fan out or at which they turn at once.
+/// Beside a knot's outline the dive is largest and falls steadily along the grain, outwards below the branch and
+/// inwards above; there is no point around a knot from which fibres fan out or at which they turn at once.
 #[test]
 fn fibres_dive_most_at_a_living_branch_and_turn_nowhere_at_once() {
     let mut wood = Wood::from_values(&mut |p| p.default);

@@ -1,13 +1,14 @@
 //! Marks that tools leave on the upper face: knives of a planer, a band or frame saw, a circular saw.
 //!
-//! Models: marks follow each other at a pitch; u counts them. Of a planer u = (y + q x) / pitch, and the face between two cusps is
-//! the arc of the knives' circle, a parabola z = h m (3 v^2 - 1) sqrt(5)/2, v from -1 to 1 within a mark, of root mean square h; the
-//! depth factor m of a mark drifts from mark to mark, since no two knives run alike, over the root mean square of all factors. Of a band or frame saw u = (y + x tan slant) / pitch and of a
-//! circular saw u = (y - sqrt(R^2 - (x - x0)^2)) / pitch, arcs whose centre x0 lies 0.3 to 0.8 R beside the board's middle. Both
-//! leave z = h (0.8 sqrt(2) sin(2 pi u + p(u)) m(u, s) + 0.6 f(u, s)), where s runs along the marks, m is a depth that wanders
-//! along and across them, p a phase that drifts and f are scores of single teeth (`Noise::fibres`).
-//! Source: planer cuts 1 to 3 mm apart by feed over cuts a minute; all other numbers are engineering estimates.
-//! Limits: no washboarding, no burnt arcs, no marks of chips pressed in; the hull is without marks.
+//! Models: marks follow each other at a pitch; u counts them. Of a planer u = (y + q x) / pitch, and the face between
+//! two cusps is the arc of the knives' circle, a parabola z = h m (3 v^2 - 1) sqrt(5)/2, v from -1 to 1 within a mark,
+//! of root mean square h; the depth factor m of a mark drifts from mark to mark, since no two knives run alike, over
+//! the root mean square of all factors. Of a band or frame saw u = (y + x tan slant) / pitch and of a circular saw u =
+//! (y - sqrt(R^2 - (x - x0)^2)) / pitch, arcs whose centre x0 lies 0.3 to 0.8 R beside the board's middle. Both leave z
+//! = h (0.8 sqrt(2) sin(2 pi u + p(u)) m(u, s) + 0.6 f(u, s)), where s runs along the marks, m is a depth that wanders
+//! along and across them, p a phase that drifts and f are scores of single teeth (`Noise::fibres`). Source: planer cuts
+//! 1 to 3 mm apart by feed over cuts a minute; all other numbers are engineering estimates. Limits: no washboarding, no
+//! burnt arcs, no marks of chips pressed in; the hull is without marks.
 
 use std::f32::consts::{PI, SQRT_2, TAU};
 
@@ -146,7 +147,8 @@ impl Marks {
     fn planed(&self, u: f32) -> (f32, f32, f32) {
         let knife = u.floor();
         let v = 2.0 * (u - knife) - 1.0;
-        // Marks meet at their cusps only where the depths are alike; the line of the noise lets neighbours differ little.
+        // Marks meet at their cusps only where the depths are alike; the line of the noise lets neighbours differ
+        // little.
         let (depth, depth_slope) = self.depth.line(u / 2.3);
         let m = (1.0 + KNIVES * depth).max(0.2);
         let m_slope = if m > 0.2 { KNIVES * depth_slope / 2.3 } else { 0.0 };

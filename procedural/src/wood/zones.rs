@@ -1,13 +1,13 @@
 //! Zones of the stem: heartwood, compression wood, blue stain and the pith's own tissue.
 //!
-//! Models: heartwood reaches to the last ring that lies within a radius which wanders slowly about and along the log; the
-//! border therefore follows a ring and steps over to the next one here and there, and it lies the same in earlywood and
-//! latewood. Compression wood is a crescent about the pith, developed like a raised cosine over its angle, and within its
-//! rings from one distance of the pith to another. Blue stain fills wedges about planes through the pith whose sides are frayed by
-//! streaks along the rays; it stays in the sapwood and out of knots. The pith is a cylinder about the pith line.
-//! Each changes the coefficients of the wood that is there (`WoodKinds`), so rings and streaks show through.
-//! Sources: anatomy of conifers in docs/theory/wood.md; sizes are engineering estimates.
-//! Limits: one crescent; heartwood without a transition zone; stain without the hyphae's own spots; no juvenile core.
+//! Models: heartwood reaches to the last ring that lies within a radius which wanders slowly about and along the log;
+//! the border therefore follows a ring and steps over to the next one here and there, and it lies the same in earlywood
+//! and latewood. Compression wood is a crescent about the pith, developed like a raised cosine over its angle, and
+//! within its rings from one distance of the pith to another. Blue stain fills wedges about planes through the pith
+//! whose sides are frayed by streaks along the rays; it stays in the sapwood and out of knots. The pith is a cylinder
+//! about the pith line. Each changes the coefficients of the wood that is there (`WoodKinds`), so rings and streaks
+//! show through. Sources: anatomy of conifers in docs/theory/wood.md; sizes are engineering estimates. Limits: one
+//! crescent; heartwood without a transition zone; stain without the hyphae's own spots; no juvenile core.
 
 use glam::Vec3;
 use rand::RngExt;

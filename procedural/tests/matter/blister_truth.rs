@@ -71,6 +71,7 @@ fn plausible(seed: u64) -> Blister {
 }
 
 #[test]
+#[ignore = "long"]
 fn tablets_lie_inside_and_nothing_overlaps() {
     for seed in 0..200 {
         let b = plausible(seed);
@@ -80,6 +81,7 @@ fn tablets_lie_inside_and_nothing_overlaps() {
 
 /// No film rises above the height that is told beforehand, with two tablets in a pocket or with one.
 #[test]
+#[ignore = "long"]
 fn no_pack_is_higher_than_was_told() {
     let mut closest = [0.0f64; 2];
     for seed in 0..120 {

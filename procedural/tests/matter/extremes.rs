@@ -84,6 +84,7 @@ fn every_draw_gives_finite_matter_and_a_fitting_label() {
 }
 
 #[test]
+#[ignore = "long"]
 fn every_draw_of_a_stem_gives_finite_matter_and_a_fitting_label() {
     for seed in 0..BOARDS {
         let mut rng = Stream::root(seed).child("stem extremes").rng();

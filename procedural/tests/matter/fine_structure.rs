@@ -1,4 +1,5 @@
-//! Fine structure of faces: tool marks, torn grain, canals, vessels and rays appear where they should and as often as asked.
+//! Fine structure of faces: tool marks, torn grain, canals, vessels and rays appear where they should and as often as
+//! asked.
 
 use crate::boards::{grow, wood};
 use procedural::Stream;
@@ -130,8 +131,8 @@ fn grain_tears_where_it_dives() {
     assert!(torn > 1000 && near > torn / 2 && far < torn / 20, "{torn}: {near} where it dives, {far} where not");
 }
 
-/// The share of the face that rays take is that of the volume at every angle, and flecks along the face are as long as the angle
-/// between it and the rays has them.
+/// The share of the face that rays take is that of the volume at every angle, and flecks along the face are as long as
+/// the angle between it and the rays has them.
 #[test]
 fn rays_keep_their_share_and_flecks_grow_towards_quarter_sawn_faces() {
     let mut chords = Vec::new();
@@ -166,14 +167,16 @@ fn rays_keep_their_share_and_flecks_grow_towards_quarter_sawn_faces() {
         assert!((share - 0.15_f64).abs() < error, "{share} at {degrees} deg");
         chords.push(0.1 * rays / runs);
     }
-    // The mean chord of an ellipse's width w is pi w / 4 over the cosine: 0.31, 0.36 and 0.63 mm, and far more at 85 degrees.
+    // The mean chord of an ellipse's width w is pi w / 4 over the cosine: 0.31, 0.36 and 0.63 mm, and far more at 85
+    // degrees.
     for (chord, expected) in chords.iter().zip([0.314, 0.363, 0.628]) {
         assert!((chord / expected - 1.0_f64).abs() < 0.2, "{chords:?}");
     }
     assert!(chords[3] > 1.2, "{chords:?}");
 }
 
-/// Tubes take the share of the face that their number and diameter say; canals keep to latewood, vessels of ring-porous wood to earlywood.
+/// Tubes take the share of the face that their number and diameter say; canals keep to latewood, vessels of ring-porous
+/// wood to earlywood.
 #[test]
 fn canals_and_vessels_are_as_many_as_asked() {
     for seed in 0..4 {
@@ -340,7 +343,8 @@ fn loose_knots_have_a_gap_and_have_sunk() {
                 inner.push(f64::from(depth));
             }
         }
-        // A ring of width g in an ellipse of mean radius R takes 2 g / R of its area, less where its walls are not yet deep.
+        // A ring of width g in an ellipse of mean radius R takes 2 g / R of its area, less where its walls are not yet
+        // deep.
         let radius = 0.5 * knot.diameter_mm;
         ratios[0].push(open / all / (2.0 * base.knots.loose_gap_mm / radius));
         ratios[1].push(inner.iter().sum::<f64>() / inner.len() as f64 / f64::from(sunk));
@@ -423,8 +427,8 @@ fn wane_goes_on_to_an_edge_that_wanders() {
     assert!(beyond > 5000, "{beyond} places beyond the nominal width");
 }
 
-/// What takes wood away leaves a sheet above the conveyor, however much is asked together; sound knots stand in sunk decay, whose walls
-/// count where rays are hidden.
+/// What takes wood away leaves a sheet above the conveyor, however much is asked together; sound knots stand in sunk
+/// decay, whose walls count where rays are hidden.
 #[test]
 fn sunk_decay_stays_above_the_conveyor_and_knots_stay() {
     let (mut lowest, mut in_knots) = (f32::INFINITY, 0);

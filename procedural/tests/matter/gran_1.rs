@@ -157,7 +157,8 @@ pub fn taper(sections: &[Section]) -> f64 {
     -1000.0 * up / sections.iter().map(|s| (s.height - h).powi(2)).sum::<f64>()
 }
 
-/// Stretches of 400 mm of the pith: squares of its distance from its mean line [mm^2], and of its tilt over 100 mm [rad^2], every 10 mm.
+/// Stretches of 400 mm of the pith: squares of its distance from its mean line [mm^2], and of its tilt over 100 mm
+/// [rad^2], every 10 mm.
 pub fn pith_stretches(stem: &Stem) -> Vec<Vec<[f64; 2]>> {
     let [low, high] = stem.ends_mm();
     let heights: Vec<f64> = (0..).map(|i| low + 10.0 * f64::from(i)).take_while(|&h| h <= high).collect();

@@ -103,6 +103,7 @@ fn fibres_dive_in_knots_and_lie_flat_elsewhere() {
 }
 
 #[test]
+#[ignore = "long"]
 fn only_a_dead_knot_has_a_bark_ring() {
     for seed in 0..10 {
         let wood = wood(1.0, 1.0);

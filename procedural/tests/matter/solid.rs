@@ -69,7 +69,8 @@ fn the_saw_tooth_has_its_closed_form() {
     assert!(body.slice(4.9).surface(0.0).is_none() && body.slice(45.1).surface(0.0).is_none());
 }
 
-/// Triangles, height and box tell of one piece, whatever its flanks and its turn; its volume is base and half the teeth.
+/// Triangles, height and box tell of one piece, whatever its flanks and its turn; its volume is base and half the
+/// teeth.
 #[test]
 fn triangles_are_the_closed_form() {
     for (rise_share, turn_deg) in [(0.5, 0.0), (0.0, 20.0), (1.0, -70.0), (0.8, 180.0)] {

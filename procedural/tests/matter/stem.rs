@@ -86,7 +86,8 @@ fn a_board_through_a_measured_knot_shows_it() {
         }
     }
     assert!(faces > 250, "{faces}");
-    // The outline wobbles by 3.5 percent of the radius, each side with its own; the lean and the widening of the axis add little.
+    // The outline wobbles by 3.5 percent of the radius, each side with its own; the lean and the widening of the axis
+    // add little.
     let spread = deviation(&ratios);
     let error = spread / (ratios.len() as f64).sqrt();
     println!("{faces} faces, {} widths: {} +- {spread} of the law's", ratios.len(), mean(ratios.iter().copied()));
@@ -106,8 +107,8 @@ fn measured_branches_end_at_the_measured_outline() {
     };
     let correlation = covariance(&ends, &outline) / (deviation(&ends) * deviation(&outline));
     println!("{} ends, correlation {correlation}", ends.len());
-    // The whole file has 0.91, and 0.64 at best where the sections are read the other way. By Fisher's transform 0.82 lies 3.6
-    // standard errors of 95 pairs below the one and as many above the other.
+    // The whole file has 0.91, and 0.64 at best where the sections are read the other way. By Fisher's transform 0.82
+    // lies 3.6 standard errors of 95 pairs below the one and as many above the other.
     assert!(ends.len() == 95 && correlation > 0.82, "{correlation}");
 }
 

@@ -4,11 +4,12 @@ use crate::gran_1::*;
 
 /// Grown stems.
 const STEMS: u64 = 500;
-/// Share of the bootstrap within the interval: with 17 statistics, one in six logs of the model itself would leave one of them.
+/// Share of the bootstrap within the interval: with 17 statistics, one in six logs of the model itself would leave one
+/// of them.
 const SHARE: f64 = 0.99;
 
-/// A statistic of one stem with the interval of the scanned log; units are resampled as they may depend on each other: clusters,
-/// whorls, branches or stretches of sections.
+/// A statistic of one stem with the interval of the scanned log; units are resampled as they may depend on each other:
+/// clusters, whorls, branches or stretches of sections.
 struct Row {
     name: &'static str,
     of: Box<dyn Fn(&procedural::wood::Stem) -> f64>,

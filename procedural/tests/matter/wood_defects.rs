@@ -1,5 +1,5 @@
-//! Defects of boards: each changes matter or surface where its label stands and nowhere else, shows at least a pixel, and leaves
-//! everything that other streams draw as it was.
+//! Defects of boards: each changes matter or surface where its label stands and nowhere else, shows at least a pixel,
+//! and leaves everything that other streams draw as it was.
 
 use crate::boards::{grow, wood};
 use procedural::wood::Plank;
@@ -11,8 +11,8 @@ const BOARDS: u64 = 8;
 /// Distance of the points that are looked at [mm].
 const STEP_MM: f32 = 0.4;
 
-/// A kind of defect: its class, what asks for it, and how much of a coefficient, a coat or a millimetre of depth the label's border
-/// stands for: less than this beside labels, more within most of them [1].
+/// A kind of defect: its class, what asks for it, and how much of a coefficient, a coat or a millimetre of depth the
+/// label's border stands for: less than this beside labels, more within most of them [1].
 struct Kind {
     class: Class,
     ask: fn(&mut Wood),
@@ -69,7 +69,8 @@ fn look(plank: &Plank) -> Vec<(Surface, Matter)> {
     points
 }
 
-/// How much two points differ: the largest of the relative changes of coefficients and coat, and the change of height [mm].
+/// How much two points differ: the largest of the relative changes of coefficients and coat, and the change of height
+/// [mm].
 fn change(a: &(Surface, Matter), b: &(Surface, Matter)) -> f64 {
     let (m, n) = (a.1.medium, b.1.medium);
     let parts = [(m.mu_a, n.mu_a), (m.sigma_i, n.sigma_i), (m.k, n.k), (m.coat, n.coat)];
@@ -78,6 +79,7 @@ fn change(a: &(Surface, Matter), b: &(Surface, Matter)) -> f64 {
 }
 
 #[test]
+#[ignore = "long"]
 fn defects_are_where_their_labels_stand() {
     for kind in &KINDS {
         let (mut inside, mut beside) = (Vec::new(), Vec::new());

@@ -105,7 +105,8 @@ pub(super) fn run(arguments: &CompareArgs, console: &Console) -> CommandResult {
         && ours.thousandth() != theirs.thousandth()
     {
         let what = "one side has heights, the other sensor rows";
-        let remedy = "compare calibrated with calibrated or uncalibrated with uncalibrated scans (`extraction: {range: ..}` in \
+        let remedy = "compare calibrated with calibrated or uncalibrated with uncalibrated scans (`extraction: \
+            {range: ..}` in \
                       the recipe)";
         return Err(Fault::at(&arguments.real, what, remedy).into());
     }

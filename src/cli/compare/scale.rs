@@ -75,7 +75,8 @@ impl ScaleArgs {
         }
     }
 
-    /// Gives the side that is one map its other maps; refuses what has no effect, and says where one scale holds for both sides.
+    /// Gives the side that is one map its other maps; refuses what has no effect, and says where one scale holds for
+    /// both sides.
     pub(in crate::cli) fn apply(
         &self,
         stated: &StatedScale,
@@ -98,7 +99,8 @@ impl ScaleArgs {
                     return Err(UsageError(format!("{option}: {what}")).into());
                 }
                 _ => {
-                    let what = "several sides are one file of Range; name them NAME.range.png and NAME.reflectance.png, so that each has \
+                    let what = "several sides are one file of Range; name them NAME.range.png and \
+                        NAME.reflectance.png, so that each has \
                                 its own";
                     return Err(UsageError(format!("{option}: {what}")).into());
                 }

@@ -60,7 +60,8 @@ pub(super) struct FitArgs {
     /// The part of each real scan that counts [px]; of simulated scans the object alone then counts
     #[arg(long, value_name = "LEFT,TOP,COLUMNS,PROFILES", value_parser = ScanRegion::parse)]
     region: Option<ScanRegion>,
-    /// Picture (PNG) of the real scans' size; where it is black, nothing counts; of simulated scans the object alone then does
+    /// Picture (PNG) of the real scans' size; where it is black, nothing counts; of simulated scans the object alone
+    /// then does
     #[arg(long, value_name = "FILE")]
     mask: Option<PathBuf>,
     /// Seed of all that is drawn

@@ -1,10 +1,10 @@
 //! The camera: a thin lens over a tilted sensor.
 //!
-//! A ray from a point of the object through any point of the aperture goes on through the point's image at
-//! 1/f = 1/g + 1/b, on the line through the lens's middle. The sensor is a plane through the image of the origin; with
-//! nothing else said it goes through the image of another point of the laser plane too (Scheimpflug). The image is taken
-//! upright. Distortion (Brown 1971) moves the direction under which a point is seen. Diffraction, where it is on, moves a
-//! ray by Airy's law with all of its rings: 1 - J0(v)^2 - J1(v)^2 of the light falls within v = pi r / (lambda N').
+//! A ray from a point of the object through any point of the aperture goes on through the point's image at 1/f = 1/g +
+//! 1/b, on the line through the lens's middle. The sensor is a plane through the image of the origin; with nothing else
+//! said it goes through the image of another point of the laser plane too (Scheimpflug). The image is taken upright.
+//! Distortion (Brown 1971) moves the direction under which a point is seen. Diffraction, where it is on, moves a ray by
+//! Airy's law with all of its rings: 1 - J0(v)^2 - J1(v)^2 of the light falls within v = pi r / (lambda N').
 
 use bench::parameters::Bench;
 use bench::settings::{LensModel, Scheimpflug};

@@ -7,8 +7,8 @@
 //! E = P p(theta) / rho * S(y; theta, rho),     integral p dtheta = 1,  integral S dy = 1
 //! ```
 //!
-//! and every other one E times the cosine, which comes from drawing rays. They are drawn evenly in tan(theta) and from a
-//! mixture of normal laws in y; each is weighted by E rho cos^2(theta) over the density of its draw.
+//! and every other one E times the cosine, which comes from drawing rays. They are drawn evenly in tan(theta) and from
+//! a mixture of normal laws in y; each is weighted by E rho cos^2(theta) over the density of its draw.
 
 use std::f64::consts::PI;
 
@@ -102,7 +102,8 @@ pub fn slit(laser: &LaserParameters, width: f64) -> Across {
     })
 }
 
-/// `across` about a line that bows off the plane by `bow` at the conveyor, a function of tan over that of half the fan [mm].
+/// `across` about a line that bows off the plane by `bow` at the conveyor, a function of tan over that of half the fan
+/// [mm].
 pub fn bowed(laser: &LaserParameters, across: Across, bow: impl Fn(f64) -> f64 + 'static) -> Across {
     let (fan, height) = (half_fan(laser), laser.fan_height_mm);
     Box::new(move |y, tan, rho| {
@@ -112,7 +113,8 @@ pub fn bowed(laser: &LaserParameters, across: Across, bow: impl Fn(f64) -> f64 +
 }
 
 impl Light {
-    /// The laser's power behind a lens and through a section; rays between `tans` are drawn, as wide as a Gaussian line.
+    /// The laser's power behind a lens and through a section; rays between `tans` are drawn, as wide as a Gaussian
+    /// line.
     pub fn new(laser: &LaserParameters, tans: [f64; 2], along: Along, across: Across) -> Self {
         let sigma = 0.5 * half_width(laser, laser.fan_height_mm - 10.0);
         Self {

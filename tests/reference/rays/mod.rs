@@ -1,11 +1,12 @@
-//! The judge of the exposure: light followed ray by ray from the laser over true triangles through the lens to pixels.
+//! The reference of the exposure: light followed ray by ray from the laser over true triangles through the lens to
+//! pixels.
 //!
-//! Nothing here is taken from production but the numbers of the bench. Light leaves the laser's virtual source, meets the
-//! first triangle in its way and is thrown back evenly (Lambert, radiance = matte x irradiance / pi); a point of the lens's
-//! aperture is drawn, the way to it must be free, the thin lens sends the ray on through the point's image, and the tilted
-//! sensor cuts it where it is. The lens's other blur moves the place by a normal draw. A pixel gathers what falls on its
-//! square. Every ray carries its exact weight, so means have no error but that of chance, which is given a pixel.
-//! No light passes the surface; walls are as matte as their triangles say.
+//! Nothing here is taken from production but the numbers of the bench. Light leaves the laser's virtual source, meets
+//! the first triangle in its way and is thrown back evenly (Lambert, radiance = matte x irradiance / pi); a point of
+//! the lens's aperture is drawn, the way to it must be free, the thin lens sends the ray on through the point's image,
+//! and the tilted sensor cuts it where it is. The lens's other blur moves the place by a normal draw. A pixel gathers
+//! what falls on its square. Every ray carries its exact weight, so means have no error but that of chance, which is
+//! given a pixel. No light passes the surface; walls are as matte as their triangles say.
 
 pub mod eye;
 pub mod light;

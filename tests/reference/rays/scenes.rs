@@ -1,4 +1,4 @@
-//! The same scene for production and for the judge.
+//! The same scene for production and for the reference.
 
 use bench::parameters::Bench;
 use glam::DVec3;
@@ -39,7 +39,7 @@ pub struct Trial<'a> {
     pub body: Body,
     /// The laser stands here over the body.
     pub profile: usize,
-    /// Under the judge, as triangles in the body's own coordinates [mm].
+    /// Under the reference, as triangles in the body's own coordinates [mm].
     pub facets: Vec<Facet>,
     /// Lowest and highest place of it [mm].
     pub heights: [f64; 2],
@@ -49,7 +49,7 @@ pub struct Trial<'a> {
 }
 
 impl Trial<'_> {
-    /// The judge's camera at the scene's numbers.
+    /// The reference's camera at the scene's numbers.
     pub fn eye(&self) -> Eye {
         Eye::new(&self.scene.bench, self.scene.size.columns, self.scene.size.rows)
     }
@@ -105,8 +105,8 @@ impl Trial<'_> {
         (region, light)
     }
 
-    /// The judge's electrons under `light` and `eye` on a region of the sensor.
-    pub fn judge(&self, light: &Light, eye: &Eye, region: Region) -> Picture {
+    /// The reference's electrons under `light` and `eye` on a region of the sensor.
+    pub fn reference(&self, light: &Light, eye: &Eye, region: Region) -> Picture {
         let y = self.profile as f64 * self.scene.bench.motion.step_mm;
         let moved = |facet: &Facet| Facet { corners: facet.corners.map(|c| c - DVec3::Y * y), ..*facet };
         let object = Object::new(self.facets.iter().map(moved).collect());
@@ -122,10 +122,10 @@ impl Trial<'_> {
         self.compare_under(&light, &eye)
     }
 
-    /// Both sides, the judge's under `light` and `eye`.
+    /// Both sides, the reference's under `light` and `eye`.
     pub fn compare_under(&self, light: &Light, eye: &Eye) -> Verdict {
         let (region, production) = self.production();
-        Verdict { name: self.name.to_owned(), judge: self.judge(light, eye, region), production }
+        Verdict { name: self.name.to_owned(), reference: self.reference(light, eye, region), production }
     }
 }
 

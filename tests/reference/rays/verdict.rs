@@ -5,7 +5,7 @@ use super::Picture;
 /// Both sides of one scene on the same pixels.
 pub struct Verdict {
     pub name: String,
-    pub judge: Picture,
+    pub reference: Picture,
     /// `[rows, cols]` [e-].
     pub production: Vec<f64>,
 }
@@ -31,13 +31,14 @@ pub struct Finding {
     pub bound: f64,
     /// Sum of z^2 over the number of pixels.
     pub chi2: f64,
-    /// Relative standard error of the judge in its brightest pixels: the median of the greatest of each column.
+    /// Relative standard error of the reference in its brightest pixels: the median of the greatest of each column.
     pub peak_error: f64,
-    /// Production over judge less 1: all light, and its standard error.
+    /// Production over reference less 1: all light, and its standard error.
     pub total: [f64; 2],
     /// The same for pixels of at least a tenth of the greatest.
     pub bright: f64,
-    /// Production less judge, rows: mean, its standard error, root mean square, and the part of that which is chance.
+    /// Production less reference, rows: mean, its standard error, root mean square, and the part of that which is
+    /// chance.
     pub shift: [f64; 4],
     /// Greatest relative deviation of pixels pooled by their distance from the line, its standard error, that distance.
     pub pooled: [f64; 3],
@@ -49,16 +50,16 @@ pub struct Finding {
 
 impl Verdict {
     fn cols(&self) -> usize {
-        self.judge.region.cols
+        self.reference.region.cols
     }
 
-    /// Electrons of a column on either side: production's, judge's [e-].
+    /// Electrons of a column on either side: production's, reference's [e-].
     pub fn column(&self, c: usize) -> [f64; 2] {
         let sum = |picture: &[f64]| picture.iter().skip(c).step_by(self.cols()).sum();
-        [sum(&self.production), sum(&self.judge.mean)]
+        [sum(&self.production), sum(&self.reference.mean)]
     }
 
-    /// Columns that are dark: production's, judge's.
+    /// Columns that are dark: production's, reference's.
     pub fn dark(&self) -> Vec<[bool; 2]> {
         let sums: Vec<[f64; 2]> = (0..self.cols()).map(|c| self.column(c)).collect();
         let mut lit: Vec<f64> = sums.iter().map(|s| s[1]).filter(|&s| s > 0.0).collect();
@@ -73,9 +74,9 @@ impl Verdict {
         (0..self.cols()).map(|c| (!dark[c][0]).then(|| self.centres(c)[0])).collect()
     }
 
-    /// Centre of gravity of a column about production's peak: production's, judge's, the judge's variance [px].
+    /// Centre of gravity of a column about production's peak: production's, reference's, the reference's variance [px].
     fn centres(&self, c: usize) -> [f64; 3] {
-        let (cols, rows) = (self.cols(), self.judge.region.rows);
+        let (cols, rows) = (self.cols(), self.reference.region.rows);
         let at = |picture: &[f64], k: usize| picture[k * cols + c];
         let peak = (0..rows).max_by(|&a, &b| at(&self.production, a).total_cmp(&at(&self.production, b))).unwrap_or(0);
         let window = peak.saturating_sub(REACH)..(peak + REACH + 1).min(rows);
@@ -85,27 +86,27 @@ impl Verdict {
             (moment / sum, sum)
         };
         let (own, _) = centre(&self.production);
-        let (other, sum) = centre(&self.judge.mean);
+        let (other, sum) = centre(&self.reference.mean);
         let variance =
-            window.clone().map(|k| ((k as f64 - other) * at(&self.judge.error, k) / sum).powi(2)).sum::<f64>();
+            window.clone().map(|k| ((k as f64 - other) * at(&self.reference.error, k) / sum).powi(2)).sum::<f64>();
         [own, other, variance]
     }
 
     /// The comparison of the columns for which `judged` says so; others stand at edges, say.
     pub fn find(&self, judged: impl Fn(usize) -> bool) -> Finding {
-        let (cols, rows) = (self.cols(), self.judge.region.rows);
+        let (cols, rows) = (self.cols(), self.reference.region.rows);
         let dark = self.dark();
-        let columns: Vec<usize> = (0..cols).filter(|&c| judged(c + self.judge.region.first_col)).collect();
+        let columns: Vec<usize> = (0..cols).filter(|&c| judged(c + self.reference.region.first_col)).collect();
         let lit: Vec<usize> = columns.iter().copied().filter(|&c| dark[c] == [false; 2]).collect();
-        let greatest = self.judge.mean.iter().copied().fold(0.0, f64::max);
+        let greatest = self.reference.mean.iter().copied().fold(0.0, f64::max);
 
         let mut scores = Vec::new();
         let (mut sums, mut chance) = ([0.0; 4], 0.0);
         for i in lit.iter().flat_map(|&c| (0..rows).map(move |k| k * cols + c)) {
-            let (own, other, error) = (self.production[i], self.judge.mean[i], self.judge.error[i]);
-            let quantum = if other > 0.0 { error * error / other } else { self.judge.quantum };
+            let (own, other, error) = (self.production[i], self.reference.mean[i], self.reference.error[i]);
+            let quantum = if other > 0.0 { error * error / other } else { self.reference.quantum };
             if own.max(other) >= (FEWEST_RAYS * quantum).max(FAINT * greatest) {
-                // The variance that the judge would have were production right.
+                // The variance that the reference would have were production right.
                 scores.push((own - other) / (own * quantum).sqrt().max(1e-12));
             }
             sums[0] += own;
@@ -121,8 +122,8 @@ impl Verdict {
             .filter_map(|&c| {
                 let best = (0..rows)
                     .map(|k| k * cols + c)
-                    .max_by(|&a, &b| self.judge.mean[a].total_cmp(&self.judge.mean[b]))?;
-                Some(self.judge.error[best] / self.judge.mean[best])
+                    .max_by(|&a, &b| self.reference.mean[a].total_cmp(&self.reference.mean[b]))?;
+                Some(self.reference.error[best] / self.reference.mean[best])
             })
             .collect();
         peaks.sort_by(f64::total_cmp);
@@ -149,15 +150,15 @@ impl Verdict {
     /// Greatest deviation of pixels pooled in quarter rows by their distance from production's line, where they hold at
     /// least a twentieth of the greatest light.
     fn pooled(&self, lit: &[usize], centres: &[[f64; 3]], greatest: f64) -> [f64; 3] {
-        let (cols, rows) = (self.cols(), self.judge.region.rows);
+        let (cols, rows) = (self.cols(), self.reference.region.rows);
         let mut bins = std::collections::BTreeMap::<i64, [f64; 4]>::new();
         for (&c, centre) in lit.iter().zip(centres) {
             for k in 0..rows {
                 let i = k * cols + c;
                 let bin = bins.entry(((k as f64 - centre[0]) * 4.0).round() as i64).or_default();
                 bin[0] += self.production[i];
-                bin[1] += self.judge.mean[i];
-                bin[2] += self.judge.error[i].powi(2);
+                bin[1] += self.reference.mean[i];
+                bin[2] += self.reference.error[i].powi(2);
                 bin[3] += 1.0;
             }
         }
@@ -166,11 +167,12 @@ impl Verdict {
         deviations.max_by(|a, b| a[0].abs().total_cmp(&b[0].abs())).unwrap_or_default()
     }
 
-    /// Holds the columns judged to the bars, and prints a line of the table in docs/theory/instrument/judge.md.
+    /// Holds the columns judged to the bars, and prints a line of the table in docs/theory/instrument/reference.md.
     pub fn hold(&self, judged: impl Fn(usize) -> bool) -> Finding {
         let f = self.find(judged);
         println!(
-            "| {} | {} | {:.1} % | {:.1} / {:.1} | {:.2} | {:+.2} ± {:.2} % | {:+.2} % | {:+.4} ± {:.4} | {:.4} ({:.4}) | {:+.1} ± {:.1} % at {:+.2} | {} |",
+            "| {} | {} | {:.1} % | {:.1} / {:.1} | {:.2} | {:+.2} ± {:.2} % | {:+.2} % | {:+.4} ± {:.4} | {:.4} \
+                ({:.4}) | {:+.1} ± {:.1} % at {:+.2} | {} |",
             self.name,
             f.pixels,
             100.0 * f.peak_error,
@@ -191,7 +193,7 @@ impl Verdict {
         );
         let name = &self.name;
         assert!(f.pixels > 150, "{name}: only {} pixels are bright enough to be judged", f.pixels);
-        assert!(f.peak_error < 0.02, "{name}: the judge's own error is {:.3} at the peak", f.peak_error);
+        assert!(f.peak_error < 0.02, "{name}: the reference's own error is {:.3} at the peak", f.peak_error);
         assert!(f.worst < f.bound, "{name}: a pixel is {:.1} standard errors off, {:.1} are allowed", f.worst, f.bound);
         assert!(f.total[0].abs() < 0.01, "{name}: all light is {:.4} off", f.total[0]);
         assert!(f.bright.abs() < 0.01, "{name}: bright pixels are {:.4} off", f.bright);

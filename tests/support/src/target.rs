@@ -24,8 +24,8 @@ pub fn scene(profiles: usize) -> Scene {
     scene
 }
 
-/// Dense bright ceramic: light leaves within some thousandths of a mm of where it entered, so that the camera, which sees
-/// it leave nearer to itself, reads heights right to 1 um.
+/// Dense bright ceramic: light leaves within some thousandths of a mm of where it entered, so that the camera, which
+/// sees it leave nearer to itself, reads heights right to 1 um.
 pub fn ceramic() -> Medium {
     Medium::isotropic(5.0, 1500.0, 1.0, procedural::Gloss::NONE)
 }

@@ -33,6 +33,7 @@ fn fixed(mut text: String) -> String {
 }
 
 #[test]
+#[ignore = "long"]
 fn clean_datasets_of_every_subject() {
     for place in Place::of_each_subject(&[FRAMES, SPECKLE]) {
         place.make("set", "--n 8 --samples-per-shard 3");
@@ -46,6 +47,7 @@ fn clean_datasets_of_every_subject() {
 }
 
 #[test]
+#[ignore = "long"]
 fn clean_datasets_of_other_files_and_forms() {
     let png = "png: [range, reflectance, scatter, label]";
     let exr = "exr: [range, reflectance, scatter, label, instance]";
@@ -88,6 +90,7 @@ fn pieces_that_look_alike_are_no_copies() {
 
 /// The orders of the thesis, without speckle and noise of this program's own.
 #[test]
+#[ignore = "long"]
 fn clean_datasets_of_the_thesis() {
     for (name, text) in [
         ("wood", include_str!("../../../recipes/thesis/wood.yaml")),
@@ -103,6 +106,7 @@ fn clean_datasets_of_the_thesis() {
 
 /// Every recipe that ships, cut to a small size, with some frames.
 #[test]
+#[ignore = "long"]
 fn clean_datasets_of_every_recipe() {
     for name in Recipe::embedded().map(|built_in| built_in.name) {
         // Whole frames go through the scripts of the thesis.
@@ -144,6 +148,7 @@ fn clean_datasets_of_the_dark() {
 /// Overexposed packs: heights of saturated pixels at the card's edge lie as far off as the card is thick, and are no
 /// fault of the label's.
 #[test]
+#[ignore = "long"]
 fn clean_datasets_of_overexposed_packs() {
     let mut rng = procedural::Stream::root(400).rng();
     for files in [

@@ -28,7 +28,8 @@ const FORMS: [(&str, &[&str]); 4] = [
     (
         "output",
         &[
-            "png=[range, reflectance, scatter, label, instance] exr=[range, reflectance, scatter, label, instance] truth_maps=true",
+            "png=[range, reflectance, scatter, label, instance] exr=[range, reflectance, scatter, label, instance] \
+                truth_maps=true",
             "png=[] exr=[range, reflectance, scatter, label, instance] truth_maps=true",
             "png=[range, reflectance, scatter, label] exr=[] truth_maps=false",
             "png=[range] exr=[] truth_maps=false",
@@ -181,6 +182,7 @@ fn old_rule(sample: &Encoded) -> usize {
 }
 
 #[test]
+#[ignore = "long"]
 fn nothing_that_the_program_made_is_accused() {
     let mut patterns: BTreeMap<(usize, u64), PatternCache> = BTreeMap::new();
     let (mut fired, mut faulty, mut refused, mut samples) = (Vec::new(), Vec::new(), Vec::new(), 0);

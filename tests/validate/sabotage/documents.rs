@@ -11,6 +11,7 @@ use super::place::{MANIFEST, after, edit};
 const HEAD: &str = "dataset.json";
 
 #[test]
+#[ignore = "long"]
 fn dataset_json() {
     let head = |change: fn(&mut Value)| move |root: &Path| edit(&root.join(HEAD), change);
     after(|root| fs::remove_file(root.join(HEAD)).expect("there"), &[DatasetMissing], HEAD, "no head");
@@ -56,6 +57,7 @@ fn dataset_json() {
 }
 
 #[test]
+#[ignore = "long"]
 fn manifests() {
     let list = |change: fn(&mut Value)| move |root: &Path| edit(&root.join(MANIFEST), change);
     let unfinished = |root: &Path| fs::remove_file(root.join(MANIFEST)).expect("there");

@@ -22,6 +22,7 @@ const FLIPS: [(&str, usize); 6] = [
 
 /// 1000 bytes with any other value: of documents, of manifests, of tables and of EXR files.
 #[test]
+#[ignore = "long"]
 fn a_thousand_flips_are_found() {
     let place = Place::with(&[FRAMES]);
     place.make("set", "--n 2");

@@ -144,6 +144,7 @@ const MEASURED: [&str; 3] = ["Range", "Reflectance", "Scatter"];
 const TRUTH: [&str; 5] = ["FibreAzimuth", "FibreDive", "FilmGap", "FilmThickness", "Height"];
 
 #[test]
+#[ignore = "long"]
 fn whole_maps_are_always_told() {
     let (mut tried, mut before, mut silent) = (0, 0, Vec::new());
     for subject in subjects() {
@@ -176,6 +177,7 @@ fn whole_maps_are_always_told() {
 }
 
 #[test]
+#[ignore = "long"]
 fn sensor_frames_are_told() {
     let changes: [(&str, FrameChange); 4] = [
         ("of another sample", |samples| {
@@ -215,6 +217,7 @@ fn sensor_frames_are_told() {
 /// Forgeries of parts are told as often as promised, or more: by `places` of a sample, over seeds, within 4 standard
 /// errors.
 #[test]
+#[ignore = "long"]
 fn parts_are_told_as_often_as_promised() {
     const SEEDS: u64 = 24;
     let subject = subjects().swap_remove(0);

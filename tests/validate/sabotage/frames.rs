@@ -155,6 +155,7 @@ const FORGERIES: [(&str, Change); 30] = [
 ];
 
 #[test]
+#[ignore = "long"]
 fn one_forged_frame_of_many_is_told() {
     const SEEDS: u64 = 3;
     let text = recipe(&[

@@ -41,6 +41,7 @@ fn numbers(sample: &Encoded, channel: Channel) -> Vec<u16> {
 }
 
 #[test]
+#[ignore = "long"]
 fn tags_are_what_pixels_show() {
     // Of packs a part lies in the field.
     for (name, (head, samples)) in [("boards", boards().clone()), ("packs", of_recipe(&pack_recipe(&[]), 12))] {

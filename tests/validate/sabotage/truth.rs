@@ -60,6 +60,7 @@ fn changed(samples: &mut [Encoded], name: &str, change: Change) {
 }
 
 #[test]
+#[ignore = "long"]
 fn truth_maps_of_all_samples() {
     let (mut tried, mut missed) = (0, Vec::new());
     for (subject, text) in recipes() {
@@ -85,6 +86,7 @@ fn truth_maps_of_all_samples() {
 }
 
 #[test]
+#[ignore = "long"]
 fn objects_at_the_border() {
     let (mut tried, mut missed) = (0, Vec::new());
     for (subject, text) in recipes().into_iter().take(2) {

@@ -1,4 +1,5 @@
-//! Expected rows: what the recipe says about the dataset and each of its samples, handed in from outside, against what is on disk.
+//! Expected rows: what the recipe says about the dataset and each of its samples, handed in from outside, against what
+//! is on disk.
 
 use output_schema::file::DATASET;
 use output_schema::{DatasetHead, ManifestSample};

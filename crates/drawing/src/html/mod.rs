@@ -1,5 +1,5 @@
-//! Pages of HTML for people: the frame of a page, the style of all, formats of numbers, and pictures within a page. A page is
-//! one file that loads nothing; all text is escaped where it is put in.
+//! Pages of HTML for people: the frame of a page, the style of all, formats of numbers, and pictures within a page. A
+//! page is one file that loads nothing; all text is escaped where it is put in.
 
 pub mod format;
 mod picture;

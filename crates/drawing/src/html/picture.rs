@@ -41,7 +41,8 @@ pub fn map_palette(missing: [u8; 3], ramp: ColourMap) -> Vec<u8> {
     palette
 }
 
-/// Levels `[rows, width]` as PNG with a palette of red, green and blue, and the opacity of each level, if any is not opaque.
+/// Levels `[rows, width]` as PNG with a palette of red, green and blue, and the opacity of each level, if any is not
+/// opaque.
 ///
 /// # Errors
 /// Where the palette is no palette, or the levels are no whole rows.

@@ -122,7 +122,8 @@ impl<'w> GapJob<'w> {
         for (side, path) in sides.into_iter().zip(names) {
             if side.windows.len() < LEAST_WINDOWS {
                 let what = format!(
-                    "it has {} windows of {WINDOW_SIDE_PX} x {WINDOW_SIDE_PX} px that are measured for at least one half, \
+                    "it has {} windows of {WINDOW_SIDE_PX} x {WINDOW_SIDE_PX} px that are measured for at least one \
+                        half, \
                      --gap needs {LEAST_WINDOWS}",
                     side.windows.len()
                 );
@@ -142,7 +143,8 @@ impl<'w> GapJob<'w> {
             }
             if part[i] == GapPart::Block {
                 notes.push(format!(
-                    "{}: of one scan --gap cannot tell what is of the instrument and what of this object; two scans or more \
+                    "{}: of one scan --gap cannot tell what is of the instrument and what of this object; two scans \
+                        or more \
                      are split by scan",
                     names[i].display()
                 ));

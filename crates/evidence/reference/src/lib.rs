@@ -1,6 +1,8 @@
-//! The models that judge: Monte Carlo of the transport equation, diffusion on voxels, the method of the thesis.
+//! The models that the kernel is held to: Monte Carlo of the transport equation, diffusion on voxels, the method of the
+//! thesis.
 //!
-//! - [`model`]: each of them asked about plane layers; [`medium`] is such a question as YAML, [`media`] are fifteen of wood
+//! - [`model`]: each of them asked about plane layers; [`medium`] is such a question as YAML, [`media`] are fifteen of
+//!   wood
 //! - [`line_solver`]: each of them asked about a line on a body, as `transport:` of a recipe names it
 
 pub mod diffusion;

@@ -1,4 +1,5 @@
-//! The models that studies put side by side: those of transport, and beside them the method of Kihl and Källberg's thesis.
+//! The models that studies put side by side: those of transport, and beside them the method of Kihl and Källberg's
+//! thesis.
 
 use image::Rgb;
 

@@ -1,6 +1,7 @@
 //! Fit of an ellipse of equal light around a point of light.
 //!
-//! Model: in a belt about the ellipse, with rho the elliptical radius (1 on it), t = rho - 1 and phi the elliptical angle,
+//! Model: in a belt about the ellipse, with rho the elliptical radius (1 on it), t = rho - 1 and phi the elliptical
+//! angle,
 //!
 //! ```text
 //! log I = b0 + b1 t + b2 t^2 + (b3 + b4 t) cos 2 phi + (b5 + b6 t) sin 2 phi + b7 cos phi + b8 sin phi
@@ -8,9 +9,9 @@
 //!
 //! fitted to the cells' counts (poisson_fit.rs). Where b3, b5, b7 and b8 vanish the ellipse is a line of equal light;
 //! what they are moves it there (Newton's steps). Moments inside a contour would weigh the core most, which is
-//! elongated the other way; a fit of the contour's points would lose the counts beside them. The belt is wide enough for
-//! some hundred cells, and its own change of shape with radius is in b4 and b6. Towards its edges cells count less, so
-//! that none comes or goes at once while the belt moves.
+//! elongated the other way; a fit of the contour's points would lose the counts beside them. The belt is wide enough
+//! for some hundred cells, and its own change of shape with radius is in b4 and b6. Towards its edges cells count less,
+//! so that none comes or goes at once while the belt moves.
 //!
 //! Errors of the coefficients become errors of aspect and angle. Neglected: contours that are no ellipses (what is
 //! beyond the second harmonic), and the blur of a cell.

@@ -6,8 +6,8 @@
 //! - [`instrument`]: triangulation, sensor, speckle, laser
 //! - [`packs`]: Range and Scatter of blister packs, one of each defect
 //!
-//! A study of light inside matter asks [`Model::ALL`], that of a point [`compared_model::ComparedModel::all`]; a model that refuses a
-//! question is listed with its reason.
+//! A study of light inside matter asks [`Model::ALL`], that of a point [`compared_model::ComparedModel::all`]; a model
+//! that refuses a question is listed with its reason.
 
 pub mod compared_model;
 mod ellipse;

@@ -1,8 +1,8 @@
-//! Line spread of fifteen media: reflectance, radiance factor towards the lens, shares of rows and asymmetry by every model
-//! of transport, on the media of docs/theory/physics.md.
+//! Line spread of fifteen media: reflectance, radiance factor towards the lens, shares of rows and asymmetry by every
+//! model of transport, on the media of docs/theory/physics.md.
 //!
-//! Rows are 0.101 mm wide and the line has a standard deviation of 0.05 mm, as in that table. Errors of sums over rows take
-//! rows as independent; the correlation of a multinomial count is neglected.
+//! Rows are 0.101 mm wide and the line has a standard deviation of 0.05 mm, as in that table. Errors of sums over rows
+//! take rows as independent; the correlation of a multinomial count is neglected.
 
 use image::RgbImage;
 use serde_json::{Value, json};
@@ -170,9 +170,9 @@ pub fn study(effort: Effort, progress: StudyProgress) -> StudyReport {
 fn table(cases: &[MediumCase]) -> String {
     let mut text =
         String::from("Shares of a line's energy; asymmetry: rows 1 to 8 ahead less behind, over their sum.\n");
-    text += "In brackets what a model has over the judge, `path`. Published Monte Carlo figures\n";
+    text += "In brackets what a model has over the reference, `path`. Published Monte Carlo figures\n";
     text += "(docs/theory/physics.md) are those of an earlier walk: R agrees, S(1,8) of clear wood was 0.420.\n";
-    text += "ok, off: the kernel against its bar; ?: two standard errors of the judge reach over it.\n";
+    text += "ok, off: the kernel against its bar; ?: two standard errors of the reference reach over it.\n";
     text += &format!("  {:20}{:10}", "medium", "model");
     for SpreadFigure { name, .. } in FIGURES {
         text += &format!("{name:>22}");
@@ -263,8 +263,9 @@ fn draw(cases: &[MediumCase]) -> RgbImage {
     let rows = (cases.len() as u32).div_ceil(CHART_COLUMNS);
     let mut page =
         Page::new(MARGIN + CHART_COLUMNS * (CHART_PX.0 + MARGIN), HEADING_PX + rows * (CHART_PX.1 + MARGIN) + MARGIN);
-    let words = "A line of light: share of its energy that leaves in each row along the motion. Below each chart the kernel \
-                 against its bars: ok, off, or ? where the judge's error hides it";
+    let words = "A line of light: share of its energy that leaves in each row along the motion. Below each chart the \
+        kernel \
+                 against its bars: ok, off, or ? where the reference's error hides it";
     page.words(MARGIN, 20, words);
     page.words_in(MARGIN, 36, kernel_summary(cases).trim_end(), ComparedModel::Model(Model::Kernel).colour());
     for (i, case) in cases.iter().enumerate() {

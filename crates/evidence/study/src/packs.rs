@@ -1,8 +1,8 @@
-//! Range and Scatter of blister packs with one defect each: means over the pockets concerned and over the others, and the
-//! maps as the camera sees them.
+//! Range and Scatter of blister packs with one defect each: means over the pockets concerned and over the others, and
+//! the maps as the camera sees them.
 //!
-//! Every pack has draws of its own, those of samples 0, 1, 2 ... of the recipe, but one film, one exposure and the defects
-//! of `PACKS`; so apart from the defect packs differ as they do in a dataset.
+//! Every pack has draws of its own, those of samples 0, 1, 2 ... of the recipe, but one film, one exposure and the
+//! defects of `PACKS`; so apart from the defect packs differ as they do in a dataset.
 
 use image::{Rgb, RgbImage};
 use procedural::blister::{Blister, Defects};

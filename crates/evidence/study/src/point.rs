@@ -1,5 +1,6 @@
-//! Point spread on wood: aspect and direction of the ellipses of equal light around a point of light, by every model. These
-//! are Figures 4.23 (clear wood) and 4.24 (a knot) of Kihl and Källberg 2021, and their own method stands beside the models.
+//! Point spread on wood: aspect and direction of the ellipses of equal light around a point of light, by every model.
+//! These are Figures 4.23 (clear wood) and 4.24 (a knot) of Kihl and Källberg 2021, and their own method stands beside
+//! the models.
 //!
 //! Around the point light is equal on ellipses. Each is named by its half diameter across the fibre; measured are the
 //! half diameter along the fibre over it, and the azimuth of the long axis. Far away diffusion gives an aspect of
@@ -56,7 +57,8 @@ struct PointMap {
     note: String,
     /// Azimuth of the fibre [deg].
     azimuth: f64,
-    /// Lines of equal light in the order of [`HALF_DIAMETERS_MM`], `None` where no ellipse was found; or why the model refuses.
+    /// Lines of equal light in the order of [`HALF_DIAMETERS_MM`], `None` where no ellipse was found; or why the model
+    /// refuses.
     contours: Result<Vec<Option<Contour>>, String>,
     /// Light of each cell, kept where it is drawn.
     light: Vec<f64>,
@@ -117,10 +119,10 @@ pub fn study(effort: Effort, progress: StudyProgress) -> StudyReport {
 impl ComparedModel {
     /// What is lit and how, where it is not a point as such.
     ///
-    /// The thesis' method is shown as its Figures 4.23 and 4.24 show it: a spot of 55 pixels, 20 iterations on clear wood
-    /// and 10 on a knot. The thesis does not say how large its pixels are; here they are the study's cells, so the half
-    /// diameters in mm are a choice, aspects and angles are not. The thesis' spot is part of its map. The conservative
-    /// stencil lights one pixel and is asked what the models of transport are asked.
+    /// The thesis' method is shown as its Figures 4.23 and 4.24 show it: a spot of 55 pixels, 20 iterations on clear
+    /// wood and 10 on a knot. The thesis does not say how large its pixels are; here they are the study's cells, so the
+    /// half diameters in mm are a choice, aspects and angles are not. The thesis' spot is part of its map. The
+    /// conservative stencil lights one pixel and is asked what the models of transport are asked.
     fn point_note(self, wood: &WoodMedium) -> String {
         match self {
             Self::Model(_) => String::new(),

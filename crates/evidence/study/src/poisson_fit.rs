@@ -1,8 +1,8 @@
 //! Quasi-Poisson regression of counts: y ~ exp(sum of b_k x_k), the variance of y proportional to its mean (log link).
 //!
 //! Sparse counts are no trouble, since no logarithm of a count is taken. Solved by iteratively reweighted least squares
-//! (Nelder and Wedderburn 1972). Observations may count less than whole: with such shares u and W = u mean, covariance of
-//! b = dispersion (X^T W X)^-1 (X^T u W X) (X^T W X)^-1, dispersion from Pearson's residuals.
+//! (Nelder and Wedderburn 1972). Observations may count less than whole: with such shares u and W = u mean, covariance
+//! of b = dispersion (X^T W X)^-1 (X^T u W X) (X^T W X)^-1, dispersion from Pearson's residuals.
 
 /// Terms of the model.
 pub(super) const TERMS: usize = 9;

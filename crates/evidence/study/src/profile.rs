@@ -1,5 +1,5 @@
-//! Scatter along one profile of a recipe's sample, by every model of light below the surface: what the kernel makes of knots
-//! and borders, against the reference Monte Carlo with its standard errors.
+//! Scatter along one profile of a recipe's sample, by every model of light below the surface: what the kernel makes of
+//! knots and borders, against the reference Monte Carlo with its standard errors.
 //!
 //! All models look through the same bench, free of sensor noise and speckle. The reference is walked eight independent
 //! times; mean and standard error of a bin of columns are taken from these walks.
@@ -125,8 +125,8 @@ fn column_light(scratch: &Scratch, column: usize) -> ColumnLight {
     ColumnLight { scatter: beside.sum(), total: (0..ROWS).map(at).sum() }
 }
 
-/// Root mean square of a model's relative difference in Scatter from the reference, over bins that the reference knows to
-/// 10 % [1].
+/// Root mean square of a model's relative difference in Scatter from the reference, over bins that the reference knows
+/// to 10 % [1].
 fn scatter_rms(model: &ProfileLine, reference: &ProfileLine) -> f64 {
     let pairs = model.scatter.iter().zip(&reference.scatter);
     let known = pairs.filter(|(_, reference)| reference.error > 0.0 && reference.error < 0.1 * reference.value);
@@ -138,9 +138,10 @@ fn report(scene: &Scene, profile: usize, x: &[f64], lines: &[ProfileLine], effor
     let reference = &lines[0];
     let total = |line: &ProfileLine| line.light.iter().map(|e| e.value).sum::<f64>();
     let mut table = format!(
-        "Profile {profile} of sample {} ({}): scatter is rows 1 to {SCATTER_ROWS} on both sides of the peak, bins of {BIN_COLUMNS} columns\n\
+        "Profile {profile} of sample {} ({}): scatter is rows 1 to {SCATTER_ROWS} on both sides of the peak, bins of \
+            {BIN_COLUMNS} columns\n\
          {:14} {:>14} {:>26}\n",
-        scene.index, scene.class, "model", "light/judge", "rms of scatter to judge"
+        scene.index, scene.class, "model", "light/reference", "rms of scatter to reference"
     );
     for line in lines {
         table += &format!(
@@ -153,7 +154,7 @@ fn report(scene: &Scene, profile: usize, x: &[f64], lines: &[ProfileLine], effor
     let model = |line: &ProfileLine| -> Value {
         json!({
             "model": line.model.name(),
-            "rms_of_scatter_to_judge": scatter_rms(line, reference),
+            "rms_of_scatter_to_reference": scatter_rms(line, reference),
             "scatter_e": line.scatter,
             "light_e": line.light,
         })

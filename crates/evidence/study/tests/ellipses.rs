@@ -1,5 +1,5 @@
-//! Ellipses of equal light about a point on wood lie along the fibre by the models of transport, and by the thesis' method where
-//! pixels do.
+//! Ellipses of equal light about a point on wood lie along the fibre by the models of transport, and by the thesis'
+//! method where pixels do.
 
 use reference::media::{CLEAR_WOOD, SOUND_KNOT, WoodMedium};
 use reference::model::Model;
@@ -7,10 +7,11 @@ use reference::path::Effort;
 use study::compared_model::ComparedModel;
 use study::point::{PHOTONS, contour};
 
-/// The judge and the kernel find the fibre's azimuth on clear wood within 1.6 degrees at 1.5 mm, for azimuths of 0 to 90.
+/// The reference and the kernel find the fibre's azimuth on clear wood within 1.6 degrees at 1.5 mm, for azimuths of 0
+/// to 90.
 ///
-/// The judge walks a tenth of the study's photons, so its error is three times that of the study; the bar is some four of
-/// its standard errors, twelve of the study's.
+/// The reference walks a tenth of the study's photons, so its error is three times that of the study; the bar is some
+/// four of its standard errors, twelve of the study's.
 #[test]
 fn ellipses_lie_along_the_fibre() {
     let effort = Effort { photons: PHOTONS / 10, seed: 0 };
@@ -31,8 +32,8 @@ fn ellipses_lie_along_the_fibre() {
     }
 }
 
-/// The thesis' method lies along the fibre where pixels do; between, its neighbours pull it to the diagonal, alike from both
-/// sides. Its knot is round. The symmetric stencil follows the fibre within half a degree.
+/// The thesis' method lies along the fibre where pixels do; between, its neighbours pull it to the diagonal, alike from
+/// both sides. Its knot is round. The symmetric stencil follows the fibre within half a degree.
 #[test]
 fn pictures_of_the_thesis_are_pulled_to_the_diagonal() {
     let far = |by: ComparedModel, wood: &WoodMedium| {

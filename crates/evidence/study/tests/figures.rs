@@ -1,5 +1,5 @@
-//! The instrument is as theory has it: every figure that `gen study` draws holds, within what chance does at alpha = 0.01
-//! for the whole table.
+//! The instrument is as theory has it: every figure that `gen study` draws holds, within what chance does at alpha =
+//! 0.01 for the whole table.
 
 use study::instrument::{Trials, laser, sensor, speckle, triangulation};
 use study::{StudyProgress, StudyReport};

@@ -4,7 +4,8 @@ use procedural::{Stream, normal};
 
 use super::*;
 
-/// Scans of a known law: two statistics that are linear in two scores, scatter with a correlation of 0.8; one that is not told, a constant one.
+/// Scans of a known law: two statistics that are linear in two scores, scatter with a correlation of 0.8; one that is
+/// not told, a constant one.
 fn scans(n: usize) -> Vec<Simulation> {
     let mut rng = Stream::root(3).rng();
     (0..n)
@@ -27,13 +28,15 @@ fn a_known_law_is_found() {
     assert_eq!(emulator.known, [true, true, false, false]);
     for place in [[0.0, 0.0], [1.0, -1.5], [-2.0, 0.5]] {
         let [x, y] = place;
-        // The variance of a line's mean: (1 + x^2 + y^2) / n; curved terms that evidence does not call for add up to a fifth (chosen).
+        // The variance of a line's mean: (1 + x^2 + y^2) / n; curved terms that evidence does not call for add up to a
+        // fifth (chosen).
         let error = 3.9 * 0.3 * ((1.0_f64 + x * x + y * y) / 2000.0_f64).sqrt() * 1.2;
         for (found, expected) in emulator.mean(&place).iter().zip([1.0 + 2.0 * x, -y]) {
             assert!((found - expected).abs() < error, "{found} for {expected} +- {error} at {place:?}");
         }
     }
-    // A variance from 2000 numbers has a relative standard error of 0.032; shrinking takes 2 of 2002 of the correlation.
+    // A variance from 2000 numbers has a relative standard error of 0.032; shrinking takes 2 of 2002 of the
+    // correlation.
     let c = &emulator.covariance;
     assert!((c[(0, 0)] / 0.09 - 1.0).abs() < 3.9 * 0.032, "{}", c[(0, 0)]);
     let r = c[(0, 1)] / (c[(0, 0)] * c[(1, 1)]).sqrt();
@@ -96,8 +99,8 @@ fn free_coefficients(emulator: &Emulator, scans: &[Simulation]) -> DMatrix<f64> 
     cholesky(&terms.tr_mul(&terms)).solve(&terms.tr_mul(&told))
 }
 
-/// What an emulator says of 4000 scans that it has not seen: squares of their errors over told ones, and squares of errors of means, by it and with free
-/// coefficients.
+/// What an emulator says of 4000 scans that it has not seen: squares of their errors over told ones, and squares of
+/// errors of means, by it and with free coefficients.
 fn of_unseen(law: &Polynomials, emulator: &Emulator, scans: &[Simulation], seed: u64) -> (f64, [f64; 2]) {
     let fresh = law.scans(4000, seed + 100);
     let whiten = cholesky(&emulator.covariance);
@@ -116,8 +119,9 @@ fn of_unseen(law: &Polynomials, emulator: &Emulator, scans: &[Simulation], seed:
     (squares, of_means)
 }
 
-/// Curved laws are found as well as free coefficients find them, straight ones twice as well, and scans that were not seen lie about the mean as the covariance says: by a
-/// chi-square of whitened errors over ten laws, for few scans and for many. Slopes are the derivatives of the terms.
+/// Curved laws are found as well as free coefficients find them, straight ones twice as well, and scans that were not
+/// seen lie about the mean as the covariance says: by a chi-square of whitened errors over ten laws, for few scans and
+/// for many. Slopes are the derivatives of the terms.
 #[test]
 fn curved_laws_are_found_and_errors_are_as_told() {
     for (n, curvature) in [(120, 0.3), (300, 0.3), (2000, 0.3), (120, 0.0), (2000, 0.0)] {
@@ -144,13 +148,15 @@ fn curved_laws_are_found_and_errors_are_as_told() {
         let most = if curvature > 0.0 { 1.05 } else { 0.5 };
         println!("{n} scans, curvature {curvature}: squares {squares}, means {of_means:?}");
         assert!(of_means[0] < most * of_means[1], "{n} scans, curvature {curvature}: means are off by {of_means:?}");
-        // The inverse of a covariance from n scans in 9 statistics is n / (n - 10) too large. Residuals of the scans that were regressed on give 1.7 for 120.
+        // The inverse of a covariance from n scans in 9 statistics is n / (n - 10) too large. Residuals of the scans
+        // that were regressed on give 1.7 for 120.
         let expected = n as f64 / (n as f64 - 10.0);
         assert!((squares / expected - 1.0).abs() < 0.12, "{n} scans: errors have {squares} of their told squares");
     }
 }
 
-/// Where scans have unlike weights, as in a kernel about a narrow region, those of the same kernel that were not seen lie about the mean as told, too.
+/// Where scans have unlike weights, as in a kernel about a narrow region, those of the same kernel that were not seen
+/// lie about the mean as told, too.
 #[test]
 fn errors_in_kernels_are_as_told() {
     let mean_square = |seed: u64| {
@@ -172,7 +178,8 @@ fn errors_in_kernels_are_as_told() {
         fresh.iter().zip(&weights).map(|(scan, w)| w * square(scan)).sum::<f64>() / weights.iter().sum::<f64>()
     };
     let squares = (1..=10).map(|seed| 0.1 * mean_square(seed)).sum::<f64>();
-    // 400 scans that count, and 800 fresh ones of each law: two standard errors are 1.5 %. A kernel's unequal weights make leave-one-out a little unlike.
+    // 400 scans that count, and 800 fresh ones of each law: two standard errors are 1.5 %. A kernel's unequal weights
+    // make leave-one-out a little unlike.
     let expected = 400.0 / 390.0;
     assert!((squares / expected - 1.0).abs() < 0.08, "errors have {squares} of their told squares");
 }

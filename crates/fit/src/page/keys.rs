@@ -21,8 +21,10 @@ pub(super) fn section(fit: &Fit) -> Markup {
         @else {
             p {
                 strong { "Determined" } ": the scans narrow the key. "
-                strong { "Weak" } ": it moves statistics, but other keys can make up for it; where the posterior is no narrower than the prior, the recipe keeps the prior. "
-                strong { "Undetermined" } ": over its whole prior it moves no statistic beyond its scatter from scan to scan; "
+                strong { "Weak" } ": it moves statistics, but other keys can make up for it; where the posterior is \
+                    no narrower than the prior, the recipe keeps the prior. "
+                strong { "Undetermined" } ": over its whole prior it moves no statistic beyond its scatter from scan \
+                    to scan; "
                 "the recipe keeps its distribution. Bars are draws of the posterior over the range of the prior."
             }
             ul.key aria-label="Lines" {
@@ -70,7 +72,8 @@ fn row(fit: &Fit, key: &FittedKey) -> Markup {
                     @if !key.of_scans.is_empty() { (of_scans(fit, key)) }
                 }
             } @else {
-                td data-label="Fitted" { p.say { "The scans say nothing about it; the recipe keeps its distribution." } }
+                td data-label="Fitted" { p.say { "The scans say nothing about it; the recipe keeps its \
+                    distribution." } }
             }
             td.drawing data-label="Draws" {
                 @if let Some(axis) = axis(key) {
@@ -123,7 +126,8 @@ fn pairs(fit: &Fit) -> Markup {
         @if fit.pairs.is_empty() { p { "None: no two keys go together in what is known of them." } }
         @else {
             p {
-                "Along these pairs the scans fix a combination, not each key. A measurement of one of the two by other means "
+                "Along these pairs the scans fix a combination, not each key. A measurement of one of the two by \
+                    other means "
                 "settles the other."
             }
             ul.pairs {

@@ -1,8 +1,9 @@
 //! Maps side by side: the real scan, the recipe as it was, the fitted recipe.
 //!
-//! Range is shown less a plane, each map less its own: of planes through three pixels and the plane of least squares, the one whose
-//! median distance is least (least median of squares, Rousseeuw 1984); then least squares over what lies within [`NEAR`] robust
-//! deviations of it, [`PASSES`] times; then the median is taken off. Colours go from 2 to 98 % of the real map.
+//! Range is shown less a plane, each map less its own: of planes through three pixels and the plane of least squares,
+//! the one whose median distance is least (least median of squares, Rousseeuw 1984); then least squares over what lies
+//! within [`NEAR`] robust deviations of it, [`PASSES`] times; then the median is taken off. Colours go from 2 to 98 %
+//! of the real map.
 
 use drawing::html::{ColourMap, MAP_LEVELS, colour_scale, data_url, hex, indexed_png, map_palette};
 use maud::{Markup, html};
@@ -91,9 +92,12 @@ pub(super) fn section(fit: &Fit) -> Markup {
         @if fit.scans.is_empty() { p.note { "There is no real scan." } }
         @else {
             p {
-                "Left the real scan, in the middle a scan of the recipe as it was, right one of the fitted recipe, each at the middle of "
-                "what is known of the keys. Draws that are not fitted differ from the real scan: parts lie elsewhere, noise is another. "
-                "A row has one colour scale, from 2 to 98 % of the real map; what lies beyond has the colour of the nearer end. "
+                "Left the real scan, in the middle a scan of the recipe as it was, right one of the fitted recipe, \
+                    each at the middle of "
+                "what is known of the keys. Draws that are not fitted differ from the real scan: parts lie elsewhere, \
+                    noise is another. "
+                "A row has one colour scale, from 2 to 98 % of the real map; what lies beyond has the colour of the \
+                    nearer end. "
                 "Rows grow downwards in the order of exposure. Range is shown less the plane of its surface."
             }
             ul.key aria-label="Colours" {
@@ -103,7 +107,8 @@ pub(super) fn section(fit: &Fit) -> Markup {
         @for scan in fit.scans.iter().take(MOST_SCANS) { (of_scan(scan)) }
         @if fit.scans.len() > MOST_SCANS {
             p.note {
-                "Maps of the first " (MOST_SCANS) " of " (fit.scans.len()) " real scans are shown; statistics below are of all."
+                "Maps of the first \
+                    " (MOST_SCANS) " of " (fit.scans.len()) " real scans are shown; statistics below are of all."
             }
         }
     }
@@ -213,7 +218,8 @@ fn levelled(heights: &[f64], cols: usize) -> Vec<f64> {
     flat
 }
 
-/// Of planes through three pixels, that of least squares and a level one, the plane whose median distance from some pixels is least.
+/// Of planes through three pixels, that of least squares and a level one, the plane whose median distance from some
+/// pixels is least.
 fn median_plane(heights: &[f64], measured: &[usize], at: &dyn Fn(usize) -> Vector3<f64>) -> Vector3<f64> {
     let n = measured.len();
     let judges: Vec<usize> = measured.iter().copied().step_by(n.div_ceil(JUDGES).max(1)).collect();
@@ -268,8 +274,8 @@ mod tests {
 
     use super::*;
 
-    /// A tilted plate becomes level though a third of the scan is a block and a belt far below, with holes in both; a single line of
-    /// pixels, which has no plane, and a scan without heights are no trouble.
+    /// A tilted plate becomes level though a third of the scan is a block and a belt far below, with holes in both; a
+    /// single line of pixels, which has no plane, and a scan without heights are no trouble.
     #[test]
     fn tilt_is_taken_off() {
         let (cols, rows) = (40, 30);

@@ -1,5 +1,5 @@
-//! The page of a fit: one HTML file without scripts, in the order in which an engineer asks. All text is escaped where it is put in;
-//! nothing of it depends on a clock or a machine.
+//! The page of a fit: one HTML file without scripts, in the order in which an engineer asks. All text is escaped where
+//! it is put in; nothing of it depends on a clock or a machine.
 
 mod keys;
 mod maps;

@@ -12,16 +12,19 @@ pub(super) fn section(fit: &Fit) -> Markup {
     html! {
         @if told == 0 {
             p.note {
-                "The real scans tell no statistic: nothing can be said of what the recipe reaches. Give larger scans, or a larger "
+                "The real scans tell no statistic: nothing can be said of what the recipe reaches. Give larger scans, \
+                    or a larger "
                 "part of them."
             }
         } @else if out == 0 {
             p {
-                "Fitted recipes make every statistic that the real scans tell. What no statistic asks about may differ all the same."
+                "Fitted recipes make every statistic that the real scans tell. What no statistic asks about may \
+                    differ all the same."
             }
         } @else {
             p {
-                "Real scans have these, which no value of the fitted keys makes. A network that sees them in real scans has not "
+                "Real scans have these, which no value of the fitted keys makes. A network that sees them in real \
+                    scans has not "
                 "seen them in simulated ones."
             }
             ul.reach { @for (name, found) in by_statistic(fit) {
@@ -41,7 +44,8 @@ pub(super) fn section(fit: &Fit) -> Markup {
             h3 { "Keys at an end of what was believed" }
             ul { @for (key, end) in &at_ends {
                 li {
-                    code { (key.path) } ": half of the posterior lies in the " (end) " 5 % of the prior. A wider prior may fit better."
+                    code { (key.path) } ": half of the posterior lies in the \
+                        " (end) " 5 % of the prior. A wider prior may fit better."
                 }
             } }
         }
@@ -49,19 +53,24 @@ pub(super) fn section(fit: &Fit) -> Markup {
             h3 { "What to do" }
             ul {
                 li {
-                    "Widen a prior: " code { "--set 'key={uniform: [a, b]}'" } ", first of keys at an end of it, and of keys that move "
+                    "Widen a prior: \
+                        " code { "--set 'key={uniform: [a, \
+                            b]}'" } ", first of keys at an end of it, and of keys that move "
                     "what is out of reach."
                 }
                 li {
-                    "Free other keys: give keys that hold one value a distribution. Optics and noise that are fixed at wrong values "
+                    "Free other keys: give keys that hold one value a distribution. Optics and noise that are fixed \
+                        at wrong values "
                     "cannot be made up for."
                 }
                 li {
-                    "Mask what the recipe does not make: " code { "--mask" } " or " code { "--region" } " keep clamps, background and "
+                    "Mask what the recipe does not make: \
+                        " code { "--mask" } " or " code { "--region" } " keep clamps, background and "
                     "rims out of the statistics of real scans."
                 }
                 li {
-                    "Look at the maps above: a shape that the real object has and the simulated one has not moves edges, missing "
+                    "Look at the maps above: a shape that the real object has and the simulated one has not moves \
+                        edges, missing "
                     "heights and spectra. Give the recipe that shape, or do not trust keys that follow these."
                 }
             }

@@ -24,7 +24,8 @@ pub(super) fn section(before: &str, after: &str) -> Markup {
             summary {
                 "The fitted recipe "
                 small {
-                    (counted(new, "line")) " new, marked +; " (counted(old, "line")) " of the recipe as it was, marked \u{2212}"
+                    (counted(new, "line")) " new, marked +; \
+                        " (counted(old, "line")) " of the recipe as it was, marked \u{2212}"
                 }
             }
             pre.scroll.recipe tabindex="0" {

@@ -19,10 +19,14 @@ pub(super) fn section(fit: &Fit) -> Markup {
         @if fit.scans.is_empty() { p.note { "There is no real scan." } }
         @else {
             p {
-                "Each statistic of a real scan with one standard error either way, from halves of the scan, beside 5, 50 and 95 % of "
-                "simulated scans. Distances are those of the real scan from fitted ones: in deviations of these from scan to scan, and "
-                "in standard errors of the real scan. A statistic is out of reach where both are more than 3, or the first where "
-                "halves do not tell the second. A drawing spans what its row holds, in a logarithmic scale where that is wide."
+                "Each statistic of a real scan with one standard error either way, from halves of the scan, beside 5, \
+                    50 and 95 % of "
+                "simulated scans. Distances are those of the real scan from fitted ones: in deviations of these from \
+                    scan to scan, and "
+                "in standard errors of the real scan. A statistic is out of reach where both are more than 3, or the \
+                    first where "
+                "halves do not tell the second. A drawing spans what its row holds, in a logarithmic scale where that \
+                    is wide."
             }
             ul.key aria-label="Lines" {
                 li { span.swatch.before {} "recipe as it was" }
@@ -64,7 +68,8 @@ fn of_scan(scan: &ScanFit, is_open: bool) -> Markup {
             @if !untold.is_empty() {
                 details.untold {
                     summary { (counted(untold.len(), "statistic")) " that the real scan does not tell" }
-                    p { "Too few pixels tell them, or the map that they are of is missing; they play no part in the fit." }
+                    p { "Too few pixels tell them, or the map that they are of is missing; they play no part in the \
+                        fit." }
                     ul { @for statistic in &untold { li { (statistic.name) } } }
                 }
             }

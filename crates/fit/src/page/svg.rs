@@ -101,7 +101,8 @@ fn interval(axis: DrawnAxis, [low, middle, high]: [f64; 3], y: f64, class: &str)
     html! {
         @if low.is_finite() && middle.is_finite() && high.is_finite() {
             line class={ "interval " (class) } x1=(axis.x(low)) x2=(axis.x(high)) y1=(at(y)) y2=(at(y)) {}
-            line class={ "median " (class) } x1=(axis.x(middle)) x2=(axis.x(middle)) y1=(at(y - 3.5)) y2=(at(y + 3.5)) {}
+            line class={ "median \
+                " (class) } x1=(axis.x(middle)) x2=(axis.x(middle)) y1=(at(y - 3.5)) y2=(at(y + 3.5)) {}
         }
     }
 }

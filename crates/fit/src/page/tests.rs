@@ -125,7 +125,8 @@ fn has_only_numbers(page: &str) {
     }
 }
 
-/// Every section is there and filled, elements end where they should, and a browser may load nothing but pictures in the page.
+/// Every section is there and filled, elements end where they should, and a browser may load nothing but pictures in
+/// the page.
 #[test]
 fn the_page_is_whole() {
     let page = example().page("a: 1\nb: 2\n", "a: 1\nb: 3\n");
@@ -179,7 +180,8 @@ fn states_are_said_in_words() {
     assert!(section(&page, "keys").contains("correlation \u{2212}0.91, one rises as the other falls"));
 }
 
-/// What is out of reach is marked by a word and told with its numbers; what the real scan does not tell is listed apart.
+/// What is out of reach is marked by a word and told with its numbers; what the real scan does not tell is listed
+/// apart.
 #[test]
 fn what_is_out_of_reach_is_said() {
     let mut fit = example();
@@ -228,8 +230,8 @@ fn names_are_escaped() {
     let words = words(&page);
     assert!(!page.contains("<b>") && !page.contains("<script") && page.matches("</style>").count() == 1);
     let count = words.matches("&lt;b&gt;&amp;").count();
-    // Recipe: title, heading, facts. Scan: facts, maps, statistics, reach. Key, what it moves, pair. Statistics: a row and reach,
-    // and one that is not told. Lines of the texts.
+    // Recipe: title, heading, facts. Scan: facts, maps, statistics, reach. Key, what it moves, pair. Statistics: a row
+    // and reach, and one that is not told. Lines of the texts.
     assert_eq!(count, 3 + 4 + 1 + 1 + 1 + 2 + 1 + 2);
 }
 

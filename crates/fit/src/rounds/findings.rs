@@ -1,5 +1,5 @@
-//! Findings at the end of a fit: quantiles, widths and correlations of the posterior's draws, each real scan beside simulated
-//! ones, and the distributions that the recipe gets.
+//! Findings at the end of a fit: quantiles, widths and correlations of the posterior's draws, each real scan beside
+//! simulated ones, and the distributions that the recipe gets.
 
 use nalgebra::DVector;
 use recipe::Recipe;
@@ -15,7 +15,8 @@ use crate::result::{Fit, FittedKey, KeyState, MapsOfScan, ScanFit, StatisticFit,
 const TAIL: f64 = 1.644_853_626_951_472_2;
 /// Width of a posterior over that of its prior, as scores, below which a key is determined.
 const DETERMINED: f64 = 0.5;
-/// Change of a statistic over a prior's inner 90 %, in deviations of its scatter from scan to scan, below which a key moves nothing.
+/// Change of a statistic over a prior's inner 90 %, in deviations of its scatter from scan to scan, below which a key
+/// moves nothing.
 const MOVES: f64 = 1.0;
 /// Places at which that change is looked for.
 const MOVED_STEPS: usize = 9;
@@ -129,7 +130,8 @@ impl Fitter<'_> {
             .collect()
     }
 
-    /// Rank correlations that the recipe is written with: of keys that are written, have a scale and one score for all scans.
+    /// Rank correlations that the recipe is written with: of keys that are written, have a scale and one score for all
+    /// scans.
     fn correlations(&self, keys: &[FittedKey], draws: &[Vec<f64>]) -> Vec<([String; 2], f64)> {
         let can = |k: usize| {
             let (key, is_own) = (&self.keys[k], !keys[k].of_scans.is_empty());
@@ -184,7 +186,8 @@ impl Fitter<'_> {
     }
 }
 
-/// The statistic that a key moves most within 5 to 95 % of its prior, of those that some real scan has: its number, and by how many deviations.
+/// The statistic that a key moves most within 5 to 95 % of its prior, of those that some real scan has: its number, and
+/// by how many deviations.
 fn most_moved(emulator: &Emulator, place: &[f64], key: usize, observed: &[Vec<Option<f64>>]) -> (usize, f64) {
     let step = |n: usize| TAIL * (2.0 * n as f64 / (MOVED_STEPS - 1) as f64 - 1.0);
     let means: Vec<DVector<f64>> = (0..MOVED_STEPS).map(|n| emulator.mean_along(place, key, step(n))).collect();
@@ -288,7 +291,8 @@ mod tests {
     use super::*;
     use crate::emulator::Simulation;
 
-    /// A key that a statistic follows evenly moves it as much as one that it follows oddly, and what a narrow kernel saw of a key goes on straight.
+    /// A key that a statistic follows evenly moves it as much as one that it follows oddly, and what a narrow kernel
+    /// saw of a key goes on straight.
     #[test]
     fn even_effects_count_and_narrow_ones_go_straight() {
         let mut rng = Stream::root(5).rng();

@@ -2,9 +2,10 @@
 //!
 //! Share: Phi(z) = erfc(-z / sqrt 2) / 2, with full relative precision below 0.
 //!
-//! Quantile: Phi(z) = p, by rational functions of degree seven on three intervals (Wichura 1988, algorithm AS 241, PPND16):
-//! within 10^-16 of it relatively, for p from 10^-316 on. Valid for p in (0, 1); 0 and 1 have the infinities. Above one half the
-//! steps of floating-point numbers next to 1 limit z: who needs the upper tail asks for the lower one and turns the sign.
+//! Quantile: Phi(z) = p, by rational functions of degree seven on three intervals (Wichura 1988, algorithm AS 241,
+//! PPND16): within 10^-16 of it relatively, for p from 10^-316 on. Valid for p in (0, 1); 0 and 1 have the infinities.
+//! Above one half the steps of floating-point numbers next to 1 limit z: who needs the upper tail asks for the lower
+//! one and turns the sign.
 
 /// Half width of the middle interval of p about one half [1].
 const MIDDLE: f64 = 0.425;
@@ -142,7 +143,8 @@ mod tests {
         for step in -3000..=800 {
             let z = f64::from(step) / 100.0;
             let p = normal_below(z);
-            // A relative error e of p moves z by e p / density(z), about e / |z| in the tails; beside 1 the error is absolute.
+            // A relative error e of p moves z by e p / density(z), about e / |z| in the tails; beside 1 the error is
+            // absolute.
             let density = libm::exp(-0.5 * z * z) / (2.0 * std::f64::consts::PI).sqrt();
             let slack = 4e-16 * z.abs().max(1.0)
                 + (4.0 * f64::EPSILON * p + if z > 0.0 { f64::EPSILON } else { 0.0 }) / density * (1.0 + z * z);

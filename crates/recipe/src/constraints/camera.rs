@@ -56,7 +56,8 @@ pub(super) fn scene(yaml: &mut YamlReader, settings: &Settings, scene: &DrawBoun
     let strain = distortion.strain(1.1 * corner);
     if strain > MAX_STRAIN {
         let problem = format!(
-            "the distortion can bend the sensor's corner, {corner:.2} focal lengths from the axis, so far that directions meet"
+            "the distortion can bend the sensor's corner, {corner:.2} focal lengths from the axis, so far that \
+                directions meet"
         );
         let own = keys.into_iter().chain(["camera.focal_length_mm", "camera.pixel_um"]);
         scene.fault(yaml, &own.collect::<Vec<_>>(), problem, "make it smaller, or the field of view");
@@ -75,8 +76,8 @@ pub(super) fn scene(yaml: &mut YamlReader, settings: &Settings, scene: &DrawBoun
     }
 }
 
-/// The last row of the sensor must meet the laser plane below the lens: with the direction y / z = (cos b) s / (v + s sin b)
-/// of a place s on the sensor, sin a + cos a y / z > 0.
+/// The last row of the sensor must meet the laser plane below the lens: with the direction y / z = (cos b) s / (v + s
+/// sin b) of a place s on the sensor, sin a + cos a y / z > 0.
 fn below_the_horizon(yaml: &mut YamlReader, settings: &Settings, scene: &DrawBounds) {
     let (optics, size) = (settings.optics(), settings.size());
     let rows = 0.5 * size.rows as f64 + optics.offset_rows;

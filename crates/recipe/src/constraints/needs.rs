@@ -74,7 +74,8 @@ fn narrowed(base: &BTreeMap<String, Distribution>, classes: &[SampleClass], note
             let room = widest_tube_um(most);
             if most > 0.0 && widest > room {
                 let note = format!(
-                    "{prefix}{width} can be {widest:.0}, and where {most} {tubes} stand on a mm2 they are at most {room:.0} um \
+                    "{prefix}{width} can be {widest:.0}, and where {most} {tubes} stand on a mm2 they are at most \
+                        {room:.0} um \
                      wide: wider ones are narrowed; give less, or fewer {tubes}"
                 );
                 if !notes.contains(&note) {

@@ -50,8 +50,8 @@ pub(super) fn wood(yaml: &mut YamlReader, scene: &DrawBounds) {
     }
 }
 
-/// An edge that wanders takes at most a quarter of the half width: beyond it the edges of a narrow board come near to each other,
-/// and its warp, which goes by the nominal half width, grows with the square.
+/// An edge that wanders takes at most a quarter of the half width: beyond it the edges of a narrow board come near to
+/// each other, and its warp, which goes by the nominal half width, grows with the square.
 fn edges_stay_apart(yaml: &mut YamlReader, scene: &DrawBounds) {
     let keys = ["board.edge_wander_mm", "board.width_mm"];
     let (away, width) = (f64::from(EDGE_MOST) * scene.most(keys[0]), scene.least(keys[1]));
@@ -153,7 +153,8 @@ pub(super) fn note(scene: &DrawBounds) -> Option<String> {
     (is_new && least > pockets).then(|| {
         let keys: Vec<_> = asked().map(|count| format!("{}{count}", scene.prefix)).collect();
         format!(
-            "{}: ask for {least} or more defects of which a pocket has at most one, and a pack has at most {pockets} pockets; some are \
+            "{}: ask for {least} or more defects of which a pocket has at most one, and a pack has at most {pockets} \
+                pockets; some are \
              left out",
             keys.join(", ")
         )
@@ -188,8 +189,8 @@ fn pockets_fit(yaml: &mut YamlReader, scene: &DrawBounds, room: [f64; 2]) {
     }
 }
 
-/// Largest room of a pocket along the laser line and along the scan, and largest height of the pack [mm]: at the ends of
-/// the numbers that form it.
+/// Largest room of a pocket along the laser line and along the scan, and largest height of the pack [mm]: at the ends
+/// of the numbers that form it.
 fn largest(scene: &DrawBounds) -> ([f64; 2], f64) {
     // All grow with each number but these, of which either end may give the larger one. A warp takes more of the room
     // the smaller the card, and a flat tablet under a high roof leaves the most to be formed for a second one.

@@ -1,4 +1,5 @@
-//! Constraints between a board and the stack of slices that it is cut from: keys, sizes, and air where its face can lie.
+//! Constraints between a board and the stack of slices that it is cut from: keys, sizes, and air where its face can
+//! lie.
 
 use super::bounds::DrawBounds;
 use super::picture::refuse_elsewhere;
@@ -17,8 +18,8 @@ const SIZES: [&str; 3] = ["board.length_mm", "board.width_mm", "board.thickness_
 /// Shares of a face that may be air without a word, and at all [1]: its edges may lie on those of the wood.
 const AIR: [f32; 2] = [0.05, 0.5];
 
-/// A board from slices has some, their grey is a density and latewood the denser wood; what is said of slices has an effect on
-/// such boards alone.
+/// A board from slices has some, their grey is a density and latewood the denser wood; what is said of slices has an
+/// effect on such boards alone.
 pub(super) fn settings(yaml: &mut YamlReader, subject: Option<Subject>, settings: &Settings) {
     if subject != Some(Subject::Wood) {
         return;
@@ -106,7 +107,8 @@ struct Air {
     remedy: String,
 }
 
-/// Looks at the largest board at the ends of what is drawn; `None` where hardly any is found or this class changes nothing of it.
+/// Looks at the largest board at the ends of what is drawn; `None` where hardly any is found or this class changes
+/// nothing of it.
 fn air(slices: &WoodVolume, scene: &DrawBounds) -> Option<Air> {
     if !scene.concerned(PLACES.into_iter().chain(SIZES).chain([TURNS])) {
         return None;
@@ -144,7 +146,8 @@ fn air(slices: &WoodVolume, scene: &DrawBounds) -> Option<Air> {
     }
     let [along, across, depth] = wood.map(|ends| ends.map(|mm| rounded(mm, 100.0, f64::round)));
     let problem = format!(
-        "{:.0} % of a board's face can be air, which lies around the wood: with `quarter_turns: {}` wood lies {} to {} mm below the \
+        "{:.0} % of a board's face can be air, which lies around the wood: with `quarter_turns: {}` wood lies {} to \
+            {} mm below the \
          upper side of the stack, {} to {} mm from its left and {} to {} mm from its near end",
         100.0 * share,
         place.quarter_turns,

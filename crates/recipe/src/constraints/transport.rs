@@ -8,8 +8,8 @@ use procedural::wood::LEAST_SIGMA_I;
 use procedural::{KERNEL_INDICES, KERNEL_LEAST_SHARE};
 use yaml::{YamlReader, number_text};
 
-/// Whether a model can spread light in such objects: those that need one medium without air know no pack, and all but the
-/// kernel ask for a height field, which a mesh need not be.
+/// Whether a model can spread light in such objects: those that need one medium without air know no pack, and all but
+/// the kernel ask for a height field, which a mesh need not be.
 fn knows(model: TransportName, subject: Subject) -> bool {
     match subject {
         Subject::Wood | Subject::Sawtooth => true,
@@ -90,7 +90,8 @@ fn share(yaml: &mut YamlReader, scene: &DrawBounds, keys: &[&str], share: f64, w
     let least = f64::from(KERNEL_LEAST_SHARE);
     if share < least - 1e-6 {
         let problem = format!(
-            "the isotropic part of the scattering of {what} can be {:.1} %, and the tables of `transport: kernel` begin at {:.0} %",
+            "the isotropic part of the scattering of {what} can be {:.1} %, and the tables of `transport: kernel` \
+                begin at {:.0} %",
             100.0 * share,
             100.0 * least
         );

@@ -81,7 +81,8 @@ fn the_reference_shows_pairs_that_are_read() {
     let example = page.split("```yaml\n").find(|part| part.starts_with(CORRELATIONS)).expect("an example");
     let example = example.split("```").next().expect("its end");
     let text = "name: a\nsubject: wood\nlaser: {waist_mm: {uniform: [0.08, 0.13]}, m_squared: {uniform: [1.1, 1.6]}}\n\
-                log: {ring_width_mm: {uniform: [1, 2]}, latewood_share: {uniform: [0.1, 0.3]}}\nclasses: {a: {share: 1}}\n";
+                log: {ring_width_mm: {uniform: [1, 2]}, latewood_share: {uniform: [0.1, 0.3]}}\nclasses: {a: {share: \
+                1}}\n";
     let recipe = Recipe::parse("README.md", &format!("{text}{example}")).unwrap_or_else(|error| panic!("{error}"));
     let schema = crate::schema();
     let canonical = recipe.canonical();
@@ -97,7 +98,8 @@ fn the_reference_shows_pairs_that_are_read() {
 #[test]
 fn faults_come_all_at_once() {
     let text = format!(
-        "{}correlations:\n  - {{keys: [laser.waist_mm, nothing.x], spearman: 2}}\n  - {{keys: [laser.waist_mm, laser.linewidth_nm], spearman: 0.2}}\n",
+        "{}correlations:\n  - {{keys: [laser.waist_mm, nothing.x], spearman: 2}}\n  - {{keys: [laser.waist_mm, \
+            laser.linewidth_nm], spearman: 0.2}}\n",
         GOOD.replace("[0.08, 0.13]", "[0.13, 0.08]")
     );
     let found = faults(&text);
@@ -165,7 +167,8 @@ fn pairs_that_cannot_be_together_are_refused_with_a_range_that_can() {
     assert!(faults(&pairs(&third("0.7"))).is_empty());
 }
 
-/// A ring of keys of which no pair alone is the culprit, and more keys than pairs are looked at singly: all are to be lowered.
+/// A ring of keys of which no pair alone is the culprit, and more keys than pairs are looked at singly: all are to be
+/// lowered.
 #[test]
 fn many_pairs_are_lowered_together() {
     let keys: Vec<_> =

@@ -63,7 +63,8 @@ fn quantiles_are_the_inverse_of_the_law() {
             match form.law(&parameter) {
                 DrawLaw::Fixed(value) => assert_eq!(x, value, "{form:?}"),
                 DrawLaw::Continuous { cdf, .. } => {
-                    // An x off by its own rounding changes F by that times the density; at most 1 % of a form is left by its cuts.
+                    // An x off by its own rounding changes F by that times the density; at most 1 % of a form is left
+                    // by its cuts.
                     let near = 4.0 * f64::EPSILON * x.abs().max(1.0);
                     let slack = 1e-12 + (cdf(x + near) - cdf(x - near)).abs();
                     assert!((cdf(x) - u).abs() <= slack, "{form:?}: {} below {x}, for {u}", cdf(x));

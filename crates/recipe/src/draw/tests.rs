@@ -55,6 +55,7 @@ fn by_class(recipe: &Recipe, seed: u64, samples: u64) -> BTreeMap<String, BTreeM
 
 /// Each key keeps the law that the recipe declares, whatever it is correlated with and however samples are laid out.
 #[test]
+#[ignore = "long"]
 fn marginals_are_the_declared_laws() {
     // About 160 tests a layout.
     const ALPHA: f64 = 1e-8;
@@ -75,8 +76,8 @@ fn marginals_are_the_declared_laws() {
     }
 }
 
-/// Every number of every built-in recipe follows the law that it declares, in each class by itself. Numbers that boards of
-/// one log have in common are one draw: of each log the first board counts.
+/// Every number of every built-in recipe follows the law that it declares, in each class by itself. Numbers that boards
+/// of one log have in common are one draw: of each log the first board counts.
 #[test]
 fn every_built_in_recipe_draws_by_its_laws() {
     // Some 30 000 tests, most of them of numbers that never vary.
@@ -119,8 +120,8 @@ fn spearman(a: &[f64], b: &[f64]) -> f64 {
     1.0 - 6.0 * squares / (n * (n * n - 1.0))
 }
 
-/// How far a rank correlation of `n` pairs is from `rho` in standard errors, by Fisher's z, of which the square of the error is
-/// (1 + rho^2 / 2) / (n - 3) (Bonett and Wright 2000).
+/// How far a rank correlation of `n` pairs is from `rho` in standard errors, by Fisher's z, of which the square of the
+/// error is (1 + rho^2 / 2) / (n - 3) (Bonett and Wright 2000).
 fn errors(found: f64, rho: f64, n: usize) -> f64 {
     (found.atanh() - rho.atanh()) / ((1.0 + 0.5 * rho * rho) / (n as f64 - 3.0)).sqrt()
 }
@@ -155,7 +156,8 @@ fn pairs_have_the_rank_correlation_that_is_written() {
     }
 }
 
-/// All keys that are in no pair draw the same bits, and so do classes in which a pair idles; class, split and stream stay too.
+/// All keys that are in no pair draw the same bits, and so do classes in which a pair idles; class, split and stream
+/// stay too.
 #[test]
 fn a_correlation_leaves_all_other_draws_as_they_were() {
     for layout in ["", LOW] {
@@ -210,7 +212,8 @@ fn low_discrepancy_is_of_each_key_alone() {
     parse(&format!("{BASE}{PAIRS}{LOW}")).draw(u64::MAX, u64::MAX);
 }
 
-/// In every prefix of every class each part of a key's range has its share, within the number of binary digits 1 of the samples.
+/// In every prefix of every class each part of a key's range has its share, within the number of binary digits 1 of the
+/// samples.
 #[test]
 fn every_prefix_of_a_class_covers_each_key_evenly() {
     let recipe = parse(&format!("{BASE}{LOW}"));
@@ -249,6 +252,7 @@ type ChosenScene = fn(&Scene) -> bool;
 /// Tests of laws over all classes, over a split and over every second stretch of 16 samples: none is near
 /// an alarm. 400 tests, so that the least of them is below 10^-8 with a chance of 4 in 10^6.
 #[test]
+#[ignore = "long"]
 fn choices_of_samples_pass_the_tests_of_laws() {
     let recipe = parse(&format!("{BASE}{PAIRS}{LOW}"));
     let keys = ["laser.linewidth_nm", "exposure.prnu", "laser.power_mw", "camera.f_number", "knots.sound_count"];
@@ -287,7 +291,8 @@ fn choices_of_samples_pass_the_tests_of_laws() {
     println!("least chance of {tests} tests: {least:.1e}");
 }
 
-/// What does not use the two ways of drawing has the canonical form that it had, and draws the same with the default written.
+/// What does not use the two ways of drawing has the canonical form that it had, and draws the same with the default
+/// written.
 #[test]
 fn recipes_without_them_keep_hash_and_draws() {
     let plain = parse(BASE);

@@ -1,4 +1,5 @@
-//! Alternatives: keys in the words of data sheets, each of which stands for others and is turned into them where it is read.
+//! Alternatives: keys in the words of data sheets, each of which stands for others and is turned into them where it is
+//! read.
 //!
 //! | key | stands for | by |
 //! |---|---|---|

@@ -11,11 +11,13 @@ const WORDS: [(&[&str], &str); 22] = [
     ),
     (
         &["gain", "conversion_gain", "system_gain", "sensitivity", "iso", "responsivity"],
-        "`exposure.full_well_e`, the electrons that read as the greatest number: a gain of K DN per electron on 8 bits is 255 / K",
+        "`exposure.full_well_e`, the electrons that read as the greatest number: a gain of K DN per electron on 8 \
+            bits is 255 / K",
     ),
     (
         &["species", "wood_species", "wood", "timber", "tree"],
-        "no key, but a recipe of its own: `gen recipe list` has species/pine, species/oak and more; or change `media.earlywood_mu_a_per_mm` and its neighbours",
+        "no key, but a recipe of its own: `gen recipe list` has species/pine, species/oak and more; or change \
+            `media.earlywood_mu_a_per_mm` and its neighbours",
     ),
     (&["frame_rate", "framerate", "fps", "profile_rate", "scan_rate", "sampling_rate"], "`motion.line_rate_hz`"),
     (&["shutter", "integration_time", "exposure_time", "shutter_time"], "`exposure.time_us`"),
@@ -25,7 +27,8 @@ const WORDS: [(&[&str], &str); 22] = [
     (&["standoff", "stand_off", "clearance", "clearance_distance"], "`camera.working_distance_mm`"),
     (
         &["fov", "field_of_view", "field", "measuring_range", "scan_width"],
-        "no key: it follows from `camera.distance_mm`, `camera.focal_length_mm`, `camera.pixel_um` and `scan.columns` (`gen rig` prints it)",
+        "no key: it follows from `camera.distance_mm`, `camera.focal_length_mm`, `camera.pixel_um` and `scan.columns` \
+            (`gen rig` prints it)",
     ),
     (&["speed", "belt_speed", "conveyor_speed", "velocity", "feed"], "`motion.speed_mm_per_s`"),
     (&["full_well_capacity", "saturation_capacity", "fwc", "well_depth"], "`exposure.full_well_e`"),

@@ -77,7 +77,8 @@ another. Datasets are made with `kernel`; the others are slow, for single profil
 /// What the section `postprocess` is about.
 const POSTPROCESS_DOC: &str = "\
 What is done to the light of whole frames before they are read. `physical` leaves it to laser, lens, speckle and sensor;
-the others are the orders of the thesis' scripts, each on noise-free frames without speckle. A key beside an order that it
+the others are the orders of the thesis' scripts, each on noise-free frames without speckle. A key beside an order \
+that it
 has no effect on is a fault.";
 
 /// Every section, in the order of the light: scan, bench, object, transport, reading, writing.

@@ -84,7 +84,8 @@ impl SettingType for Count {
     }
 }
 
-/// A whole number from 1 to a most, of what is treated as one; 1 leaves all as it is without it, and is left out of the canonical form.
+/// A whole number from 1 to a most, of what is treated as one; 1 leaves all as it is without it, and is left out of the
+/// canonical form.
 pub(crate) struct GroupSize(pub usize);
 
 impl SettingType for GroupSize {
@@ -408,7 +409,8 @@ impl NamedFile {
 }
 
 impl File {
-    /// Reads what a file or a folder is called, and which content it must have; `allowed` is what may be there, in words.
+    /// Reads what a file or a folder is called, and which content it must have; `allowed` is what may be there, in
+    /// words.
     fn named(&self, yaml: &mut YamlReader, node: &YamlNode, path: &str, allowed: &str) -> Option<NamedFile> {
         match &node.value {
             YamlValue::Text(text) if text == NamedFile::NONE_NAME && self.2 == Absence::Allowed => {

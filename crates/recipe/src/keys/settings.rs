@@ -234,12 +234,15 @@ settings! {
 
     log: LogSettings at "log" {
         source: Word<LogSource>(&LogSource::ALL) = LogSource::Placed,
-            "Where the log and its knots come from: `placed`, with as many knots on the face as `knots` says; `stem`, a whole \
+            "Where the log and its knots come from: `placed`, with as many knots on the face as `knots` says; `stem`, \
+                a whole \
              stem with whorls, out of which the board is sawn where `stem` says; `measured`, a log from files, sawn \
-             likewise; `picture`, a picture of a board's face; or `slices`, a stack of slices of a microscope or a tomograph.",
+             likewise; `picture`, a picture of a board's face; or `slices`, a stack of slices of a microscope or a \
+             tomograph.",
             "docs/theory/wood.md";
         boards_per_log: GroupSize(MAX_BOARDS_PER_LOG) = 1,
-            "Samples in a row that are boards of one log, which lie in it by a sawing pattern from where `stem` says, and \
+            "Samples in a row that are boards of one log, which lie in it by a sawing pattern from where `stem` says, \
+                and \
              have class, split, size and all that belongs to the log in common.",
             "docs/theory/wood.md",
             On source in [LogSource::Stem, LogSource::Measured];
@@ -248,7 +251,8 @@ settings! {
             "Larsson et al. 2022, MIT",
             On source in [LogSource::Measured];
         radii_file: File(16, &GRAN_1[1], Absence::Refused) = NamedFile::new(GRAN_1[1][0].0),
-            "For `measured`: outline, a row of distances from the pith [mm] for each section, in equal steps along it, at \
+            "For `measured`: outline, a row of distances from the pith [mm] for each section, in equal steps along \
+                it, at \
              azimuths that fall from 0 in equal steps of a turn.",
             "Larsson et al. 2022, MIT",
             On source in [LogSource::Measured];
@@ -313,7 +317,8 @@ settings! {
 
     slices: SlicesSettings at "slices" {
         stack: FolderOrFile(File(256, &STACKS, Absence::Allowed)) = NamedFile::NONE,
-            "Folder of grey PNGs with 8 or 16 bits, one for each slice, in the order of their names (numbers in them by \
+            "Folder of grey PNGs with 8 or 16 bits, one for each slice, in the order of their names (numbers in them \
+                by \
              value); or a tar of them, which is what datasets keep.",
             "docs/guide/pictures.md";
         pixel_mm: Number(0.0001, 2.0, "mm") = 0.1,
@@ -352,7 +357,7 @@ settings! {
 
     transport: TransportSettings at "transport" {
         model: Word<TransportName>(&TransportName::ALL) = TransportName::Kernel,
-            "Who says where light leaves: a table of Gaussians, Monte Carlo (the judge), diffusion on voxels or \
+            "Who says where light leaves: a table of Gaussians, Monte Carlo (the reference), diffusion on voxels or \
              the thesis' picture.",
             "docs/theory/physics.md";
         photons_per_profile: Count(1000, 10_000_000_000, "") = 1_000_000,

@@ -55,7 +55,8 @@ fn one_board_of_each_log_is_what_it_was() {
     }
 }
 
-/// By every way of sampling, what belongs to the log is drawn once for it, all else for each board, and class and split are one.
+/// By every way of sampling, what belongs to the log is drawn once for it, all else for each board, and class and split
+/// are one.
 #[test]
 fn boards_of_a_log_share_what_belongs_to_it() {
     for rest in

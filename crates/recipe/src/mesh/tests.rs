@@ -59,7 +59,8 @@ fn binary_stl() -> Vec<u8> {
 
 fn ply_header(form: &str) -> String {
     format!(
-        "ply\nformat {form} 1.0\ncomment a box\nelement vertex 8\nproperty float x\nproperty float y\nproperty float z\n\
+        "ply\nformat {form} 1.0\ncomment a box\nelement vertex 8\nproperty float x\nproperty float y\nproperty float \
+            z\n\
          property uchar red\nelement face 6\nproperty list uchar int vertex_indices\nend_header\n"
     )
 }

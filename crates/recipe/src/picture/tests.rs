@@ -83,11 +83,13 @@ fn wrong_pictures_are_told_with_key_and_remedy() {
         ("picture: {along: 0.2}", "picture.along"),
         ("picture: {file: pictures/board.png}", "picture.file"),
         (
-            "log: {source: picture, ring_width_mm: 3}\npicture: {file: pictures/board.png, pixel_mm: 0.15}\nboard: {width_mm: 20, length_mm: 30}",
+            "log: {source: picture, ring_width_mm: 3}\npicture: {file: pictures/board.png, pixel_mm: 0.15}\nboard: \
+                {width_mm: 20, length_mm: 30}",
             "log.ring_width_mm",
         ),
         (
-            "log: {source: picture}\nrot: {reach_mm: 3}\npicture: {file: pictures/board.png, pixel_mm: 0.15}\nboard: {width_mm: 20, length_mm: 30}",
+            "log: {source: picture}\nrot: {reach_mm: 3}\npicture: {file: pictures/board.png, pixel_mm: 0.15}\nboard: \
+                {width_mm: 20, length_mm: 30}",
             "rot.reach_mm",
         ),
     ] {
@@ -96,7 +98,8 @@ fn wrong_pictures_are_told_with_key_and_remedy() {
     }
 }
 
-/// A rising line of the thesis' colours (slope 1, yellow) is 45 degrees from the scan towards the laser line, and alpha is light.
+/// A rising line of the thesis' colours (slope 1, yellow) is 45 degrees from the scan towards the laser line, and alpha
+/// is light.
 #[test]
 fn drawn_maps_are_fibres() {
     let folder = tempfile::tempdir().expect("a folder");

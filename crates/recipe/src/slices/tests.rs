@@ -252,7 +252,8 @@ fn keys_without_an_effect_are_refused() {
 fn keys_for_what_slices_do_not_have_are_noted() {
     let recipe = |source: &str, more: &str| {
         let text = format!(
-            "name: p\nsubject: wood\nlog: {{source: {source}}}\nboard: {{width_mm: 20, length_mm: 30, thickness_mm: 4}}\n\
+            "name: p\nsubject: wood\nlog: {{source: {source}}}\nboard: {{width_mm: 20, length_mm: 30, thickness_mm: \
+                4}}\n\
              {more}\nclasses: {{all: {{share: 1}}}}\n"
         );
         Recipe::parse("p.yaml", &text).unwrap_or_else(|fault| panic!("{fault}")).notes().join("; ")
@@ -262,7 +263,13 @@ fn keys_for_what_slices_do_not_have_are_noted() {
         ("picture", "picture: {file: pictures/board.png}"),
     ] {
         let bark = recipe(source, &format!("{from}\nmedia: {{bark_mu_a_per_mm: 2.2}}"));
-        assert!(bark.contains("media.bark_mu_a_per_mm has no effect while `wane.width_mm` is 0; give `wane.width_mm` too, or remove it"), "{bark}");
+        assert!(
+            bark.contains(
+                "media.bark_mu_a_per_mm has no effect while `wane.width_mm` is 0; give `wane.width_mm` \
+            too, or remove it"
+            ),
+            "{bark}"
+        );
         let wane = recipe(source, &format!("{from}\nmedia: {{bark_mu_a_per_mm: 2.2}}\nwane: {{width_mm: 2}}"));
         assert!(!wane.contains("bark_mu_a"), "{wane}");
         let resin = recipe(source, &format!("{from}\nmedia: {{resin_k_per_mm: 0.7}}"));
@@ -391,15 +398,16 @@ fn every_key_has_an_effect() {
     }
 }
 
-/// Where boards lie is drawn for each sample, the same each time; a folder, its tar and what a dataset keeps are one stack, whose content
-/// is known by the recipe's hash.
+/// Where boards lie is drawn for each sample, the same each time; a folder, its tar and what a dataset keeps are one
+/// stack, whose content is known by the recipe's hash.
 #[test]
 fn samples_lie_elsewhere_in_one_stack_known_by_its_content() {
     let folder = tempfile::tempdir().expect("a folder");
     stack(folder.path(), "good", &[]);
     let keys = |name: &str| {
         format!(
-            "stack: {name}, pixel_mm: 0.2, along: {{uniform: [0, 1]}}, across: {{uniform: [0, 1]}}, depth: {{uniform: [0, 1]}}"
+            "stack: {name}, pixel_mm: 0.2, along: {{uniform: [0, 1]}}, across: {{uniform: [0, 1]}}, depth: {{uniform: \
+                [0, 1]}}"
         )
     };
     let recipe = parsed(folder.path(), &keys("good"), "").expect("good");
@@ -422,7 +430,8 @@ fn samples_lie_elsewhere_in_one_stack_known_by_its_content() {
     assert!(told.contains("slices.stack") && told.contains(file.sha256()), "{told}");
 }
 
-/// How recipes/slices/spruce.tar was made: cross-sections of wood that `procedural` grew, whose absorption is in proportion to density.
+/// How recipes/slices/spruce.tar was made: cross-sections of wood that `procedural` grew, whose absorption is in
+/// proportion to density.
 #[test]
 #[ignore = "writes the slices of the recipe wood-slices"]
 fn write_the_slices_of_the_recipe() {

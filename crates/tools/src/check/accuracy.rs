@@ -14,16 +14,17 @@
 //! deff = m/(m-1) sum_i (c_i - p n_i)^2 / (n p (1-p)),    n_eff = n / max(1, deff)
 //! ```
 //!
-//! with n_i guesses of sample i, c_i of them right, and m samples. That variance is known as well as there are samples to
-//! know it from. Of a share near 1 these are the k that have a wrong guess (near 0, those that have a right one), fewer
-//! than m: so n_eff is cut as Korn and Graubard (1998) cut it for lost degrees of freedom,
+//! with n_i guesses of sample i, c_i of them right, and m samples. That variance is known as well as there are samples
+//! to know it from. Of a share near 1 these are the k that have a wrong guess (near 0, those that have a right one),
+//! fewer than m: so n_eff is cut as Korn and Graubard (1998) cut it for lost degrees of freedom,
 //!
 //! ```text
 //! n_eff' = n_eff (t_{m-1} / t_k)^2, but not below m,    t_v = 97.5 % quantile of Student's law
 //! ```
 //!
-//! since m is what samples whose guesses are all alike are worth. Where all guesses are right or all are wrong, k is 0 and
-//! n_eff is m; so it is with one sample. Where every sample has an error nothing is cut. With one guess a sample n_eff is n.
+//! since m is what samples whose guesses are all alike are worth. Where all guesses are right or all are wrong, k is 0
+//! and n_eff is m; so it is with one sample. Where every sample has an error nothing is cut. With one guess a sample
+//! n_eff is n.
 
 /// Quantile of the normal law for 95 % [1].
 const NORMAL_QUANTILE: f64 = 1.959_963_984_540_054;
@@ -90,8 +91,8 @@ impl Accuracy {
     }
 }
 
-/// 97.5 % quantile of Student's law with `freedom` degrees of freedom, at least 1: the first two in closed form, the others
-/// by its expansion in 1 / freedom (Abramowitz and Stegun 26.7.5), right to 0.002 of itself.
+/// 97.5 % quantile of Student's law with `freedom` degrees of freedom, at least 1: the first two in closed form, the
+/// others by its expansion in 1 / freedom (Abramowitz and Stegun 26.7.5), right to 0.002 of itself.
 fn student_quantile(freedom: u64) -> f64 {
     match freedom {
         0 | 1 => 12.706_204_736,
@@ -162,8 +163,9 @@ mod tests {
     }
 
     /// By hand, 24 samples of six guesses: few errors cannot say whether errors come alone, so one of them leaves the
-    /// interval near that of none; three lone ones are worth 144 (t_23 / t_3)^2 = 144 (2.0687 / 3.1824)^2 = 60.8 guesses.
-    /// Where each sample has one nothing is cut, and guesses that share their sample's fate are never worth more for it.
+    /// interval near that of none; three lone ones are worth 144 (t_23 / t_3)^2 = 144 (2.0687 / 3.1824)^2 = 60.8
+    /// guesses. Where each sample has one nothing is cut, and guesses that share their sample's fate are never worth
+    /// more for it.
     #[test]
     fn few_errors_do_not_make_sure() {
         let wrong_in = |count: usize, wrong: u64| {

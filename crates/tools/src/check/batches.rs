@@ -1,6 +1,8 @@
-//! Batches of a model's input: images are decoded and windows cut on all cores while the model works on earlier batches.
+//! Batches of a model's input: images are decoded and windows cut on all cores while the model works on earlier
+//! batches.
 //!
-//! Batches come in the order of the tables whatever the number of threads, so that the same check gives the same report.
+//! Batches come in the order of the tables whatever the number of threads, so that the same check gives the same
+//! report.
 
 use std::sync::mpsc::{Receiver, SyncSender};
 

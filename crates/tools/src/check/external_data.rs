@@ -4,8 +4,8 @@
 //! models may differ in these files alone, so the checksum of a model covers them.
 //!
 //! Of onnx.proto3 only the fields that lead to tensors are followed. A protobuf message is a sequence of fields: a tag
-//! (`field number * 8 + wire type`), then a varint, eight bytes, four bytes, or a length and as many bytes. Everything that
-//! leads to no tensor is skipped. Depth and lengths are bounded, so a hostile file is refused.
+//! (`field number * 8 + wire type`), then a varint, eight bytes, four bytes, or a length and as many bytes. Everything
+//! that leads to no tensor is skipped. Depth and lengths are bounded, so a hostile file is refused.
 
 use std::collections::BTreeSet;
 use std::io::{ErrorKind, Read};
@@ -190,8 +190,8 @@ mod tests {
         weight_files(model).expect("it is whole").into_iter().collect()
     }
 
-    /// Weights of the graph, of graphs within nodes, of constants, of sparse tensors and of functions are all found, each
-    /// file once.
+    /// Weights of the graph, of graphs within nodes, of constants, of sparse tensors and of functions are all found,
+    /// each file once.
     #[test]
     fn files_are_found_wherever_tensors_are() {
         let constant = field(1, &field(5, &field(5, &tensor("constant"))));

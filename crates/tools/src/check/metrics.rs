@@ -1,7 +1,7 @@
 //! Classification metrics: confusion matrix, precision, recall, F1, intersection over union and calibration error.
 //!
-//! **Calibration**: predictions go to ten bins by confidence; the expected calibration error is the mean distance of a bin's
-//! accuracy from its mean confidence, weighted by its predictions (Naeini 2015, Guo 2017).
+//! **Calibration**: predictions go to ten bins by confidence; the expected calibration error is the mean distance of a
+//! bin's accuracy from its mean confidence, weighted by its predictions (Naeini 2015, Guo 2017).
 
 /// Bins of confidence.
 pub(crate) const CONFIDENCE_BINS: usize = 10;

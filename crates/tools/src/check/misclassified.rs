@@ -71,8 +71,8 @@ impl WorstMisclassifications {
     }
 }
 
-/// What the model saw: a panel for each channel as it came in, from dark (lowest) to bright (highest), blue where missing,
-/// and of maps what is true and what was answered, with the colours of the classes below.
+/// What the model saw: a panel for each channel as it came in, from dark (lowest) to bright (highest), blue where
+/// missing, and of maps what is true and what was answered, with the colours of the classes below.
 pub(crate) fn draw_panels(
     wrong: &Misclassification,
     input: &[f32],

@@ -125,9 +125,19 @@ fn slice_paths(asked: &[String], head: &DatasetHead) -> Result<Vec<String>, Chec
     let find = |path: &String| {
         let found = known.iter().find(|known| *known == path || known.strip_prefix("physics.") == Some(path));
         found.cloned().ok_or_else(|| {
-            let meant = nearest_spelling(path, known.iter().map(String::as_str)).map(|meant| format!("did you mean `{meant}`? "));
-            let remedy = "drawn numbers are group.key, derived ones physics.key; output_schema/README.md and dataset.json list them";
-            CheckError::Argument(format!("--slice {path}: the dataset has no such number; {}{remedy}", meant.unwrap_or_default()))
+            let meant = nearest_spelling(path, known.iter().map(String::as_str)).map(|meant| {
+                format!(
+                    "did you mean \
+                `{meant}`? "
+                )
+            });
+            let remedy = "drawn numbers are group.key, derived ones physics.key; output_schema/README.md and \
+                dataset.json list them";
+            CheckError::Argument(format!(
+                "--slice {path}: the dataset has no such number; \
+                {}{remedy}",
+                meant.unwrap_or_default()
+            ))
         })
     };
     asked.iter().map(find).collect()

@@ -62,7 +62,8 @@ impl OnnxModel {
     /// Opens the model at `path` with `threads` threads.
     ///
     /// # Errors
-    /// Where onnxruntime or the model cannot be loaded, or the model takes or gives something else than the sidecar says.
+    /// Where onnxruntime or the model cannot be loaded, or the model takes or gives something else than the sidecar
+    /// says.
     pub fn open(path: &Path, sidecar: &Sidecar, threads: usize) -> Result<Self, CheckError> {
         let damaged = "export the model again, for onnxruntime 1.17 or newer";
         let environment = onnxruntime::load().map_err(CheckError::Library)?;
@@ -98,8 +99,8 @@ impl OnnxModel {
         self.shape.input.iter().product()
     }
 
-    /// Runs the model on `n` samples, whose inputs follow each other in `batch`; with a fixed batch `n` is at most that,
-    /// and the rest of `batch` is filled up with zeros.
+    /// Runs the model on `n` samples, whose inputs follow each other in `batch`; with a fixed batch `n` is at most
+    /// that, and the rest of `batch` is filled up with zeros.
     ///
     /// # Errors
     /// Where the model fails, or answers in another shape than the sidecar says.

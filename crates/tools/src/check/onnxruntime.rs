@@ -16,7 +16,8 @@ use ort::environment::Environment;
 /// The environment variable.
 pub(crate) const LIBRARY_VARIABLE: &str = "ORT_DYLIB_PATH";
 /// What to do without the library.
-const INSTALL_REMEDY: &str = "install it with `make venv` or `pip install onnxruntime`, or set ORT_DYLIB_PATH to its library (libonnxruntime.so, \
+const INSTALL_REMEDY: &str = "install it with `make venv` or `pip install onnxruntime`, or set ORT_DYLIB_PATH to its \
+    library (libonnxruntime.so, \
      libonnxruntime.dylib, onnxruntime.dll)";
 
 /// onnxruntime allows one environment in a process and ort keeps the library for as long: so do we.
@@ -61,7 +62,8 @@ pub fn load() -> Result<Environment, String> {
             "{LIBRARY_VARIABLE} names no onnxruntime library ({reasons}); correct or unset it, or {INSTALL_REMEDY}"
         ),
         None => format!(
-            "onnxruntime is not found; {} ({reasons}); if it is installed in another Python environment, activate that one; \
+            "onnxruntime is not found; {} ({reasons}); if it is installed in another Python environment, activate \
+                that one; \
              else {INSTALL_REMEDY}",
             searched(&places, var_os("VIRTUAL_ENV").is_some())
         ),

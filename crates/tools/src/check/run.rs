@@ -109,8 +109,8 @@ fn batch_size(options: &CheckOptions, model: &OnnxModel) -> Result<usize, CheckE
     Ok(batch)
 }
 
-/// Runs the model on every window of the reader, which works in a thread of its own, and scores the answers. Returns the
-/// time spent within the model.
+/// Runs the model on every window of the reader, which works in a thread of its own, and scores the answers. Returns
+/// the time spent within the model.
 fn evaluate(
     reader: &BatchReader,
     model: &mut OnnxModel,

@@ -1,8 +1,8 @@
 //! Stratified sampling of pixels and objects: the same ones each time, and as many of each class as can be.
 //!
-//! For each class of the model `N = patches_per_class` pixels are wanted in the whole split. They are shared evenly among
-//! the samples that show the class: of S such samples number r, in the order of the tables (shards, then splits, then
-//! indices), gets `floor((r+1)N/S) - floor(rN/S)`. In a sample the places are pixels of the class drawn without
+//! For each class of the model `N = patches_per_class` pixels are wanted in the whole split. They are shared evenly
+//! among the samples that show the class: of S such samples number r, in the order of the tables (shards, then splits,
+//! then indices), gets `floor((r+1)N/S) - floor(rN/S)`. In a sample the places are pixels of the class drawn without
 //! replacement, each as likely as the others, from the stream seed / "check" / index / class. Only pixels whose window
 //! lies inside the image are drawn. So the classes are as frequent as each other unless a sample has too few pixels of
 //! one; the report counts what was found.

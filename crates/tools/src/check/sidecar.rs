@@ -1,7 +1,7 @@
 //! Model sidecar: a small YAML file beside a model that describes its inputs, outputs and classes.
 //!
-//! It is read together with the dataset's head, so that a class or a channel that the dataset lacks is a fault with line,
-//! key and remedy like any other. docs/guide/check.md explains every key.
+//! It is read together with the dataset's head, so that a class or a channel that the dataset lacks is a fault with
+//! line, key and remedy like any other. docs/guide/check.md explains every key.
 
 use std::path::{Path, PathBuf};
 
@@ -93,7 +93,8 @@ pub enum OutputKind {
 /// One input channel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct InputChannel {
-    /// Name of a map: `range` [unit of the dataset, mm or px, which the sidecar names too], `reflectance` [DN] or `scatter` [DN].
+    /// Name of a map: `range` [unit of the dataset, mm or px, which the sidecar names too], `reflectance` [DN] or
+    /// `scatter` [DN].
     pub name: String,
     /// Taken off [unit of the map].
     pub mean: f64,
@@ -270,7 +271,8 @@ fn check_bits(yaml: &mut YamlReader, top: &mut Mapping, channels: &[InputChannel
         let found = head.images.bits;
         let problem = format!("the model takes digital numbers of {bits} bits, the dataset has them of {found}");
         let remedy = format!(
-            "make a dataset whose recipe says `exposure: {{bits: {bits}}}`, or write `bits: {found}` where the model was \
+            "make a dataset whose recipe says `exposure: {{bits: {bits}}}`, or write `bits: {found}` where the model \
+                was \
              trained on that"
         );
         yaml.joint_fault(&["bits".into(), "channels".into()], problem, remedy);
@@ -363,7 +365,9 @@ fn check_unit(
     if wanted != found {
         let problem = format!("the model takes `{name}` in {wanted}, the dataset has it in {found}");
         let remedy = match found {
-            "px" => "make a dataset whose recipe says `extraction: {range: calibrated}`, or write `unit: px` here where the model was trained on sensor rows".into(),
+            "px" => "make a dataset whose recipe says `extraction: {range: calibrated}`, or write `unit: px` here \
+                where the model was trained on sensor rows"
+                .into(),
             _ => format!("write `unit: {found}` here where the model was trained on that, or name another dataset"),
         };
         yaml.fault(node.place, path, problem, remedy);

@@ -1,8 +1,8 @@
 //! Sliced evaluation: accuracy by a number of the sample, such as knot width, film pigment or exposure.
 //!
-//! Samples are sorted by the number and cut at its quantiles into groups of like size; samples with the same number stay
-//! together, so a number with few values has fewer groups. Samples without the number, or without what it describes,
-//! are a group of their own.
+//! Samples are sorted by the number and cut at its quantiles into groups of like size; samples with the same number
+//! stay together, so a number with few values has fewer groups. Samples without the number, or without what it
+//! describes, are a group of their own.
 
 use super::accuracy::Accuracy;
 

@@ -101,8 +101,8 @@ impl SplitSamples {
         table.rows(&RowQuery { at_once: step, ..RowQuery::of(&wanted) })
     }
 
-    /// The maps of the one row of `row`, which is to be `facts`: planes in the order of `channels`, and labels where they
-    /// are asked for.
+    /// The maps of the one row of `row`, which is to be `facts`: planes in the order of `channels`, and labels where
+    /// they are asked for.
     ///
     /// # Errors
     /// Where an image is missing or damaged.
@@ -208,7 +208,8 @@ fn facts_of(
     objects.enumerate().map(facts).collect()
 }
 
-/// The number `path` of some rows; NaN also where the sample lacks what the number describes, since it is drawn all the same.
+/// The number `path` of some rows; NaN also where the sample lacks what the number describes, since it is drawn all the
+/// same.
 fn conditional_number(rows: &RowBatch, path: &str, test: Option<&SampleTest>) -> Result<Vec<f64>, String> {
     let mut values = rows.numbers(path)?;
     let Some(SampleTest { deciders, is_lacking }) = test else { return Ok(values) };

@@ -316,7 +316,8 @@ mod tests {
         assert_eq!(truth(&picture(), beyond, [2, 2], &classes), [0, 255, 255, 255]);
     }
 
-    /// The mean of what was measured, however many cells there are (sums of whole numbers are exact); 0 where nothing was.
+    /// The mean of what was measured, however many cells there are (sums of whole numbers are exact); 0 where nothing
+    /// was.
     #[test]
     fn means_leave_out_what_is_missing() {
         for count in [0_u8, 1, 2, 7, 8, 9, 64, 101] {

@@ -58,7 +58,8 @@ impl EmpiricalDistribution {
         last.map(|(_, value)| value)
     }
 
-    /// Share of the mid-distribution below a number, the inverse of [`EmpiricalDistribution::quantile`]; 0 where there are no numbers.
+    /// Share of the mid-distribution below a number, the inverse of [`EmpiricalDistribution::quantile`]; 0 where there
+    /// are no numbers.
     pub fn share(&self, number: f64) -> f64 {
         let numbers = &self.0;
         let n = numbers.len() as f64;
@@ -228,8 +229,8 @@ mod tests {
         assert!((d.wasserstein - expected).abs() < error, "{d:?}, not {expected} +- {error}");
     }
 
-    /// Known values of the law of Kolmogorov, and the rate of false alarms on samples of one law: right without ties, on
-    /// the safe side with them.
+    /// Known values of the law of Kolmogorov, and the rate of false alarms on samples of one law: right without ties,
+    /// on the safe side with them.
     #[test]
     fn significance_keeps_its_promise() {
         // Smirnov (1948): the limit law passes 0.05 at 1.3581 and 0.01 at 1.6276.

@@ -1,4 +1,5 @@
-//! OpenEXR files of a scan: channels `Range`, `Reflectance` (or `Y`) and `Scatter`, with units and pitches in their header.
+//! OpenEXR files of a scan: channels `Range`, `Reflectance` (or `Y`) and `Scatter`, with units and pitches in their
+//! header.
 
 use std::path::Path;
 

@@ -191,8 +191,10 @@ mod tests {
     use super::*;
 
     /// An export of a surface of 3 x 2 points, 0.02 and 0.05 mm apart.
-    const EXPORT: &str = "Info\nCSV Version,Sensor Count,XResolution,YResolution,ZResolution\n2,1,0.02,0.05,0.001\nEnd\n\
-        DeviceInfo\nID,Model\n13434,2330\nEnd\nPart\nFrame,Source,Time,Row Count,Column Count,X Offset\n7,0,1.5,2,3,-0.02\n\
+    const EXPORT: &str = "Info\nCSV Version,Sensor \
+        Count,XResolution,YResolution,ZResolution\n2,1,0.02,0.05,0.001\nEnd\n\
+        DeviceInfo\nID,Model\n13434,2330\nEnd\nPart\nFrame,Source,Time,Row Count,Column Count,X \
+        Offset\n7,0,1.5,2,3,-0.02\n\
         Y\\X,-0.020,0.000,0.020,\n0.000,1.25,,1.5,\n0.050,-2,3e-1,\nEnd\n";
 
     /// The grid, its places and its resolution, in every spelling of line ends, separators, quotes and blanks.

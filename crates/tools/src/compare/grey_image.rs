@@ -1,9 +1,9 @@
-//! Grey images of one map: PNG with 8 or 16 bits, TIFF with 8, 16 or 32 bits or floats, strips or tiles, without compression or
-//! with LZW, deflate or PackBits. Their numbers are taken as they are stored.
+//! Grey images of one map: PNG with 8 or 16 bits, TIFF with 8, 16 or 32 bits or floats, strips or tiles, without
+//! compression or with LZW, deflate or PackBits. Their numbers are taken as they are stored.
 //!
-//! Not read: colours, palettes and transparency, fewer bits (viewers scale them), several pages, TIFF whose numbers are turned
-//! round (WhiteIsZero), JPEG and fax compression. Units that a TIFF names, such as dots per inch, are those of a print
-//! and are not taken for pitches.
+//! Not read: colours, palettes and transparency, fewer bits (viewers scale them), several pages, TIFF whose numbers are
+//! turned round (WhiteIsZero), JPEG and fax compression. Units that a TIFF names, such as dots per inch, are those of a
+//! print and are not taken for pitches.
 
 use std::io::Cursor;
 use std::path::Path;

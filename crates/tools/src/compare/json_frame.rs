@@ -1,6 +1,6 @@
-//! JSON frames, as programs on the camera's own platform store them: a list of images with pixel size and base64 pixels.
-//! The first image is range (16 bits, 0 where missing), the second reflectance (8 bits) on the same grid; further images
-//! are not read.
+//! JSON frames, as programs on the camera's own platform store them: a list of images with pixel size and base64
+//! pixels. The first image is range (16 bits, 0 where missing), the second reflectance (8 bits) on the same grid;
+//! further images are not read.
 
 use std::fmt;
 use std::io::ErrorKind;

@@ -1,5 +1,6 @@
 //! Laser line width in one sensor column: full width at half maximum above the dark level, and standard deviation. A
-//! Gaussian is 2.355 deviations wide at half maximum; light from below the surface has long tails, and the ratio is smaller.
+//! Gaussian is 2.355 deviations wide at half maximum; light from below the surface has long tails, and the ratio is
+//! smaller.
 
 /// Least light above the dark level that makes a line [DN].
 pub(crate) const MIN_PEAK_DN: f32 = 20.0;
@@ -38,8 +39,8 @@ pub(crate) fn full_width(column: &[u8]) -> Option<f32> {
     Some(above as f32 - below as f32 - before(below, below + 1) - before(above, above - 1))
 }
 
-/// Standard deviation of the light above the dark level within one and a half `width`s of the peak [px]: 3.5 deviations of a
-/// Gaussian. `None` where that is not all in the column.
+/// Standard deviation of the light above the dark level within one and a half `width`s of the peak [px]: 3.5 deviations
+/// of a Gaussian. `None` where that is not all in the column.
 pub(crate) fn line_deviation(column: &[u8], width: f32) -> Option<f32> {
     let ColumnPeak { row: top, dark, .. } = ColumnPeak::of(column)?;
     let reach = (1.5 * width).ceil() as usize;
@@ -81,8 +82,8 @@ mod tests {
         }
     }
 
-    /// The same Gaussians have their deviation, but for the tails beyond one and a half widths (3.53 deviations: they take
-    /// 2 t phi(t) / (2 Phi(t) - 1) = 0.6 % of the variance) and digital numbers rounded to nothing beyond.
+    /// The same Gaussians have their deviation, but for the tails beyond one and a half widths (3.53 deviations: they
+    /// take 2 t phi(t) / (2 Phi(t) - 1) = 0.6 % of the variance) and digital numbers rounded to nothing beyond.
     #[test]
     fn gaussians_have_their_deviation() {
         for expected in [1.5, 2.5, 4.0] {

@@ -4,8 +4,8 @@
 //! path -> ScanSource -> ScanMaps, scan by scan -> StatisticsBuilder -> Statistics -> Comparison -> table, JSON, page
 //! ```
 //!
-//! This module knows files and numbers but not how a scan was made, so both sides are treated alike. Each statistic is a
-//! function of one scan in a file of its own, whose header states its assumptions.
+//! This module knows files and numbers but not how a scan was made, so both sides are treated alike. Each statistic is
+//! a function of one scan in a file of its own, whose header states its assumptions.
 
 mod comparison;
 mod csv_frame;
@@ -104,8 +104,8 @@ pub struct ScanMaps {
     /// Place along the line of each height, where columns are not evenly apart and the file says it `[rows, cols]`
     /// [mm]; NaN where the height is missing.
     pub x: Option<Vec<f64>>,
-    /// Heights, or sensor rows of uncalibrated scans, `[rows, cols]`, row-major [mm or px]; NaN where missing. In double precision, so that differences of steps of
-    /// an instrument are equal where the steps are.
+    /// Heights, or sensor rows of uncalibrated scans, `[rows, cols]`, row-major [mm or px]; NaN where missing. In
+    /// double precision, so that differences of steps of an instrument are equal where the steps are.
     pub range: Vec<f64>,
     /// Digital number at the peak `[rows, cols]` [DN of 8 bits]; 0 where missing.
     pub reflectance: Option<Vec<f32>>,

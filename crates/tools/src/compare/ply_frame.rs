@@ -1,7 +1,8 @@
-//! Clouds of points in PLY, text and binary of both byte orders: x, y, z of `vertex`, its `reflectance` (or `intensity`) and
-//! `scatter`. A cloud whose header has the lines `obj_info num_cols` and `obj_info num_rows` and as many points as these make is
-//! stored profile by profile. Everything else in a file is passed over. Header and binary points go through ply-rs-bw; points in
-//! text do not, since it takes no `nan`, which is how other programs write missing points.
+//! Clouds of points in PLY, text and binary of both byte orders: x, y, z of `vertex`, its `reflectance` (or
+//! `intensity`) and `scatter`. A cloud whose header has the lines `obj_info num_cols` and `obj_info num_rows` and as
+//! many points as these make is stored profile by profile. Everything else in a file is passed over. Header and binary
+//! points go through ply-rs-bw; points in text do not, since it takes no `nan`, which is how other programs write
+//! missing points.
 
 use std::io::Cursor;
 use std::path::Path;
@@ -179,8 +180,10 @@ fn organised(header: &Header) -> Option<[usize; 2]> {
 mod tests {
     use super::*;
 
-    const CLOUD: &str = "ply\nformat ascii 1.0\nobj_info num_cols 2\nobj_info num_rows 1\nelement other 1\nproperty int a\n\
-                         element vertex 2\nproperty float x\nproperty double y\nproperty float z\nproperty uchar intensity\n\
+    const CLOUD: &str = "ply\nformat ascii 1.0\nobj_info num_cols 2\nobj_info num_rows 1\nelement other 1\nproperty \
+        int a\n\
+                         element vertex 2\nproperty float x\nproperty double y\nproperty float z\nproperty uchar \
+                         intensity\n\
                          property float nx\nend_header\n5\n1 2 3 200 0\n1.5 2 nan 0 0\n";
 
     /// Text of points, with an element before them and a property that is passed over.

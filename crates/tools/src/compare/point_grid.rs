@@ -1,14 +1,14 @@
 //! Points of a scan on a grid of columns and profiles. Three ways, the first that applies:
 //!
-//! - **stored profile by profile** (the file or the user says how many columns): points keep their order, missing ones too, and
-//!   nothing moves. Pitches are the medians of steps between neighbours where they are not stated.
+//! - **stored profile by profile** (the file or the user says how many columns): points keep their order, missing ones
+//!   too, and nothing moves. Pitches are the medians of steps between neighbours where they are not stated.
 //! - **a stated pitch**: each point goes to the nearest place of a grid that begins at the least x and y.
 //! - **an even grid**: the pitch is found. Places along an axis have to lie within a twentieth of a pitch of one grid.
 //!
 //! In the second and third way the grid reaches as far as points with heights do, places without a point are missing
 //! heights, and of several points in a place the first of the file counts; more than a hundredth lost in this way is a
-//! fault. Rows of uneven x that are put on an even grid move by up to half a pitch, which roughens slopes: where profiles are
-//! stored in order, say so.
+//! fault. Rows of uneven x that are put on an even grid move by up to half a pitch, which roughens slopes: where
+//! profiles are stored in order, say so.
 
 use super::map_numbers::MAX_PIXELS;
 

@@ -1,10 +1,10 @@
 //! Power spectral density of heights along rows and columns, by Welch's method.
 //!
 //! Welch (1967): segments of [`SEGMENT`] pixels that overlap by half, a straight line taken out of each, Hann window,
-//! mean of the squared transforms. One-sided and scaled so that the area below the curve is the variance: white noise of
-//! deviation s lies at 2 s^2 [um^2 per cycle/px], a sine of amplitude a adds an area of a^2 / 2. Segments with a missing
-//! pixel or an edge are left out: one step of a millimetre would cover the noise of thousands of segments. The line takes
-//! 28 % of the first frequency.
+//! mean of the squared transforms. One-sided and scaled so that the area below the curve is the variance: white noise
+//! of deviation s lies at 2 s^2 [um^2 per cycle/px], a sine of amplitude a adds an area of a^2 / 2. Segments with a
+//! missing pixel or an edge are left out: one step of a millimetre would cover the noise of thousands of segments. The
+//! line takes 28 % of the first frequency.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -124,9 +124,9 @@ mod tests {
         let frame = frame(256, 256, |_, _| 0.01 * normal(&mut rng));
         for direction in ScanDirection::BOTH {
             for SpectrumPoint { frequency: f, power } in points(&frame, direction) {
-                // 256 lines of 15 segments, 1 in 500 left out; those that overlap by half under a Hann window are alike by
-                // 1/36, so a standard error of 1.03 / sqrt(3800); alpha 1e-4 for 30 numbers: 4.7. What the line leaves of
-                // the first two frequencies is |(1 - line) window exp(i w n)|^2 / |window|^2.
+                // 256 lines of 15 segments, 1 in 500 left out; those that overlap by half under a Hann window are alike
+                // by 1/36, so a standard error of 1.03 / sqrt(3800); alpha 1e-4 for 30 numbers: 4.7. What the line
+                // leaves of the first two frequencies is |(1 - line) window exp(i w n)|^2 / |window|^2.
                 let left = [0.7187, 0.9944].get((f * SEGMENT as f64) as usize - 1).unwrap_or(&1.0);
                 let error = 4.7 * 1.03 / 3800_f64.sqrt() + 1e-3;
                 assert!((power / 200.0 / left - 1.0).abs() < error, "{direction:?} {f}: {power}");

@@ -7,8 +7,8 @@ use super::gocator_frame::GocatorSurface;
 use super::map_numbers::{MapNumbers, ScanPoints};
 use dataset::Fault;
 
-/// An ending of files: its letters; how a list of what can be read names such files, nothing where it names them by another
-/// ending; whether a folder is looked through for them.
+/// An ending of files: its letters; how a list of what can be read names such files, nothing where it names them by
+/// another ending; whether a folder is looked through for them.
 pub(super) type FileEnding = (&'static str, &'static str, bool);
 
 /// A format of scans.

@@ -1,8 +1,8 @@
 //! Scan sources: a dataset, or files of the real camera, EXR, JSON or bare numbers, alone or in a folder.
 //!
 //! A scan in files of bare numbers has a file for each map. Those of Reflectance and Scatter are found by name: beside
-//! `NAME.range.*` as `NAME.reflectance.*` and `NAME.scatter.*`, or in a folder with the folders `range`, `reflectance` and
-//! `scatter` by one name in each.
+//! `NAME.range.*` as `NAME.reflectance.*` and `NAME.scatter.*`, or in a folder with the folders `range`, `reflectance`
+//! and `scatter` by one name in each.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -35,8 +35,8 @@ enum ScanFiles {
 const NAME_A_SCAN: &str = "name a dataset, a folder of scans, or a scan";
 
 impl ScanSource {
-    /// Opens a dataset folder, a folder of files, or a file. Of many frames `most` are taken, spread evenly. What files of bare
-    /// numbers are, `stated` says.
+    /// Opens a dataset folder, a folder of files, or a file. Of many frames `most` are taken, spread evenly. What files
+    /// of bare numbers are, `stated` says.
     ///
     /// # Errors
     /// Where there is nothing that can be read.
@@ -182,7 +182,8 @@ fn unknown(path: &Path) -> Fault {
     Fault::at(path, what, format!("give a dataset, a folder of scans, or a scan ({}){hint}", readable(false)))
 }
 
-/// Scans of a folder, files of bare numbers or others, in the order of their names; what an export says of itself is none.
+/// Scans of a folder, files of bare numbers or others, in the order of their names; what an export says of itself is
+/// none.
 fn files_in(folder: &Path, is_stated: bool) -> Result<Vec<PathBuf>, Fault> {
     let entries =
         fs::read_dir(folder).map_err(|e| Fault::at(folder, format!("it cannot be listed: {e}"), "allow it"))?;

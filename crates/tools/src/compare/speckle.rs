@@ -1,8 +1,9 @@
 //! Speckle contrast and speckle correlation of reflectance, in small patches that are flat, whole and not saturated.
 //!
 //! Contrast is the standard deviation over the mean (Goodman 2007, chapter 2): 1 for one fully developed pattern, less
-//! where a pixel averages several. Texture of the surface adds to it, so it is an upper bound of speckle. Patches with a
-//! saturated pixel are left out, which prefers dark ones where much is saturated: compare frames that are saturated alike.
+//! where a pixel averages several. Texture of the surface adds to it, so it is an upper bound of speckle. Patches with
+//! a saturated pixel are left out, which prefers dark ones where much is saturated: compare frames that are saturated
+//! alike.
 //!
 //! The mean of a patch is taken out before correlating; what that takes from the covariance, s^2 / n in white noise, is
 //! put back, so that white noise has none.
@@ -94,7 +95,8 @@ mod tests {
 
     use super::*;
 
-    /// Fully developed speckle: exponential numbers, `looks` of them averaged, `alike` neighbours along the line added up.
+    /// Fully developed speckle: exponential numbers, `looks` of them averaged, `alike` neighbours along the line added
+    /// up.
     fn frame(name: &str, looks: usize, alike: usize) -> ScanMaps {
         let (cols, rows) = (160, 160);
         let mut rng = Stream::root(5).child(name).rng();

@@ -1,6 +1,6 @@
-//! What the user states of scans whose files hold bare numbers: what a count of Range is, which number stands for a missing
-//! height, how far columns and profiles lie apart, how many bits the camera has. Nothing of it is guessed: what is needed and
-//! not stated is a fault that names the option.
+//! What the user states of scans whose files hold bare numbers: what a count of Range is, which number stands for a
+//! missing height, how far columns and profiles lie apart, how many bits the camera has. Nothing of it is guessed: what
+//! is needed and not stated is a fault that names the option.
 
 use std::path::Path;
 
@@ -125,8 +125,8 @@ impl StatedScale {
         }
     }
 
-    /// Heights of the numbers of a file [mm or px]; NaN where missing. Of whole numbers (`is_whole`) any may stand for a missing
-    /// height, so that has to be stated.
+    /// Heights of the numbers of a file [mm or px]; NaN where missing. Of whole numbers (`is_whole`) any may stand for
+    /// a missing height, so that has to be stated.
     pub(super) fn heights(&self, path: &Path, numbers: &[f64], scale: f64, is_whole: bool) -> Result<Vec<f64>, Fault> {
         if is_whole && self.missing.is_none() {
             let what = "it does not say which of its counts stands for a missing height";
@@ -200,7 +200,8 @@ mod tests {
         assert_eq!((stated.bits(path, None), nothing.bits(path, Some(8))), (Ok(10), Ok(8)));
     }
 
-    /// Offset and scale by hand; the missing number is missing in single precision too, and what is not finite always is.
+    /// Offset and scale by hand; the missing number is missing in single precision too, and what is not finite always
+    /// is.
     #[test]
     fn heights_by_hand() {
         let path = Path::new("a.tif");

@@ -101,7 +101,8 @@ pub struct ScanStatistics {
     pub spectrum: [Vec<SpectrumPoint>; 2],
     /// Second differences along the line, as deviations, edges left out [um or mpx].
     pub noise_sample: EmpiricalDistribution,
-    /// Reflectance beside heights, each digital number as often as in ten thousand of them, saturated ones left out [DN].
+    /// Reflectance beside heights, each digital number as often as in ten thousand of them, saturated ones left out
+    /// [DN].
     pub light_sample: EmpiricalDistribution,
     /// Scatter beside heights, at most ten thousand numbers of each scan [DN].
     pub scatter_sample: EmpiricalDistribution,

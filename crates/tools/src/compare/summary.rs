@@ -1,5 +1,5 @@
-//! Summary statistics of a scan: one vector of numbers, the same for a real scan and a simulated one, in scales in which their
-//! scatter from scan to scan is nearly normal. What fitting a recipe compares.
+//! Summary statistics of a scan: one vector of numbers, the same for a real scan and a simulated one, in scales in
+//! which their scatter from scan to scan is nearly normal. What fitting a recipe compares.
 //!
 //! | law | number x is kept as | why |
 //! |---|---|---|
@@ -9,10 +9,10 @@
 //! | plain | x | |
 //!
 //! Noise is measured with second differences as in [`super::noise`], here as the standard deviation of those within
-//! `EDGE_DEVIATIONS` (4) robust deviations: steps of digital numbers then don't show. Noise of Reflectance and Scatter is measured apart
-//! where Reflectance is below and above its median, since light noise rises with light and dark noise does not. What all pixels
-//! of a profile (or column) have in common is the deviation of the means of such differences over that of single pixels, with the factor by which
-//! independent pixels would lower it.
+//! `EDGE_DEVIATIONS` (4) robust deviations: steps of digital numbers then don't show. Noise of Reflectance and Scatter
+//! is measured apart where Reflectance is below and above its median, since light noise rises with light and dark noise
+//! does not. What all pixels of a profile (or column) have in common is the deviation of the means of such differences
+//! over that of single pixels, with the factor by which independent pixels would lower it.
 
 use super::noise::{EDGE_DEVIATIONS, NoiseCorrelation, ScanDirection, SecondDifferences};
 use super::power_spectrum::PowerSpectrum;
@@ -92,8 +92,8 @@ impl SummaryStatistic {
     }
 }
 
-/// The statistics of a scan, always the same ones in the same order. Pixels that `ignored` (`[rows, cols]`) marks are left out, as if
-/// the scan had ended there; they count neither as measured nor as missing.
+/// The statistics of a scan, always the same ones in the same order. Pixels that `ignored` (`[rows, cols]`) marks are
+/// left out, as if the scan had ended there; they count neither as measured nor as missing.
 pub fn summary(maps: &ScanMaps, ignored: Option<&[bool]>) -> Vec<SummaryStatistic> {
     let mut list = SummaryList { list: Vec::with_capacity(96), unit: maps.unit.thousandth() };
     let whole;
@@ -384,7 +384,8 @@ impl SummaryList {
         }
     }
 
-    /// What pixels of a line have in common: of profiles by differences across them, of columns by those along the line.
+    /// What pixels of a line have in common: of profiles by differences across them, of columns by those along the
+    /// line.
     fn common(&mut self, map: &[f32], maps: &ScanMaps, key: &str, name: &str) {
         for (direction, word, words) in
             [(ScanDirection::Across, "profiles", "a profile"), (ScanDirection::Along, "columns", "a column")]
@@ -500,8 +501,8 @@ fn law_of_light(light: &[f32], scatter: &[f32]) -> Option<[f64; 3]> {
     Some([libm::exp(y - x), slope, rest.max(1e-3)])
 }
 
-/// Quantile, linear between the two numbers beside it, with whole numbers spread evenly over their step; puts the numbers in another
-/// order. `None` of none.
+/// Quantile, linear between the two numbers beside it, with whole numbers spread evenly over their step; puts the
+/// numbers in another order. `None` of none.
 fn quantile(numbers: &mut [f32], share: f64) -> Option<f64> {
     let place = share * (numbers.len().checked_sub(1)? as f64);
     let (i, part) = (place.floor() as usize, place.fract());

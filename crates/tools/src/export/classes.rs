@@ -39,8 +39,8 @@ pub(super) fn categories(head: &DatasetHead) -> Vec<Category<'_>> {
     head.shown_classes().filter_map(category).collect()
 }
 
-/// Names of the pixel classes that count as good unless the user says otherwise; `background` always does. Empty where a
-/// subject has no defects.
+/// Names of the pixel classes that count as good unless the user says otherwise; `background` always does. Empty where
+/// a subject has no defects.
 pub(crate) fn default_good(subject: &str) -> &'static [&'static str] {
     match subject {
         "wood" => &["clear"],

@@ -267,8 +267,8 @@ fn whole(object: &Map<String, Value>, name: &str) -> Result<u64, String> {
     number.ok_or_else(|| format!("`objects.{name}` is missing or negative"))
 }
 
-/// What each instance lies in, by number: 0 for none, and nothing for numbers that no object has. Whatever an instance lies
-/// in has a smaller number.
+/// What each instance lies in, by number: 0 for none, and nothing for numbers that no object has. Whatever an instance
+/// lies in has a smaller number.
 fn outer(objects: &[&Map<String, Value>]) -> Result<Vec<Option<u16>>, String> {
     let mut found = vec![None];
     for object in objects {

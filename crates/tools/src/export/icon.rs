@@ -66,7 +66,8 @@ impl Export for Icon {
 
     fn check_for(&self, head: &DatasetHead) -> Result<(), String> {
         if self.words && head.range_unit() == "px" {
-            let what = "--words has no effect: heights of an uncalibrated dataset are sensor rows, which always are WORD; \
+            let what = "--words has no effect: heights of an uncalibrated dataset are sensor rows, which always are \
+                WORD; \
                 leave it away";
             return Err(what.into());
         }

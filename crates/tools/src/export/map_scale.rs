@@ -1,4 +1,5 @@
-//! Grey scale of measured maps in 8 bits: one for a whole dataset, never for an image, written down so that it can be undone.
+//! Grey scale of measured maps in 8 bits: one for a whole dataset, never for an image, written down so that it can be
+//! undone.
 
 use std::collections::BTreeMap;
 
@@ -50,9 +51,9 @@ pub(crate) struct MapScales {
 }
 
 impl MapScales {
-    /// The scales that the user gave, else from 64 finished samples spread over all that are, whatever is exported: from
-    /// the thousandth smallest to the thousandth largest value of pixels that show the object. Reflectance has 8 bits as a
-    /// rule and then stays as it is.
+    /// The scales that the user gave, else from 64 finished samples spread over all that are, whatever is exported:
+    /// from the thousandth smallest to the thousandth largest value of pixels that show the object. Reflectance has 8
+    /// bits as a rule and then stays as it is.
     ///
     /// # Errors
     /// Where these samples are damaged, or no pixel shows the object.

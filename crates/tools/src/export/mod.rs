@@ -4,9 +4,9 @@
 //! Source --rows of chosen samples, one after the other--> Sample --a format's work, on all cores--> ExportFolder
 //! ```
 //!
-//! What goes into every file follows from the dataset and the options alone, never from threads or time. An `ExportFolder` folder
-//! is marked as unfinished until the last file is there; the same command again finishes it. Memory does not grow with the
-//! number of samples: rows are read one by one, as many at a time as there are threads.
+//! What goes into every file follows from the dataset and the options alone, never from threads or time. An
+//! `ExportFolder` folder is marked as unfinished until the last file is there; the same command again finishes it.
+//! Memory does not grow with the number of samples: rows are read one by one, as many at a time as there are threads.
 
 mod classes;
 mod coco;

@@ -4,8 +4,8 @@
 //! train/good/<name>.png    test/good/<name>.png    test/<defect>/<name>.png    ground_truth/<defect>/<name>_mask.png
 //! ```
 //!
-//! Samples of the split `train` go to `train/good` where they are good and nowhere else: such methods learn from good ones
-//! alone. Those of `test` go to `test`; `validation` has no place in the layout.
+//! Samples of the split `train` go to `train/good` where they are good and nowhere else: such methods learn from good
+//! ones alone. Those of `test` go to `test`; `validation` has no place in the layout.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -95,7 +95,8 @@ impl Export for Mvtec {
             source.each(&images, work, take, progress)?;
             if counts.is_empty() {
                 let what = format!(
-                    "there is nothing to write: all {left_out} pictures are of the split train and have defects, and methods learn \
+                    "there is nothing to write: all {left_out} pictures are of the split train and have defects, and \
+                        methods learn \
                  from good ones"
                 );
                 let remedy = "try --patch-px, --good, --split all or more samples";
@@ -205,7 +206,8 @@ fn pictures(
     Ok(folders)
 }
 
-/// The parts of a picture. Patches cover all of it, evenly apart, and overlap where its sides are no multiples of theirs.
+/// The parts of a picture. Patches cover all of it, evenly apart, and overlap where its sides are no multiples of
+/// theirs.
 fn parts(sample: &ExportSample, patch_px: Option<usize>) -> Vec<Region> {
     let Some(side) = patch_px else { return vec![Region { top: 0, left: 0, rows: sample.rows, cols: sample.cols }] };
     let starts = |length: usize| {

@@ -17,8 +17,8 @@ use dataset::{Dataset, DatasetSums, Fault, RowQuery, Table};
 
 pub(super) use part::Done;
 
-/// Called with samples done and samples in all; first for those that scales are found from, where they are, and then for
-/// those that are written.
+/// Called with samples done and samples in all; first for those that scales are found from, where they are, and then
+/// for those that are written.
 pub type ExportProgress<'a> = &'a (dyn Fn(u64, u64) + Sync);
 
 /// Which samples.
@@ -51,7 +51,8 @@ pub struct ExportSource {
     pub(super) selection: Selection,
     /// Shards with chosen samples.
     shards: Vec<u64>,
-    /// Shards that were finished when the dataset was opened, with their samples; others may become so while it is read.
+    /// Shards that were finished when the dataset was opened, with their samples; others may become so while it is
+    /// read.
     finished: Vec<(u64, u64)>,
     /// Finished samples with a chosen index in each split, whether that was chosen or not.
     in_splits: BTreeMap<String, u64>,
@@ -197,8 +198,8 @@ impl ExportSource {
         Ok(())
     }
 
-    /// Works on every chosen sample that is left with all threads, and takes the results in the order of shards, splits and
-    /// indices.
+    /// Works on every chosen sample that is left with all threads, and takes the results in the order of shards, splits
+    /// and indices.
     ///
     /// # Errors
     /// Where a file of the dataset is damaged, or `work` or `take` fail.

@@ -1,5 +1,5 @@
-//! iCon file format: what a Ranger3 or Ruler3000 camera's own tools write and read, as a `.dat` with numbers and an `.xml` that
-//! describes their layout.
+//! iCon file format: what a Ranger3 or Ruler3000 camera's own tools write and read, as a `.dat` with numbers and an
+//! `.xml` that describes their layout.
 //!
 //! ```text
 //! Scan --ScanWriter, rows by rows--> NAME.dat, then NAME.xml --open--> Content::Scan(ScanReader) --rows--> Scan

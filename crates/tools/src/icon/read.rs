@@ -64,7 +64,8 @@ pub fn open(path: &Path) -> Result<Content, Fault> {
     let (width, most) = (layout.width(), MAX_SIDES);
     if width > most.0 || rows > most.1 || width.saturating_mul(rows) > MAX_PIXELS {
         let what = format!(
-            "its {length} bytes are {rows} rows of {width} columns; at most {} rows, {} columns and {MAX_PIXELS} pixels are read",
+            "its {length} bytes are {rows} rows of {width} columns; at most {} rows, {} columns and {MAX_PIXELS} \
+                pixels are read",
             most.1, most.0
         );
         return Err(Fault::at(&data, what, "give a scan of that size, as the camera stores it"));

@@ -97,8 +97,8 @@ impl DatasetFolder {
         self.tables.extend(dataset.tables_of(shard, manifest));
     }
 
-    /// Counts a file where it is there, by the size that it has; notes one that is not there or has another size than it
-    /// should.
+    /// Counts a file where it is there, by the size that it has; notes one that is not there or has another size than
+    /// it should.
     fn file(&mut self, kind: &'static str, root: &Path, relative: &str, bytes: u64, remedy: &'static str) {
         let there = match enclosed::length(root, relative) {
             Ok(there) => there,

@@ -49,7 +49,8 @@ impl RunningRange {
         (self.count > 0).then(|| self.sum / self.count as f64)
     }
 
-    /// Whether there is one value alone, but for `rounding`, as [`DRAWN_ROUNDING`] or [`DERIVED_ROUNDING`] numbers have it [1].
+    /// Whether there is one value alone, but for `rounding`, as [`DRAWN_ROUNDING`] or [`DERIVED_ROUNDING`] numbers have
+    /// it [1].
     pub(crate) fn is_constant(&self, rounding: f64) -> bool {
         self.count > 0 && self.max - self.min <= rounding * self.min.abs().max(self.max.abs())
     }

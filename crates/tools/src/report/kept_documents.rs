@@ -1,5 +1,5 @@
-//! Kept results: documents that other commands keep beside a dataset, under `reports/`: documents of `gen validate --save` and
-//! `gen check --save`, and the pictures that these name.
+//! Kept results: documents that other commands keep beside a dataset, under `reports/`: documents of `gen validate
+//! --save` and `gen check --save`, and the pictures that these name.
 
 use std::path::Path;
 

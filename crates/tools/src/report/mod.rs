@@ -4,9 +4,9 @@
 //! folder ---> dataset_counts (every row, twice) ---> sheet_sample (the rows that are shown) ---> page
 //! ```
 //!
-//! Works on what is there: of an unfinished or damaged dataset the page says what is missing. Nothing but the section on
-//! time depends on anything but the folder, so that the same folder gives the same bytes. The caller
-//! provides the functions that expose a sample again and measure how long that takes.
+//! Works on what is there: of an unfinished or damaged dataset the page says what is missing. Nothing but the section
+//! on time depends on anything but the folder, so that the same folder gives the same bytes. The caller provides the
+//! functions that expose a sample again and measure how long that takes.
 
 mod dataset_counts;
 mod declared_distribution;

@@ -60,8 +60,9 @@ fn indexed(levels: &[u8], width: u32, palette: Vec<u8>, opacity: Vec<u8>) -> Res
     })
 }
 
-/// Colours of the recipe's classes in CSS: that of the pixel class of the same name, or else a hue that is far from those of
-/// pixel classes and of the classes before it. Its lightness is `--l` of the style sheet, for light and dark pages.
+/// Colours of the recipe's classes in CSS: that of the pixel class of the same name, or else a hue that is far from
+/// those of pixel classes and of the classes before it. Its lightness is `--l` of the style sheet, for light and dark
+/// pages.
 pub(super) fn class_colours(head: &DatasetHead) -> Vec<String> {
     let mut taken: Vec<[f64; 3]> =
         head.shown_classes().map(|(value, _)| class_rgb(value).0.map(|part| f64::from(part) / 255.0)).collect();

@@ -1,9 +1,9 @@
 //! Air where boards can be cut: the margin around the wood of a stack, told from the lumina in it.
 //!
-//! Model: a place of a face is air where the mean density of a square millimetre about it is that of air. Vessels are 0.3 mm wide at
-//! most and have walls between them, so no wood is air at that scale. Along each axis wood lies between the first and the last layer
-//! whose mean density is half of the stack's at least.
-//! Limits: a face is looked at in 24 x 24 places at most, a square millimetre in 16; what is air below the face is not looked for.
+//! Model: a place of a face is air where the mean density of a square millimetre about it is that of air. Vessels are
+//! 0.3 mm wide at most and have walls between them, so no wood is air at that scale. Along each axis wood lies between
+//! the first and the last layer whose mean density is half of the stack's at least. Limits: a face is looked at in 24 x
+//! 24 places at most, a square millimetre in 16; what is air below the face is not looked for.
 
 use super::{FibreAxis, WoodVolume};
 use crate::density_law::AIR_KG_PER_M3;
@@ -75,7 +75,8 @@ impl WoodVolume {
         air as f32 / (rows * cols) as f32
     }
 
-    /// From where to where wood lies along the fibres, across them and downwards, in the stack as it lies after quarter turns [mm].
+    /// From where to where wood lies along the fibres, across them and downwards, in the stack as it lies after quarter
+    /// turns [mm].
     pub fn wood_mm(&self, quarter_turns: u8) -> [[f32; 2]; 3] {
         let extent = self.turned_extent_mm(quarter_turns);
         [0, 1, 2].map(|axis| {

@@ -45,8 +45,8 @@ fn board(size_mm: [f64; 3]) -> Wood {
     wood
 }
 
-/// A ramp of densities is met exactly between voxels, so it says where each point of a board lies: against a turn about the middle of
-/// the stack by glam, in every way to lie.
+/// A ramp of densities is met exactly between voxels, so it says where each point of a board lies: against a turn about
+/// the middle of the stack by glam, in every way to lie.
 #[test]
 fn boards_lie_where_their_numbers_say() {
     let (size, voxel_mm) = ([40, 36, 44], [0.5, 0.4, 0.3]);
@@ -108,8 +108,8 @@ fn boards_lie_where_their_numbers_say() {
     assert!(count > 400, "{count} points within the outer voxels' centres");
 }
 
-/// At random voxels, from air to beyond the cell wall: in proportion to density with the ratio of the class table; with others the
-/// lines of the module's head.
+/// At random voxels, from air to beyond the cell wall: in proportion to density with the ratio of the class table; with
+/// others the lines of the module's head.
 #[test]
 fn coefficients_are_the_laws_at_random_voxels() {
     let density = |voxel: [usize; 3]| 1700.0 * random(voxel);
@@ -162,7 +162,8 @@ fn mean_coefficients_are_those_of_the_mean_density() {
     }
 }
 
-/// One density all over is a plain board: of earlywood at earlywood's density, of latewood at its own, at every point and depth.
+/// One density all over is a plain board: of earlywood at earlywood's density, of latewood at its own, at every point
+/// and depth.
 #[test]
 fn one_density_is_a_plain_board() {
     let stream = Stream::root(3).child("plain");
@@ -187,7 +188,8 @@ fn one_density_is_a_plain_board() {
     }
 }
 
-/// Voxels of 10 and 20 um are means over 0.05 and 0.06 mm, what is left over at the ends is left out, and coarser ones are as they were.
+/// Voxels of 10 and 20 um are means over 0.05 and 0.06 mm, what is left over at the ends is left out, and coarser ones
+/// are as they were.
 #[test]
 fn fine_voxels_are_put_together() {
     let density = |voxel: [usize; 3]| 300.0 + 600.0 * random(voxel);
@@ -234,8 +236,8 @@ fn what_is_no_wood_is_told() {
     assert!(stack(side, [0.2; 3], FibreAxis::Through, &sparse).expect("room").finish(KINDS).is_ok());
 }
 
-/// A margin of air on one side of the stack is found on the face of boards that lie in it, whichever way the stack is turned, and wood
-/// begins where it ends; pores that touch no millimetre are no air.
+/// A margin of air on one side of the stack is found on the face of boards that lie in it, whichever way the stack is
+/// turned, and wood begins where it ends; pores that touch no millimetre are no air.
 #[test]
 fn air_around_the_wood_is_found_on_faces() {
     let size = [40, 40, 40];

@@ -26,7 +26,8 @@ pub struct BoardPicture {
     pub instance: Vec<u16>,
 }
 
-/// A flat-sawn board as recipes/wood.yaml draws them, with that many sound knots, and where the picture's corner is [mm].
+/// A flat-sawn board as recipes/wood.yaml draws them, with that many sound knots, and where the picture's corner is
+/// [mm].
 pub fn wood(stream: Stream, sound: f64, dead: f64) -> Wood {
     let mut wood = Wood::from_values(&mut |p| p.default);
     let mut rng = stream.child("wood").rng();

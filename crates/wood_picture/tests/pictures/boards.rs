@@ -125,8 +125,8 @@ fn fibres_of_grown_boards_are_found() {
     );
     assert!(clear <= 3.0 && boards[0] <= 3.0, "clear wood: {clear} deg");
     assert!(around <= 10.0 && boards[1] <= 10.0, "around knots: {around} deg");
-    // A normal error has the median 0.6745 of what is told: some ten independent windows a board, 9 boards, a factor of 1.1 by
-    // chance; boards differ in how far their rings turn, which doubles it.
+    // A normal error has the median 0.6745 of what is told: some ten independent windows a board, 9 boards, a factor of
+    // 1.1 by chance; boards differ in how far their rings turn, which doubles it.
     assert!((0.6..1.7).contains(&over_told), "errors are {over_told} times what is told");
 
     let (count, false_knots, pairs) = knots.into_inner().expect("no thread has panicked");
@@ -139,7 +139,8 @@ fn fibres_of_grown_boards_are_found() {
         .collect();
     let right = leaning.iter().filter(|(axis, knot)| axis.truncate().dot(knot.axis.truncate()) > 0.0).count();
     println!(
-        "knots: {} of {count} found, {false_knots} false; dive off by {:.1} deg, axis by {:.1} deg (medians); end right in {right} of {}",
+        "knots: {} of {count} found, {false_knots} false; dive off by {:.1} deg, axis by {:.1} deg (medians); end \
+            right in {right} of {}",
         pairs.len(),
         quantile(&mut dives, 0.5),
         quantile(&mut lean, 0.5),
@@ -162,7 +163,8 @@ fn fibres_of_grown_boards_are_found() {
     assert!(same > 0.85 && off < 0.5 * size, "sign {same}, off by {off} of {size}");
 }
 
-/// Absorption of clear wood and of knots over the truth, medians [1], and the correlation of logarithms over clear wood.
+/// Absorption of clear wood and of knots over the truth, medians [1], and the correlation of logarithms over clear
+/// wood.
 fn absorption_ratios(board: &BoardPicture, map: &FibreMap, absorption: &AbsorptionMap) -> [f32; 3] {
     let ratios = |class: Class| -> Vec<f32> {
         (0..board.light.len())
@@ -193,7 +195,8 @@ fn photographs_in_colour_say_what_linear_pictures_say() {
     each_board(2, |number, board| {
         let media = board.wood.media;
         let share = board.wood.log.latewood_share;
-        // Spruce is yellowish, and so is the lamp: red, green and blue over red light; gains of a white balance; sRGB; 8 bits.
+        // Spruce is yellowish, and so is the lamp: red, green and blue over red light; gains of a white balance; sRGB;
+        // 8 bits.
         let encode = |light: f32| {
             let coded = if light <= 0.003_130_8 { 12.92 * light } else { 1.055 * light.powf(1.0 / 2.4) - 0.055 };
             (255.0 * coded.clamp(0.0, 1.0)).round()
@@ -214,16 +217,19 @@ fn photographs_in_colour_say_what_linear_pictures_say() {
         let clear = [&mut linear_errors, &mut photo_errors].map(|errors| quantile(&mut errors.clear, 0.5));
         let ratios = [0, 1].map(|i| absorption_ratios(&board, &pairs[i].0, &pairs[i].1));
         println!(
-            "board {number}: clear {clear:.2?} deg; absorption over truth in clear wood, knots, correlation {ratios:.2?}"
+            "board {number}: clear {clear:.2?} deg; absorption over truth in clear wood, knots, correlation \
+                {ratios:.2?}"
         );
         lines.lock().expect("no thread has panicked").push((clear, ratios));
     });
     for (clear, ratios) in lines.into_inner().expect("no thread has panicked") {
         assert!((clear[0] - clear[1]).abs() < 0.5, "{clear:?}");
         for [wood, knot, correlation] in ratios {
-            // Shares of latewood on a face differ from the ring's mean by a fifth, which moves the mean by 5 %; rings differ by 8 %.
+            // Shares of latewood on a face differ from the ring's mean by a fifth, which moves the mean by 5 %; rings
+            // differ by 8 %.
             assert!((wood - 1.0).abs() < 0.15, "clear wood {wood}");
-            // A knot's dive is known to 10 degrees, which is a tenth of its absorption; the mean of clear wood counts here too.
+            // A knot's dive is known to 10 degrees, which is a tenth of its absorption; the mean of clear wood counts
+            // here too.
             assert!(knot.is_nan() || (knot - 1.0).abs() < 0.35, "knot {knot}");
             assert!(correlation > 0.6, "correlation {correlation}");
         }
@@ -284,7 +290,8 @@ fn ripple_and_speckle_leave_no_blotches() {
     let cols = board.size[1];
     for (pixel, light) in board.light.iter_mut().enumerate() {
         let [y, x] = [(pixel / cols) as f32 * PIXEL_MM, (pixel % cols) as f32 * PIXEL_MM];
-        // Ridges 6 mm apart with a drifting phase, and 8 % a pixel: about the noise of rendered scans in their own, smaller pixels.
+        // Ridges 6 mm apart with a drifting phase, and 8 % a pixel: about the noise of rendered scans in their own,
+        // smaller pixels.
         let ridge = (std::f32::consts::TAU * (y + 0.04 * x) / 6.0 + (0.1 * y).sin()).sin();
         *light *= ((0.1 * ridge).exp() * (1.0 + 0.08 * procedural::normal(&mut rng) as f32)).max(0.0);
     }

@@ -31,8 +31,8 @@ fn median(mut values: Vec<f32>) -> f32 {
     values[values.len() / 2]
 }
 
-/// Board -> picture -> board from the picture: its light is that of the picture, its fibres those of the first board. Bars: 3 degrees
-/// in clear wood and 10 at knots (medians), correlation of light 0.9.
+/// Board -> picture -> board from the picture: its light is that of the picture, its fibres those of the first board.
+/// Bars: 3 degrees in clear wood and 10 at knots (medians), correlation of light 0.9.
 #[test]
 fn a_board_from_the_picture_of_a_board_is_like_it() {
     for seed in [2] {

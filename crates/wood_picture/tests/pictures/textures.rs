@@ -44,9 +44,9 @@ fn the_azimuth_of_a_texture_is_found_and_its_error_is_as_told() {
         told.push((map.azimuth_error_rad(middle).to_degrees(), apart_deg(map.azimuth_rad[middle], azimuth)));
     }
     let median = quantile(&mut all, 0.5);
-    // Error over told error is standard normal if the told one is right. Its mean square over the surer and the less sure half
-    // of 24 pictures each has a standard error of sqrt(2 / 24) = 0.29; three of them, and the part of 0.5 degrees that is told for
-    // rings that textures do not have, which makes it smaller.
+    // Error over told error is standard normal if the told one is right. Its mean square over the surer and the less
+    // sure half of 24 pictures each has a standard error of sqrt(2 / 24) = 0.29; three of them, and the part of 0.5
+    // degrees that is told for rings that textures do not have, which makes it smaller.
     told.sort_by(|a, b| a.0.total_cmp(&b.0));
     let squares: Vec<f32> = told
         .chunks(told.len() / 2)

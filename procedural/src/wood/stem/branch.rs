@@ -45,8 +45,8 @@ const LEAST_DEATH_MM: f64 = 5.0;
 const WIDEST_OPENING: f64 = 0.9;
 /// Steepest slope [rad].
 const STEEPEST: f64 = 1.2;
-/// A measured end this far out counts as the outline [its radius]: the ends of the scanned log that belong to the outline scatter about it
-/// by 3 percent, and no other lies beyond 0.87.
+/// A measured end this far out counts as the outline [its radius]: the ends of the scanned log that belong to the
+/// outline scatter about it by 3 percent, and no other lies beyond 0.87.
 const AT_OUTLINE: f64 = 0.9;
 
 /// A branch of a stem.

@@ -1,16 +1,17 @@
 //! How growth layers follow the pith's wander: the inner ones fully, those far out only where it is long.
 //!
-//! Models: a year lays a coat of even thickness over a stem that is already there, and short bends fill up. The layer at the distance r
-//! from the pith stands about the pith smoothed along the stem by a Gaussian of standard deviation kappa r. With
-//!   q(l, r) = (pith smoothed over kappa r)(l) - pith(l),
-//! the time of growth is t0 = |r e - q(l, r)| with e outwards, and its slopes outwards, around and along, at constant place in the
-//! log's coordinates, are n (e - q_r), n a and -n q_l, with n = (r e - q) / t0 and a around. q is a table over the place along the log and
-//! the root of r, linear along it and a quadratic B-spline outwards, so that fibres turn steadily. Where the pith bends so sharply that
+//! Models: a year lays a coat of even thickness over a stem that is already there, and short bends fill up. The layer
+//! at the distance r from the pith stands about the pith smoothed along the stem by a Gaussian of standard deviation
+//! kappa r. With
+//! q(l, r) = (pith smoothed over kappa r)(l) - pith(l), the time of growth is t0 = |r e - q(l, r)| with e outwards, and
+//! its slopes outwards, around and along, at constant place in the log's coordinates, are n (e - q_r), n a and -n q_l,
+//! with n = (r e - q) / t0 and a around. q is a table over the place along the log and the root of r, linear along it
+//! and a quadratic B-spline outwards, so that fibres turn steadily. Where the pith bends so sharply that
 //! |q_r| would exceed 0.5, all of q shrinks: time then rises outwards by at least (1 - |q_r|) on average of a ray and nowhere falls.
-//! Source: the scanned log of Larsson et al. (2022), whose outline, 123 mm from the pith, has a middle that in one direction goes best with
-//! the pith over 100 mm (correlation of the slopes 0.63, of the bare pith 0.39) and in the other with the bare pith. kappa = 0.8
-//! is therefore a guess.
-//! Limits: boards of stems alone; that they follow the outline is for `oval` to say; branches keep their distances from the pith itself.
+//! Source: the scanned log of Larsson et al. (2022), whose outline, 123 mm from the pith, has a middle that in one
+//! direction goes best with the pith over 100 mm (correlation of the slopes 0.63, of the bare pith 0.39) and in the
+//! other with the bare pith. kappa = 0.8 is therefore a guess. Limits: boards of stems alone; that they follow the
+//! outline is for `oval` to say; branches keep their distances from the pith itself.
 
 use glam::Vec2;
 
@@ -71,8 +72,8 @@ impl Layers {
                     smooth / total - own
                 };
                 if let Some(&before) = nodes.last().filter(|_| level > 0) {
-                    // The slope against the root of r is nowhere steeper than between two levels, and that root no smaller than half a
-                    // level before.
+                    // The slope against the root of r is nowhere steeper than between two levels, and that root no
+                    // smaller than half a level before.
                     let least = (level as f32 - 1.5).max(0.5);
                     steepest = steepest.max((q - before).length() / (2.0 * least));
                 }
@@ -91,7 +92,8 @@ impl Layers {
         Self { oval: Some(oval), ..self }
     }
 
-    /// The latest time of growth within the distance `r` of the pith [mm]: |r e - q| G is no more than (r + most of |q|) times most of G.
+    /// The latest time of growth within the distance `r` of the pith [mm]: |r e - q| G is no more than (r + most of
+    /// |q|) times most of G.
     pub fn most(&self, r: f32) -> f32 {
         let drift = self.nodes.iter().map(|q| q.length()).fold(0.0, f32::max);
         (r + drift) * self.oval.as_ref().map_or(1.0, Oval::most)

@@ -1,8 +1,8 @@
 //! What a measured stem must be: sizes, numbers and ranges of its three tables.
 //!
-//! Models: none; every fault names the table, the row counted from 1, what is wrong and what to do. The first fault is told.
-//! Source: the file format of the scanned log of Larsson et al. (2022). Ranges are those of trees: what lies beyond them is a wrong unit
-//! or a shifted column.
+//! Models: none; every fault names the table, the row counted from 1, what is wrong and what to do. The first fault is
+//! told. Source: the file format of the scanned log of Larsson et al. (2022). Ranges are those of trees: what lies
+//! beyond them is a wrong unit or a shifted column.
 
 use std::fmt;
 
@@ -109,26 +109,31 @@ impl fmt::Display for StemError {
             }
             Self::TooManySections { sections, points } => write!(
                 f,
-                "radii: {sections} sections for {points} points of the pith; give as many as the pith has points, or fewer in \
+                "radii: {sections} sections for {points} points of the pith; give as many as the pith has points, or \
+                    fewer in \
                  equal steps from its first to its last height"
             ),
             Self::SectionSize { row, radii, needed } => write!(
                 f,
-                "radii, row {row}: {radii} radii where {needed} are needed; give every section the same number of radii, at least \
+                "radii, row {row}: {radii} radii where {needed} are needed; give every section the same number of \
+                    radii, at least \
                  {LEAST_AZIMUTHS}, in equal steps of a whole turn"
             ),
             Self::NotFinite { table, row, column } => write!(
                 f,
-                "{table}, row {row}: column {column} is not a finite number; measure it again, fill it in from its neighbours, or \
+                "{table}, row {row}: column {column} is not a finite number; measure it again, fill it in from its \
+                    neighbours, or \
                  leave a knot out"
             ),
             Self::HeightNotRising { row, height, before } => write!(
                 f,
-                "pith, row {row}: height {height} mm after {before} mm; sort the rows by height and leave out repeated heights"
+                "pith, row {row}: height {height} mm after {before} mm; sort the rows by height and leave out \
+                    repeated heights"
             ),
             Self::OutOfRange { table, row, what, value, range: [least, most] } => write!(
                 f,
-                "{table}, row {row}: {what} is {value}, outside {least} to {most}; check its unit (mm and rad) and the order of the \
+                "{table}, row {row}: {what} is {value}, outside {least} to {most}; check its unit (mm and rad) and \
+                    the order of the \
                  columns"
             ),
         }

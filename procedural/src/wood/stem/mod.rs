@@ -2,16 +2,16 @@
 //!
 //! `Stem::grow` or `Stem::measured` --> Stem --`Plank::saw`--> Plank.
 //!
-//! Models: a stem in cylinder coordinates about its pith: the distance r from the pith across the stem, the azimuth, which grows
-//! from x to y, and the height h along it. The pith is a line (`pith_line`), the outline a radius at every azimuth and height
-//! (`outline`). Every branch is nine numbers A to I in the form of the scanned log (`branch`): its width, its axis, the
-//! distances from the pith where it died and where it ends. A grown stem has a whorl at the end of every year's shoot
-//! and branches between whorls (`shoots`); a measured one has what a scanner saw (`measured`). A board takes the branches
-//! that come near it (`sawing`).
-//! Sources: form of branches and all statistics from the scanned log "Gran_1" of Larsson et al. (2022).
-//! Limits: one log, not a stand: no crown, no age and no butt swell; branches do not bend the pith; whorls do not swell the
-//! outline; growth layers stand about the pith and what of its wander is left farther out (`layers`), and follow the outline only where they are asked to (`oval`); the log's numbers are those
-//! of one Norway spruce.
+//! Models: a stem in cylinder coordinates about its pith: the distance r from the pith across the stem, the azimuth,
+//! which grows from x to y, and the height h along it. The pith is a line (`pith_line`), the outline a radius at every
+//! azimuth and height (`outline`). Every branch is nine numbers A to I in the form of the scanned log (`branch`): its
+//! width, its axis, the distances from the pith where it died and where it ends. A grown stem has a whorl at the end of
+//! every year's shoot and branches between whorls (`shoots`); a measured one has what a scanner saw (`measured`). A
+//! board takes the branches that come near it (`sawing`). Sources: form of branches and all statistics from the scanned
+//! log "Gran_1" of Larsson et al. (2022). Limits: one log, not a stand: no crown, no age and no butt swell; branches do
+//! not bend the pith; whorls do not swell the outline; growth layers stand about the pith and what of its wander is
+//! left farther out (`layers`), and follow the outline only where they are asked to (`oval`); the log's numbers are
+//! those of one Norway spruce.
 
 mod branch;
 mod cut;
@@ -61,8 +61,8 @@ impl Stem {
     }
 
     /// The stem that a scanner measured, in the file format of the scanned log: `pith` as rows of x, y and height [mm];
-    /// `radii` as sections from the first to the last height of the pith in equal steps, each with the distances from the
-    /// pith to the outline [mm] at azimuths that fall from 0 in equal steps of a turn; `knots` as rows of A to I:
+    /// `radii` as sections from the first to the last height of the pith in equal steps, each with the distances from
+    /// the pith to the outline [mm] at azimuths that fall from 0 in equal steps of a turn; `knots` as rows of A to I:
     /// width r (A + B r^(1/4)), height C + D sqrt r + E r, azimuth F + G ln r, end H and death I, all in mm and rad.
     pub fn measured(pith: &[[f64; 3]], radii: &[Vec<f64>], knots: &[[f64; 9]]) -> Result<Self, StemError> {
         measured::check(pith, radii, knots)?;

@@ -1,14 +1,15 @@
 //! A sawing pattern: where the boards of one log lie in it.
 //!
-//! Models: the log is cut across into pieces, and each piece is sawn through and through into parallel boards (live sawing).
-//! The first board lies where `stem` says. With d its distance from the pith along its normal, s that across it, and
-//! p the height of its middle, the others lie at
-//!   d + m (thickness + KERF_MM),  s,  p + j pitch,   pitch = min((length + CROSSCUT_MM) / |cos g|, (width + KERF_MM) / |sin g|),
-//! for all whole m that keep the board's corners within the stem's mean radius, and all whole j that keep it between the stem's ends;
-//! g is the log's turn against the board, along which rectangles on a line still lie apart. Boards are counted from the first
-//! inwards through the pith to the far side, then from the first outwards, then in the next piece upwards, and from the lowest on.
-//! Sources: geometry; the widths of the cuts are guesses within what band saws and chain saws take.
-//! Limits: one pattern, without turning the log, edging or sizes of their own for boards; taper and the outline's shape are not asked.
+//! Models: the log is cut across into pieces, and each piece is sawn through and through into parallel boards (live
+//! sawing). The first board lies where `stem` says. With d its distance from the pith along its normal, s that across
+//! it, and p the height of its middle, the others lie at
+//! d + m (thickness + KERF_MM),  s,  p + j pitch,   pitch = min((length + CROSSCUT_MM) / |cos g|, (width + KERF_MM) /
+//! |sin g|), for all whole m that keep the board's corners within the stem's mean radius, and all whole j that keep it
+//! between the stem's ends; g is the log's turn against the board, along which rectangles on a line still lie apart.
+//! Boards are counted from the first inwards through the pith to the far side, then from the first outwards, then in
+//! the next piece upwards, and from the lowest on. Sources: geometry; the widths of the cuts are guesses within what
+//! band saws and chain saws take. Limits: one pattern, without turning the log, edging or sizes of their own for
+//! boards; taper and the outline's shape are not asked.
 
 use std::f64::consts::PI;
 

@@ -1,11 +1,11 @@
 //! The pith line of a stem.
 //!
-//! Models: x and y of the pith at given heights, joined by cubics that pass each point with the mean slope of its two neighbours
-//! (Catmull and Rom 1974, for uneven distances), so that position and slope are continuous. A grown pith wanders about a
-//! straight line by value noise of three lengths.
-//! Source: the scanned log of Larsson et al. (2022): its pith leaves its mean line by 5.3 mm rms, with correlations of 0.6 to 0.7
-//! over 100 mm and 0.2 to 0.4 over 200 mm, and tilts by 2.8 deg over 10 mm, 2.1 deg over 100 mm and 0.6 deg over 1 m.
-//! Limits: beyond its ends the line goes on straight across the sections; no sweep and no crook.
+//! Models: x and y of the pith at given heights, joined by cubics that pass each point with the mean slope of its two
+//! neighbours (Catmull and Rom 1974, for uneven distances), so that position and slope are continuous. A grown pith
+//! wanders about a straight line by value noise of three lengths. Source: the scanned log of Larsson et al. (2022): its
+//! pith leaves its mean line by 5.3 mm rms, with correlations of 0.6 to 0.7 over 100 mm and 0.2 to 0.4 over 200 mm, and
+//! tilts by 2.8 deg over 10 mm, 2.1 deg over 100 mm and 0.6 deg over 1 m. Limits: beyond its ends the line goes on
+//! straight across the sections; no sweep and no crook.
 
 use super::super::parameters::StemParameters;
 use crate::Stream;

@@ -1,12 +1,12 @@
 //! A board in its stem: where it lies, which branches come near, and what of them its upper face shows.
 //!
-//! Models: the board is sawn along the stem's heights. The middle of its upper face lies `board_radius_mm` from the pith at the azimuth
-//! `board_azimuth_deg`, and its normal is turned by `face_deg` against that direction. With alpha the azimuth of the normal, the
-//! log's axes are
-//!   upwards = (cos alpha, sin alpha),  sideways = (-sin alpha, cos alpha),  along = height.
-//! The log keeps its turn and its dive against the board (`log`), and every branch its own numbers. The upper face is asked where
-//! a branch shows: the axis crosses it, or the outline does at a point of a grid within the height of ripple and roughness.
-//! Sources: geometry. Limits: parts of an outline smaller than the grid may lie in the face without an instance; their label is
+//! Models: the board is sawn along the stem's heights. The middle of its upper face lies `board_radius_mm` from the
+//! pith at the azimuth `board_azimuth_deg`, and its normal is turned by `face_deg` against that direction. With alpha
+//! the azimuth of the normal, the log's axes are
+//! upwards = (cos alpha, sin alpha),  sideways = (-sin alpha, cos alpha),  along = height. The log keeps its turn and
+//! its dive against the board (`log`), and every branch its own numbers. The upper face is asked where a branch shows:
+//! the axis crosses it, or the outline does at a point of a grid within the height of ripple and roughness. Sources:
+//! geometry. Limits: parts of an outline smaller than the grid may lie in the face without an instance; their label is
 //! clear wood. The dive against the board shears the sections, as in `pith`.
 
 use std::sync::Arc;
@@ -120,8 +120,8 @@ impl Sawing {
         StemCut { start: -reach, radii: radii.collect() }
     }
 
-    /// The branches that disturb the board, with the numbers of those that the upper face shows, in their order along it; `relief` is
-    /// how far ripple and roughness leave the face [mm].
+    /// The branches that disturb the board, with the numbers of those that the upper face shows, in their order along
+    /// it; `relief` is how far ripple and roughness leave the face [mm].
     pub fn knots(&self, stream: Stream, wood: &Wood, stem: &Stem, growth: &Growth, relief: f32) -> Vec<PlacedKnot> {
         let near = stem.branches().iter().enumerate().filter_map(|(index, branch)| {
             let draw = KnotDraw::new(stream.index(index as u64));
@@ -225,7 +225,8 @@ impl Sawing {
         })
     }
 
-    /// The numbers of a knot whose outline shows in the upper face, though its axis does not cross it: where most of it shows.
+    /// The numbers of a knot whose outline shows in the upper face, though its axis does not cross it: where most of it
+    /// shows.
     fn glimpse(
         &self,
         wood: &Wood,

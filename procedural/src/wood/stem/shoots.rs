@@ -1,16 +1,16 @@
 //! Where branches sit on a stem: at the ends of the years' shoots, and between.
 //!
-//! Models: the stem grew by a shoot a year, of lognormal and independent lengths. At the end of a shoot sits a whorl: each of six (or,
-//! for large whorls, more) buds makes a branch with the same chance, normally spread along the stem. Between whorls
-//! branches sit anywhere, as a Poisson process. Buds keep apart around the stem: each takes, of five azimuths drawn evenly, the one
-//! farthest from the buds within 60 mm below it (best candidate, Mitchell 1991).
-//! Source: the 108 knots of the scanned log of Larsson et al. (2022). With knots within 45 mm of the next in one cluster, it has 34
-//! clusters, 21 of them of three or more: 4.19 knots each, 184 mm apart (standard deviation 100 mm), 43 mm high, their azimuths with a
-//! mean resultant length of 0.26, where independent ones have 0.45 +- 0.05, and gaps that spread by 0.40 of their mean
-//! where those spread by 0.78 +- 0.06: buds repel. Pairs of knots are most frequent 0 to 20 mm and 140 to 170 mm apart, so a year is shorter
-//! than the distance of those clusters, in which some years are missing and others are two in one. The parameters' defaults were
-//! fitted to these numbers together.
-//! Limits: shoots do not remember the years before; no trend with age; no forks, no broken tops.
+//! Models: the stem grew by a shoot a year, of lognormal and independent lengths. At the end of a shoot sits a whorl:
+//! each of six (or, for large whorls, more) buds makes a branch with the same chance, normally spread along the stem.
+//! Between whorls branches sit anywhere, as a Poisson process. Buds keep apart around the stem: each takes, of five
+//! azimuths drawn evenly, the one farthest from the buds within 60 mm below it (best candidate, Mitchell 1991). Source:
+//! the 108 knots of the scanned log of Larsson et al. (2022). With knots within 45 mm of the next in one cluster, it
+//! has 34 clusters, 21 of them of three or more: 4.19 knots each, 184 mm apart (standard deviation 100 mm), 43 mm high,
+//! their azimuths with a mean resultant length of 0.26, where independent ones have 0.45 +- 0.05, and gaps that spread
+//! by 0.40 of their mean where those spread by 0.78 +- 0.06: buds repel. Pairs of knots are most frequent 0 to 20 mm
+//! and 140 to 170 mm apart, so a year is shorter than the distance of those clusters, in which some years are missing
+//! and others are two in one. The parameters' defaults were fitted to these numbers together. Limits: shoots do not
+//! remember the years before; no trend with age; no forks, no broken tops.
 
 use std::f64::consts::TAU;
 
@@ -74,7 +74,8 @@ fn heights(stream: Stream, numbers: &StemParameters) -> Vec<Bud> {
     let slots = BUDS.max(2.0 * numbers.whorl_branches.ceil());
     let chance = numbers.whorl_branches / slots;
     let share = numbers.between_whorls;
-    // Without whorls there is nothing that branches could lie between, but their number still has a meaning: that of one a year.
+    // Without whorls there is nothing that branches could lie between, but their number still has a meaning: that of
+    // one a year.
     let per_mm = numbers.whorl_branches.max(1.0) * share / ((1.0 - share) * mean_length);
     let mut buds = Vec::new();
     let mut keep = |bud: Bud| {

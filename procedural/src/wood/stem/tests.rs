@@ -10,7 +10,8 @@ use crate::wood::knot::{Knot, KnotDistance};
 use crate::wood::parameters::Wood;
 use crate::wood::{BoardStreams, LogPoint, Plank};
 
-/// How boards lie in their stems: anywhere between flat- and quarter-sawn, quarter-sawn, flat-sawn, and through the pith.
+/// How boards lie in their stems: anywhere between flat- and quarter-sawn, quarter-sawn, flat-sawn, and through the
+/// pith.
 const LIES: [&str; 4] = ["anywhere", "quarter", "flat", "through the pith"];
 
 fn wood() -> Wood {
@@ -483,7 +484,8 @@ fn boards_of_a_log_do_not_overlap() {
     assert!(pairs > 5000 && stacked > 1000, "{stacked} of {pairs} pairs lie above each other");
 }
 
-/// Boards of one log have its rings, and what one branch is in one of them it is in the other: the same outline about the pith.
+/// Boards of one log have its rings, and what one branch is in one of them it is in the other: the same outline about
+/// the pith.
 #[test]
 fn a_branch_that_reaches_two_boards_is_in_both() {
     let mut both = 0;
@@ -546,8 +548,8 @@ fn the_outermost_ring_is_the_outline() {
     }
 }
 
-/// With wane by the outline, nothing of the upper face lies beyond the outline but for bark's roughness, the rest of it is where it
-/// was, and all that is lower has the label, chipped or not.
+/// With wane by the outline, nothing of the upper face lies beyond the outline but for bark's roughness, the rest of it
+/// is where it was, and all that is lower has the label, chipped or not.
 #[test]
 fn wane_is_where_the_outline_leaves_the_board() {
     let (mut waned, mut full, mut chips, mut outer) = (0, 0, 0, 0);

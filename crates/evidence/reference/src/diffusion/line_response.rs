@@ -3,11 +3,11 @@
 //! The light of each column enters along the refracted laser and begins to diffuse at the end of the persistence vector
 //! of the medium at the surface; across the line it has the laser's Gaussian. Light that begins above the middle of the
 //! uppermost voxel is shared, as the resistances on either side say, between that voxel and the way straight out, so
-//! shallow sources are right on coarse voxels too. What leaves at the surface is resampled by overlap to the columns and
-//! rows asked for; it leaves as Lambert's law says.
+//! shallow sources are right on coarse voxels too. What leaves at the surface is resampled by overlap to the columns
+//! and rows asked for; it leaves as Lambert's law says.
 //!
-//! Voxel and row blur the answer by about pitch^2 / 12 each in variance. The size of the grid: eight decay lengths
-//! of the lit media downwards and to each side, but no more than [`DiffusionSettings`] say and no fewer than eight voxels.
+//! Voxel and row blur the answer by about pitch^2 / 12 each in variance. The size of the grid: eight decay lengths of
+//! the lit media downwards and to each side, but no more than [`DiffusionSettings`] say and no fewer than eight voxels.
 //! Exits of directions (cone light of fibres), gloss and light that crosses air from one part of the surface to another
 //! are left out.
 

@@ -41,7 +41,8 @@ pub enum DiffusionError {
     },
     /// Cylinders with nothing between them.
     #[error(
-        "layer {layer} has cylinders without background: light runs along them without end; give it a sigma_i above 0, or \
+        "layer {layer} has cylinders without background: light runs along them without end; give it a sigma_i above \
+            0, or \
          use the path model"
     )]
     Guided {

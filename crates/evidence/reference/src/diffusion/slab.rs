@@ -1,19 +1,19 @@
 //! Plane layers by diffusion.
 //!
-//! A wave exp(i k . r) in the plane obeys, within a layer, D_zz psi'' = (k . D_e . k + mu_a) psi once the cross terms are
-//! sheared away: Phi = exp(-i k . c z) psi with the drift c = (D_xz, D_yz) / D_zz and D_e = D_plane - D_zz c c. So each
-//! layer is a piece of transmission line with q = sqrt((k . D_e . k + mu_a) / D_zz), and everything is closed form for
-//! any number of layers with any tensors; only the sum over waves (`spread`) is numerical. That is why no grid
-//! is used here.
+//! A wave exp(i k . r) in the plane obeys, within a layer, D_zz psi'' = (k . D_e . k + mu_a) psi once the cross terms
+//! are sheared away: Phi = exp(-i k . c z) psi with the drift c = (D_xz, D_yz) / D_zz and D_e = D_plane - D_zz c c. So
+//! each layer is a piece of transmission line with q = sqrt((k . D_e . k + mu_a) / D_zz), and everything is closed form
+//! for any number of layers with any tensors; only the sum over waves (`spread`) is numerical. That is why no grid is
+//! used here.
 //!
-//! - Outer surfaces: extrapolated boundary, Phi = 0 at z_e beyond them, the light that leaves is D_zz Phi' at the surface
-//!   (docs/theory/physics.md). One layer gives R = (1 - R_sp) / 2 (e^(-z0 K) + e^(-(z0 + 2 z_e) K)).
+//! - Outer surfaces: extrapolated boundary, Phi = 0 at z_e beyond them, the light that leaves is D_zz Phi' at the
+//!   surface (docs/theory/physics.md). One layer gives R = (1 - R_sp) / 2 (e^(-z0 K) + e^(-(z0 + 2 z_e) K)).
 //! - Between layers: the flux is the same on both sides; Phi / n^2 jumps by J 6 (int mu^2 R_12 + int mu^2 R_21) /
 //!   (n_1^2 (1 - 2 int mu R_12)), which is 0 for equal n (Aronson 1995, in the P1 form of the outer boundary).
-//! - DiffuseSource: light runs straight, refracted from layer to layer, and loses its direction in each with the depth scale of
-//!   the persistence vector; what ends in a layer is put at its mean place there. What reaches the bottom leaves as
-//!   Fresnel's law says; the rest of it turns back into the last layer. The first surface takes its Fresnel share;
-//!   partial reflection of straight light between layers is left out.
+//! - DiffuseSource: light runs straight, refracted from layer to layer, and loses its direction in each with the depth
+//!   scale of the persistence vector; what ends in a layer is put at its mean place there. What reaches the bottom
+//!   leaves as Fresnel's law says; the rest of it turns back into the last layer. The first surface takes its Fresnel
+//!   share; partial reflection of straight light between layers is left out.
 //! - Angles: P1, L(mu) ~ (1 - R)(2 A + 3 mu_inside), isotropic in form: it knows no cone light of fibres.
 //!
 //! Light that leaves straight pays absorption on its way; for the rest it begins where light begins to diffuse. Layers
@@ -106,9 +106,11 @@ fn directions(question: &Question) -> Result<Vec<(f64, DVec3)>, DiffusionError> 
     Ok(vec![(1.0, towards(libm::cos(angle), question.incidence_azimuth))])
 }
 
-/// Radiance times pi over the flux that leaves, at the cosine `mu` outside; `n` is the index inside over that outside [1].
+/// Radiance times pi over the flux that leaves, at the cosine `mu` outside; `n` is the index inside over that outside
+/// [1].
 ///
-/// (1 - R) (2 A + 3 mu_inside) / (4 n^2): its mean over the outer hemisphere, weighted by 2 mu, is 1 by the definition of A.
+/// (1 - R) (2 A + 3 mu_inside) / (4 n^2): its mean over the outer hemisphere, weighted by 2 mu, is 1 by the definition
+/// of A.
 pub(crate) fn radiance_factor(n: f64, mu: f64) -> f64 {
     let inside = 1.0 - (1.0 - mu * mu) / (n * n);
     if inside <= 0.0 {

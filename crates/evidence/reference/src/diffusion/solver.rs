@@ -1,8 +1,8 @@
 //! Conjugate gradients (Hestenes and Stiefel 1952) with an incomplete factorisation, for the operator of [`Voxels`].
 //!
-//! The preconditioner is the diagonal-based incomplete Cholesky factorisation of the seven-point part, cut into blocks of
-//! a fixed number of planes, so that blocks run in parallel and the result does not depend on threads. Sums are taken
-//! plane by plane in a fixed order. Memory: five vectors of f64 and one of f32, 44 bytes a voxel.
+//! The preconditioner is the diagonal-based incomplete Cholesky factorisation of the seven-point part, cut into blocks
+//! of a fixed number of planes, so that blocks run in parallel and the result does not depend on threads. Sums are
+//! taken plane by plane in a fixed order. Memory: five vectors of f64 and one of f32, 44 bytes a voxel.
 //!
 //! Ends when the residual has fallen to `tolerance` of the source in the mean square, or after `iterations`.
 

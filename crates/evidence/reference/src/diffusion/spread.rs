@@ -1,10 +1,11 @@
 //! From waves back to places: line and point spread of plane layers.
 //!
-//! The light that leaves at place r is the Fourier integral over waves k of sum_s share_s T_s(k) e^(i k . (r - exit_s)),
-//! with the transfer T_s of [`super::transmission_line`]. Each row or cell takes the mean of its width (a sinc), the laser line its
-//! Gaussian. Integrals by Gauss and Legendre's rule on panels, which shrink by halves towards k = 0, where T has a kink
-//! when nothing absorbs. Waves end where T has fallen to 1e-13 in the line and 1e-8 in the point, or at 48 waves a row
-//! and 12 a cell; that is the only error that matters, and only within a source depth of much less than a cell.
+//! The light that leaves at place r is the Fourier integral over waves k of sum_s share_s T_s(k) e^(i k . (r -
+//! exit_s)), with the transfer T_s of [`super::transmission_line`]. Each row or cell takes the mean of its width (a
+//! sinc), the laser line its Gaussian. Integrals by Gauss and Legendre's rule on panels, which shrink by halves towards
+//! k = 0, where T has a kink when nothing absorbs. Waves end where T has fallen to 1e-13 in the line and 1e-8 in the
+//! point, or at 48 waves a row and 12 a cell; that is the only error that matters, and only within a source depth of
+//! much less than a cell.
 
 use std::f64::consts::PI;
 

@@ -5,8 +5,8 @@
 //! place of D, and a mm^2 of the plan has |N| = sqrt(1 + slopes^2) of surface. So slopes cost no staircase.
 //!
 //! Faces: with Delta the step of Phi across a face and T the harmonic mean of D along its normal in the two voxels, let
-//! u = sqrt(T) Delta. A voxel's tensor is T and the correlations rho_ij = D_ij / sqrt(D_ii D_jj); the energy of a voxel's
-//! corner is u^T (1 + rho) u / 2, an eighth of the voxel each. Summed, the flux across an x face is
+//! u = sqrt(T) Delta. A voxel's tensor is T and the correlations rho_ij = D_ij / sqrt(D_ii D_jj); the energy of a
+//! voxel's corner is u^T (1 + rho) u / 2, an eighth of the voxel each. Summed, the flux across an x face is
 //!
 //! ```text
 //! sqrt(T) [u + 1/4 sum_(both voxels) (rho_xy (u_north + u_south) + rho_xz (u_above + u_below))]
@@ -16,8 +16,8 @@
 //! and is symmetric and positive definite for any tensors, since each 1 + rho is.
 //!
 //! Surface: half a voxel of matter, then Robin's condition J = |N| Phi / (2 A), with z_e = 2 A D_zz; the fluence on the
-//! surface is eliminated, cross terms included. Sides and bottom of a body: the same without cross terms. Where the grid
-//! ends inside matter: J = sqrt(mu_a D) Phi, what a wave that dies out in one dimension does.
+//! surface is eliminated, cross terms included. Sides and bottom of a body: the same without cross terms. Where the
+//! grid ends inside matter: J = sqrt(mu_a D) Phi, what a wave that dies out in one dimension does.
 //!
 //! Neglected: Fresnel's law between voxels of unlike index. Coefficients are kept in f32, 32 bytes a voxel.
 
@@ -50,12 +50,14 @@ pub struct Voxels {
     pub(super) absorb: Vec<f32>,
     /// What leaves through sides and bottom, over Phi.
     pub(super) drain: Vec<f32>,
-    /// Of each column: D along depth in its uppermost voxel, and what leaves over the fluence on the surface; `[nx, ny]`.
+    /// Of each column: D along depth in its uppermost voxel, and what leaves over the fluence on the surface; `[nx,
+    /// ny]`.
     pub(super) top: Vec<(f32, f32)>,
 }
 
 impl Voxels {
-    /// A grid of `shape` voxels of `pitch` mm. `matter` says what is at (i, j, k), `stretch` gives |N| of column (i, j).
+    /// A grid of `shape` voxels of `pitch` mm. `matter` says what is at (i, j, k), `stretch` gives |N| of column (i,
+    /// j).
     pub fn new(
         shape: [usize; 3],
         pitch: f64,

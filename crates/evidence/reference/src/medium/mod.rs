@@ -1,8 +1,8 @@
 //! Media: plane layers and a question about them, as a YAML file says them for `gen transport`.
 //!
 //! `text -> tree -> yaml -> LayeredMedium`. Every fault of a text is found at once and names its line, its key and its
-//! remedy; what is left after that is in range, so no model checks it again. All azimuths in files are measured from the motion
-//! (+y) towards the laser line (+x). recipes/media/README.md explains every key.
+//! remedy; what is left after that is in range, so no model checks it again. All azimuths in files are measured from
+//! the motion (+y) towards the laser line (+x). recipes/media/README.md explains every key.
 
 mod json;
 mod reader;
@@ -65,8 +65,8 @@ pub enum MediumError {
 }
 
 impl LayeredMedium {
-    /// The name of the built-in medium that [`Self::load`] takes for `path`: its name, also as `recipes/media/{name}.yaml`,
-    /// where no such file is.
+    /// The name of the built-in medium that [`Self::load`] takes for `path`: its name, also as
+    /// `recipes/media/{name}.yaml`, where no such file is.
     pub fn built_in(path: &Path) -> Option<&'static str> {
         embedded(path).map(|(name, _)| name)
     }

@@ -25,8 +25,8 @@ impl BilinearPatch {
         DVec3::new(-((x - h) + twist * v) / pitch.x, -((y - h) + twist * u) / pitch.y, 1.0).normalize()
     }
 
-    /// Length from a place of the cell, at height `z`, to where a ray comes above the patch (`side` 1) or below it (-1);
-    /// infinite if it does not [mm].
+    /// Length from a place of the cell, at height `z`, to where a ray comes above the patch (`side` 1) or below it
+    /// (-1); infinite if it does not [mm].
     #[inline(always)]
     pub(crate) fn crossing(self, [u, v, z]: [f64; 3], direction: DVec3, pitch: DVec2, side: f64) -> f64 {
         let [h, x, y, xy] = self.0;

@@ -1,10 +1,10 @@
 //! Foil: a rough mirror of metal below the last layer.
 //!
-//! Light is mirrored about a facet's normal m. Facets follow the GGX law (Walter et al. 2007), in both directions of the
-//! plane its own roughness: D(m) = 1 / (pi a_x a_y (m_x^2 / a_x^2 + m_y^2 / a_y^2 + m_z^2)^2); those that light in
+//! Light is mirrored about a facet's normal m. Facets follow the GGX law (Walter et al. 2007), in both directions of
+//! the plane its own roughness: D(m) = 1 / (pi a_x a_y (m_x^2 / a_x^2 + m_y^2 / a_y^2 + m_z^2)^2); those that light in
 //! direction -v sees are drawn by the spherical cap of Dupuy and Benyoub (2023) after Heitz (2018). The share
-//! `reflectance` of light is thrown back, whatever its direction. Where a facet would throw it into the foil another one
-//! is drawn: light between facets is not lost.
+//! `reflectance` of light is thrown back, whatever its direction. Where a facet would throw it into the foil another
+//! one is drawn: light between facets is not lost.
 //!
 //! Valid for facets larger than the wavelength. Neglected: change of reflectance with angle, light that meets facets
 //! more than once other than through that draw, texture of the roll.

@@ -85,9 +85,10 @@ pub(crate) fn solve_watched(
     stack_observer::answer(&counts, effort.each(), stack, question)
 }
 
-/// Light that the lens sees in each row of `question`, by length of path ([`step_path_mm`]), in no particular unit: what the contrast of
-/// speckle depends on. Paths are optical ones over the first layer's index, in all layers, gaps of air included. Where light is not estimated towards
-/// the lens but counted, all within `half_angle` of it counts [rad]: what foil mirrors far below a film is seen smeared by so much.
+/// Light that the lens sees in each row of `question`, by length of path ([`step_path_mm`]), in no particular unit:
+/// what the contrast of speckle depends on. Paths are optical ones over the first layer's index, in all layers, gaps of
+/// air included. Where light is not estimated towards the lens but counted, all within `half_angle` of it counts [rad]:
+/// what foil mirrors far below a film is seen smeared by so much.
 pub fn seen_paths(stack: &Stack, question: &Question, effort: Effort, half_angle: f64) -> Vec<[f64; PATH_STEPS]> {
     let with_paths = |counts: StackCounts| counts.with_paths(stack, question, half_angle);
     let counts = counted(stack, question, effort, &|_| (), with_paths);

@@ -2,8 +2,8 @@
 //!
 //! A lens far away in direction v sees radiance L = sum of w p(w -> v') exp(-depth) T dOmega'/dOmega / cos(v) per
 //! photon, with v' the direction inside that refraction turns into v, depth the optical depth on the way up, T the
-//! transmittance of the planes passed and dOmega'/dOmega = n^2 cos(v) / (n'^2 cos(v')) (n outside, n' at the collision).
-//! The radiance factor is pi L / E.
+//! transmittance of the planes passed and dOmega'/dOmega = n^2 cos(v) / (n'^2 cos(v')) (n outside, n' at the
+//! collision). The radiance factor is pi L / E.
 
 use std::f64::consts::PI;
 
@@ -91,7 +91,8 @@ impl LensEstimator {
         Some(Self(outs))
     }
 
-    /// Where light that the photon sends to the lens leaves the stack, and its way there inside the photon's layer [mm].
+    /// Where light that the photon sends to the lens leaves the stack, and its way there inside the photon's layer
+    /// [mm].
     #[inline]
     pub(super) fn exit(&self, photon: &Photon) -> (DVec3, f64) {
         let out = &self.0[photon.layer];

@@ -2,8 +2,8 @@
 //!
 //! Free paths are exponential in the extinction of the current direction. Fibres, whose extinction depends on the drawn
 //! axis, use delta tracking (Woodcock 1965): collisions are drawn with sigma_i + sigma_c + mu_a and a share is null. At
-//! planes where the index changes Fresnel's law decides, at foil its facets. Whoever asks what the lens sees observes the
-//! collisions ([`StackObserver::collide`]).
+//! planes where the index changes Fresnel's law decides, at foil its facets. Whoever asks what the lens sees observes
+//! the collisions ([`StackObserver::collide`]).
 
 use glam::DVec3;
 use rand::Rng;

@@ -134,8 +134,8 @@ impl StackCounts {
     }
 }
 
-/// Tilts within `half_angle` of the lens's, as cosines, and its azimuth, if the stack and the light on it have none themselves:
-/// then light at any azimuth is as good as that towards the lens, turned about the normal.
+/// Tilts within `half_angle` of the lens's, as cosines, and its azimuth, if the stack and the light on it have none
+/// themselves: then light at any azimuth is as good as that towards the lens, turned about the normal.
 fn ring(stack: &Stack, question: &Question, half_angle: f64) -> Option<([f64; 2], DVec3)> {
     let view = question.view;
     let tilt = libm::acos(view.z.clamp(-1.0, 1.0));

@@ -1,9 +1,10 @@
 //! Photon tracking: the random walk of weighted photons through a geometry.
 //!
-//! A photon flies to a collision or a surface, whichever comes first. At a collision the lens is shown what would be sent
-//! to it (next-event estimation), absorption takes its share of the weight, and what is left is scattered. At a smooth
-//! surface Fresnel's law decides by chance between reflection and refraction (`transmitted`). Below a weight of 1e-3
-//! Russian roulette decides about a photon; what it gives or takes is booked as absorbed, so energy closes exactly.
+//! A photon flies to a collision or a surface, whichever comes first. At a collision the lens is shown what would be
+//! sent to it (next-event estimation), absorption takes its share of the weight, and what is left is scattered. At a
+//! smooth surface Fresnel's law decides by chance between reflection and refraction (`transmitted`). Below a weight of
+//! 1e-3 Russian roulette decides about a photon; what it gives or takes is booked as absorbed, so energy closes
+//! exactly.
 //!
 //! Three geometries are tracked in (`Geometry`): plane layers, a body under a height field, a pack. Each says how free
 //! paths are drawn in it, what its surfaces do, and in which order it draws; the walk itself stands here once.
@@ -42,8 +43,8 @@ pub struct Photon {
 }
 
 impl Photon {
-    /// Plays Russian roulette with a faint photon: returns the energy that it leaves behind, negative where it gains; its
-    /// weight is 0 if it dies.
+    /// Plays Russian roulette with a faint photon: returns the energy that it leaves behind, negative where it gains;
+    /// its weight is 0 if it dies.
     #[inline]
     pub(crate) fn russian_roulette(&mut self, rng: &mut impl Rng) -> f64 {
         let before = self.weight;
@@ -75,16 +76,16 @@ impl Photon {
     }
 }
 
-/// Draws whether light under cosine `mu` passes a smooth surface from index `n` to index `other`: the cosine beyond it, or
-/// `None` where it is reflected.
+/// Draws whether light under cosine `mu` passes a smooth surface from index `n` to index `other`: the cosine beyond it,
+/// or `None` where it is reflected.
 #[inline(always)]
 pub(super) fn transmitted(n: f64, other: f64, mu: f64, rng: &mut impl Rng) -> Option<f64> {
     let (reflectance, cosine) = fresnel_dielectric(n, other, mu);
     (uniform(rng) > reflectance).then_some(cosine)
 }
 
-/// Direction beyond a surface with normal `ahead` on the far side by Snell's law: `scaled` is the direction before it times
-/// the ratio of the indices before and beyond, `scaled_mu` its cosine times the same, `cosine` that beyond.
+/// Direction beyond a surface with normal `ahead` on the far side by Snell's law: `scaled` is the direction before it
+/// times the ratio of the indices before and beyond, `scaled_mu` its cosine times the same, `cosine` that beyond.
 #[inline(always)]
 pub(super) fn refracted(scaled: DVec3, ahead: DVec3, scaled_mu: f64, cosine: f64) -> DVec3 {
     (scaled + ahead * (cosine - scaled_mu)).normalize()

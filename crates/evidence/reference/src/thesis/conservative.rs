@@ -1,13 +1,14 @@
 //! Diffusion in the plane that keeps energy: a symmetric stencil of eight neighbours, implicit steps, a sum over paths.
 //!
-//! For the tensor [[a, b], [b, c]] the equation du/dt = div(D grad u) on pixels of side h has the coefficients
-//! (a - |b|) / h^2 towards E and W, (c - |b|) / h^2 towards N and S, and |b| / h^2 along the diagonal of b's sign. Each
-//! face takes the mean of its two pixels, so what one gives the other gets. The step (1 - dt L) u = u0 is solved by
-//! conjugate gradients until the residual, and with it the error in energy, is under 1e-9 of the light. The covariance of
-//! the light grows by exactly 2 D dt a step, whatever dt.
+//! For the tensor [[a, b], [b, c]] the equation du/dt = div(D grad u) on pixels of side h has the coefficients (a -
+//! |b|) / h^2 towards E and W, (c - |b|) / h^2 towards N and S, and |b| / h^2 along the diagonal of b's sign. Each face
+//! takes the mean of its two pixels, so what one gives the other gets. The step (1 - dt L) u = u0 is solved by
+//! conjugate gradients until the residual, and with it the error in energy, is under 1e-9 of the light. The covariance
+//! of the light grows by exactly 2 D dt a step, whatever dt.
 //!
-//! The matrix has no negative answer (M-matrix) where |b| <= min(a, c): always for D_par / D_perp <= 3 + 2 sqrt(2) = 5.83.
-//! Beyond, [`PlanarTensor::new`] raises the smaller coefficient to the limit for that angle; axis and larger one stay.
+//! The matrix has no negative answer (M-matrix) where |b| <= min(a, c): always for D_par / D_perp <= 3 + 2 sqrt(2) =
+//! 5.83. Beyond, [`PlanarTensor::new`] raises the smaller coefficient to the limit for that angle; axis and larger one
+//! stay.
 //!
 //! Light that comes out is sum_m w_m u(tau_m) over path lengths tau_m (quantised diffusion, d'Eon and Irving
 //! 2011), with w_m = dtau [z0 e^(-z0^2 / 4 D_zz tau) + z2 e^(-z2^2 / 4 D_zz tau)] / (4 sqrt(pi D_zz) tau^(3/2)) of the

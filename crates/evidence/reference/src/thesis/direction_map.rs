@@ -3,9 +3,8 @@
 //! Kihl and Källberg 2021, section 3.2.3 and Figure 3.9: between red and green the slope is R / G, ascending; between
 //! blue and green it is -B / G, descending; alpha is what is left of the light, 1 in clear wood and 0.5 in knots. Green
 //! is along x, red and blue both stand for the vertical, where the slope has no number: as a vector, (G, R - B), it has
-//! one, and the formula is the thesis' own wherever R or B is 0. Where both are, it joins the two without a jump. Black,
-//! and R = B without G, have no direction.
-//! Neglected: fibres that dive. A map has no colour for them.
+//! one, and the formula is the thesis' own wherever R or B is 0. Where both are, it joins the two without a jump.
+//! Black, and R = B without G, have no direction. Neglected: fibres that dive. A map has no colour for them.
 
 use glam::DVec2;
 

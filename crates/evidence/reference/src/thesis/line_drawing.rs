@@ -1,11 +1,11 @@
 //! Line drawing: three ways to find the pixels of a line, as the thesis tried them.
 //!
-//! From every lit pixel a line runs both ways in the direction of the map. The thesis does not say what each
-//! pixel of it gets; here the light of the lit pixel is shared evenly (by coverage for smooth lines), so that nothing is
-//! made; what falls off the picture is lost. Where alpha is below 1 the line is shorter in proportion, and after all lines
-//! are drawn each pixel is multiplied by its alpha. A pixel without direction keeps its light.
-//! Fails as the thesis shows in Figure 4.22: one line for all light of a pixel makes a box of light with hard ends, ends
-//! snap to whole pixels, so neighbours of almost the same direction draw other lines and the result is streaked.
+//! From every lit pixel a line runs both ways in the direction of the map. The thesis does not say what each pixel of
+//! it gets; here the light of the lit pixel is shared evenly (by coverage for smooth lines), so that nothing is made;
+//! what falls off the picture is lost. Where alpha is below 1 the line is shorter in proportion, and after all lines
+//! are drawn each pixel is multiplied by its alpha. A pixel without direction keeps its light. Fails as the thesis
+//! shows in Figure 4.22: one line for all light of a pixel makes a box of light with hard ends, ends snap to whole
+//! pixels, so neighbours of almost the same direction draw other lines and the result is streaked.
 
 use glam::DVec2;
 

@@ -1,8 +1,8 @@
 //! Line response of the thesis' method: a laser line on a body, and a laser point on a map, spread as pictures.
 //!
 //! The body around the line is cut into square pixels. Each column's power is laid evenly over the width it stands for
-//! and as a Gaussian across the line, spread, and collected again by overlap of areas, so that resampling keeps light. All
-//! light leaves as Lambert's law says: the model has no directions.
+//! and as a Gaussian across the line, spread, and collected again by overlap of areas, so that resampling keeps light.
+//! All light leaves as Lambert's law says: the model has no directions.
 
 use glam::DVec2;
 use rayon::prelude::*;
@@ -36,7 +36,8 @@ impl PixelAxis {
     }
 }
 
-/// Edges of the columns: half way between their middles, the outer ones as far beyond; `alone` wide if there is one [mm].
+/// Edges of the columns: half way between their middles, the outer ones as far beyond; `alone` wide if there is one
+/// [mm].
 fn edges(x: &[f32], alone: f64) -> Vec<f64> {
     let x: Vec<f64> = x.iter().map(|&x| f64::from(x)).collect();
     let n = x.len();

@@ -1,16 +1,16 @@
 //! Light that spreads in a picture: the method of Kihl and Källberg (2021), kept to compare with.
 //!
-//! Their model: a photograph of the surface is overlaid by a map of colours that say along which line the light of a pixel
-//! spreads (Figure 3.9), and the picture of the laser is spread along it, by drawing lines or by Stam's (2003) diffusion
-//! with coefficients that depend on the pixel; what is absorbed is the map's alpha. Beside it stands what such a diffusion
-//! in the plane should be, [`SpreadMethod::Conservative`]: a symmetric stencil with the tensor of cylinder scattering, summed
-//! over the lengths of paths with which light comes back to the surface.
+//! Their model: a photograph of the surface is overlaid by a map of colours that say along which line the light of a
+//! pixel spreads (Figure 3.9), and the picture of the laser is spread along it, by drawing lines or by Stam's (2003)
+//! diffusion with coefficients that depend on the pixel; what is absorbed is the map's alpha. Beside it stands what
+//! such a diffusion in the plane should be, [`SpreadMethod::Conservative`]: a symmetric stencil with the tensor of
+//! cylinder scattering, summed over the lengths of paths with which light comes back to the surface.
 //!
-//! Valid for looking at. The thesis' own methods work on pixels: reach and number of iterations are numbers of the method
-//! and not of the matter, and the size of a pixel enters only as the caller gives it. They know no depth, no
-//! surface, no direction of view and no level of light: what enters clear wood comes out of it. The thesis does not say how
-//! coefficients follow from a direction, how wide its Gaussian is, nor what share a pixel of a line gets; where we had to
-//! choose, the item says so.
+//! Valid for looking at. The thesis' own methods work on pixels: reach and number of iterations are numbers of the
+//! method and not of the matter, and the size of a pixel enters only as the caller gives it. They know no depth, no
+//! surface, no direction of view and no level of light: what enters clear wood comes out of it. The thesis does not say
+//! how coefficients follow from a direction, how wide its Gaussian is, nor what share a pixel of a line gets; where we
+//! had to choose, the item says so.
 
 use glam::DVec2;
 
@@ -101,7 +101,8 @@ pub struct ThesisSettings {
     pub pitch_mm: f64,
     /// What the picture shows beyond the wanted cells, on each side [mm].
     pub margin_mm: f64,
-    /// Light that clear wood returns of what entered, for all methods but [`SpreadMethod::Conservative`], which knows it [1].
+    /// Light that clear wood returns of what entered, for all methods but [`SpreadMethod::Conservative`], which knows
+    /// it [1].
     pub returned: f64,
 }
 

@@ -72,8 +72,8 @@ fn colours_are_directions() {
     }
 }
 
-/// Beside a border of unlike coefficients Stam's method makes or loses light, also when each step is solved; the symmetric
-/// stencil keeps it to 1e-6. Without a border both do.
+/// Beside a border of unlike coefficients Stam's method makes or loses light, also when each step is solved; the
+/// symmetric stencil keeps it to 1e-6. Without a border both do.
 #[test]
 fn only_the_symmetric_stencil_keeps_light_across_a_border() {
     let side = 121;
@@ -186,7 +186,8 @@ fn steps_follow_the_gaussians() {
     }
 }
 
-/// In an even knot the passes of absorption come to alpha, whatever their number, and light spreads the same all around.
+/// In an even knot the passes of absorption come to alpha, whatever their number, and light spreads the same all
+/// around.
 #[test]
 fn knots_absorb_by_alpha_and_spread_evenly() {
     let knot = even(161, [255, 255, 0, 128]);
@@ -210,8 +211,8 @@ fn lines_on_knots_are_short_and_dim() {
     }
 }
 
-/// A line on a plate: unevenly spaced columns get back what entered them, clear wood in the thesis' model returns all of
-/// it (times the level that was asked for) and the right model its reflectance; threads change nothing.
+/// A line on a plate: unevenly spaced columns get back what entered them, clear wood in the thesis' model returns all
+/// of it (times the level that was asked for) and the right model its reflectance; threads change nothing.
 #[test]
 fn a_line_on_a_plate_keeps_its_light() {
     let plate = |medium| {

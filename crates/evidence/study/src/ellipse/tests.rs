@@ -58,6 +58,7 @@ fn exact_ellipses_come_out() {
 
 /// Counts: errors of aspect and angle are as large as the fit says, and have no sign.
 #[test]
+#[ignore = "long"]
 fn noise_is_told_rightly() {
     const DRAWS: u32 = 60;
     const POINTS: usize = 20_000;

@@ -20,9 +20,9 @@ pub fn spread(line: &[f64], reach: usize, still: f64, shot: f64, contrast: f64, 
     (noise + contrast * contrast * grains) / (sum * sum)
 }
 
-/// What the centre of gravity of a line spreads by, over what first order says, for rows with light `line` whose speckle
-/// is scaled by `strength`. Bright grains make the sum bright by which they are divided, so a skew law spreads less. Rows are
-/// drawn from the law as if they were independent; error of the result 0.1 %.
+/// What the centre of gravity of a line spreads by, over what first order says, for rows with light `line` whose
+/// speckle is scaled by `strength`. Bright grains make the sum bright by which they are divided, so a skew law spreads
+/// less. Rows are drawn from the law as if they were independent; error of the result 0.1 %.
 pub(crate) fn beyond_first_order(line: &[f64], law: &IntensityLaw, strength: f64) -> f64 {
     const DRAWS: usize = 400_000;
     let peak = line.iter().fold(0.0, |most: f64, light| most.max(*light));

@@ -1,7 +1,8 @@
 //! Closed forms of laser and camera, after docs/theory/instrument.md.
 //!
-//! They are written out once more and share no code with `optics` but the projection of a point. Sources: Siegman 1986 for
-//! the Gaussian beam; the radiometry is derived in docs/theory/instrument.md. Neglected: what the instrument neglects.
+//! They are written out once more and share no code with `optics` but the projection of a point. Sources: Siegman 1986
+//! for the Gaussian beam; the radiometry is derived in docs/theory/instrument.md. Neglected: what the instrument
+//! neglects.
 
 use std::f64::consts::PI;
 

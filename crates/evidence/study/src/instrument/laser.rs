@@ -1,7 +1,7 @@
 //! The laser line: width over height, light along the line, and electrons of a column.
 //!
-//! Width: exposures of a level metal plate are averaged and fitted with a Gaussian; less the variance of lens and pixel it
-//! is the laser's, in mm through the rows per mm of the projection. It is held to a Gaussian beam (Siegman 1986),
+//! Width: exposures of a level metal plate are averaged and fitted with a Gaussian; less the variance of lens and pixel
+//! it is the laser's, in mm through the rows per mm of the projection. It is held to a Gaussian beam (Siegman 1986),
 //!
 //! ```text
 //! w(z) = w0 sqrt(1 + ((z - z0) / zR)^2),    zR = pi w0^2 / (M^2 lambda),
@@ -102,8 +102,10 @@ pub fn study(trials: Trials, progress: StudyProgress) -> StudyReport {
     let (figures, plots) = figures(&repeats, &patterns);
     let error = 100.0 * box_error(&plots.bench);
     let note = format!(
-        "The line on the sensor is a Gaussian that holds the pixel's variance; light gathered over the pixel's box differs\n\
-         from it by at most {error:.2} % of the peak. Its sum over whole rows is divided out, so that a column's light does not\n\
+        "The line on the sensor is a Gaussian that holds the pixel's variance; light gathered over the pixel's box \
+            differs\n\
+         from it by at most {error:.2} % of the peak. Its sum over whole rows is divided out, so that a column's \
+         light does not\n\
          depend on where between rows the line lies.\n\
          Light of the white plane at z = 0 is {:.0} e- a column by default.",
         electrons(&plots.bench, 0.0, 0.0)
@@ -386,7 +388,8 @@ fn draw(plots: &LaserPlots, table: &str) -> RgbImage {
     let bench = &plots.bench;
     let heading = Heading {
         title: "The laser line",
-        subtitle: "Read off averaged frames: its width over height, its light along itself and at several heights. Grey: closed forms.",
+        subtitle: "Read off averaged frames: its width over height, its light along itself and at several heights. \
+            Grey: closed forms.",
     };
     let mut page = page(2, 2, heading, table);
 

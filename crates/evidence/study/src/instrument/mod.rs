@@ -5,9 +5,9 @@
 //! - [`speckle`]: contrast, law, correlation and movement of the pattern, and what it does to the line's centre
 //! - [`laser`]: width of the line over height, evenness along it, electrons a column
 //!
-//! Each is done some independent times, with noise, fixed pattern and speckle drawn anew. A figure is the mean over these
-//! repeats, its standard error comes from their spread, and Student's t tests whether it
-//! differs from theory; the significance level is divided by the number of figures of the table (Bonferroni).
+//! Each is done some independent times, with noise, fixed pattern and speckle drawn anew. A figure is the mean over
+//! these repeats, its standard error comes from their spread, and Student's t tests whether it differs from theory; the
+//! significance level is divided by the number of figures of the table (Bonferroni).
 
 mod centroid;
 mod closed_forms;
@@ -170,7 +170,8 @@ fn mean_and_variance(values: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
 mod tests {
     use super::*;
 
-    /// Of a thousand tables of right figures one in a hundred is called off; a figure that is five errors off always is.
+    /// Of a thousand tables of right figures one in a hundred is called off; a figure that is five errors off always
+    /// is.
     #[test]
     fn right_figures_hold_and_wrong_ones_do_not() {
         let mut rng = procedural::Stream::root(3).child("figures").rng();

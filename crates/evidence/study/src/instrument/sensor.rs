@@ -1,4 +1,5 @@
-//! Photon transfer of the sensor (EMVA 1288): gain, noise, linearity and row patterns, measured on digital numbers alone.
+//! Photon transfer of the sensor (EMVA 1288): gain, noise, linearity and row patterns, measured on digital numbers
+//! alone.
 //!
 //! A white plane lit by a line of 4 mm is exposed again and again without speckle. Signal and noise of a pixel follow
 //! (EMVA 1288)
@@ -7,14 +8,14 @@
 //! mean = dark + K e,    variance in time = dark noise^2 + K (mean - dark),
 //! ```
 //!
-//! so the slope of variance over mean is the gain K, whatever the light. Rows are read off dark frames: where pixels alone
-//! are noisy, the variance of row means is that of pixels over the number of columns; rows that stand out show as a line
-//! at frequency 0 of the spectrum along the rows. Close to 255 the numbers are clipped; the expected curve there is that
-//! of a clipped normal. Pixels are alike here: their fixed pattern is no noise in time; tests/optics/sensor_chain.rs checks
-//! it.
+//! so the slope of variance over mean is the gain K, whatever the light. Rows are read off dark frames: where pixels
+//! alone are noisy, the variance of row means is that of pixels over the number of columns; rows that stand out show as
+//! a line at frequency 0 of the spectrum along the rows. Close to 255 the numbers are clipped; the expected curve there
+//! is that of a clipped normal. Pixels are alike here: their fixed pattern is no noise in time;
+//! tests/optics/sensor_chain.rs checks it.
 //!
-//! Modes with a second slope are exposed for 0.03 to 20 times the light that fills a pixel with one slope; theory is the
-//! closed form B + r phi above the knee, with the noise of r phi.
+//! Modes with a second slope are exposed for 0.03 to 20 times the light that fills a pixel with one slope; theory is
+//! the closed form B + r phi above the knee, with the noise of r phi.
 
 use std::f64::consts::PI;
 
@@ -220,7 +221,8 @@ fn figures(
     let gains = per_repeat(repeats, |f| transfer(f)[1]);
     let bend = |f: &SensorRepeat| {
         let [start, slope] = response(f);
-        // A parabola over the fitted levels has a third of its height in the middle's residue, twice a sixth at the ends.
+        // A parabola over the fitted levels has a third of its height in the middle's residue, twice a sixth at the
+        // ends.
         let off = |i: usize| f.levels[i][0] - start - slope * electrons(i);
         let (first, last) = (*FITTED_LEVELS.start(), *FITTED_LEVELS.end());
         100.0 * (off((first + last) / 2) - 0.5 * (off(first) + off(last))) / (slope * electrons(last))
@@ -372,7 +374,8 @@ const ZOOM: u32 = 2;
 fn draw(plots: &SensorPlots, table: &str) -> RgbImage {
     let heading = Heading {
         title: "The sensor by photon transfer",
-        subtitle: "A white plane under a broad line without speckle, exposed again and again; read off digital numbers alone. Grey: theory.",
+        subtitle: "A white plane under a broad line without speckle, exposed again and again; read off digital \
+            numbers alone. Grey: theory.",
     };
     let mut page = page(2, 3, heading, table);
     draw_transfer(&mut page, plots);

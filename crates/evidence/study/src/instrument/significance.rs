@@ -1,7 +1,8 @@
-//! Significance tests that compare measured with expected numbers: Student's t, and the distance of Kolmogorov and Smirnov.
+//! Significance tests that compare measured with expected numbers: Student's t, and the distance of Kolmogorov and
+//! Smirnov.
 //!
-//! Student's law through the incomplete beta function (continued fraction of Abramowitz and Stegun 1964, 26.5), Kolmogorov's
-//! law with Stephens' (1970) correction for samples of finite size. Tested against table values.
+//! Student's law through the incomplete beta function (continued fraction of Abramowitz and Stegun 1964, 26.5),
+//! Kolmogorov's law with Stephens' (1970) correction for samples of finite size. Tested against table values.
 
 /// Terms of a fraction; it needs some ten.
 const FRACTION_TERMS: usize = 500;

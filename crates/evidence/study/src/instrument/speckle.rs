@@ -2,13 +2,14 @@
 //! simulator, against the theory of `speckle_theory`.
 //!
 //! - Contrast in frames of an evenly lit white plane without noise, for eight pixels from 1.2 to 12 um.
-//! - The law of one pixel, read off the pattern itself ([`PatternCache`]) at pixels far enough apart to be independent: distance of
-//!   Kolmogorov and Smirnov to the law of Karhunen and Loeve's exponential parts. Mean and contrast of a pattern are its own.
-//! - Correlation along columns and rows, and between profiles: the pattern lies on the object, so that profile n + j shows
-//!   that of profile n moved by j step rows/mm rows, and less of it, since it boils.
-//! - Patterns of the stack before pixels gather them: a grid of 512 samples behind a pupil of 256. The law of points four
-//!   grains apart is held to exp(-I), and patterns u steps apart of Bergmann's M = 16, whose pupils stand s = sin(pi u / 32)
-//!   diameters apart, to the overlap of the pupils.
+//! - The law of one pixel, read off the pattern itself ([`PatternCache`]) at pixels far enough apart to be independent:
+//!   distance of Kolmogorov and Smirnov to the law of Karhunen and Loeve's exponential parts. Mean and contrast of a
+//!   pattern are its own.
+//! - Correlation along columns and rows, and between profiles: the pattern lies on the object, so that profile n + j
+//!   shows that of profile n moved by j step rows/mm rows, and less of it, since it boils.
+//! - Patterns of the stack before pixels gather them: a grid of 512 samples behind a pupil of 256. The law of points
+//!   four grains apart is held to exp(-I), and patterns u steps apart of Bergmann's M = 16, whose pupils stand s =
+//!   sin(pi u / 32) diameters apart, to the overlap of the pupils.
 //! - Spread of the line's centre on a plane of speckle alone, through the simulator's own Range.
 //!
 //! Repeats have patterns of their own, since all columns and profiles of one share a pattern of 128 by 128 pixels.
@@ -480,7 +481,8 @@ const COLOURS: [Rgb<u8>; 5] = [BLUE, ORANGE, PURPLE, GREEN, Rgb([30, 30, 30])];
 fn draw(plots: &SpecklePlots, table: &str) -> RgbImage {
     let heading = Heading {
         title: "Speckle as production makes it",
-        subtitle: "Contrast, law, correlation and movement of the pattern, and what it does to the line's centre. Grey: theory.",
+        subtitle: "Contrast, law, correlation and movement of the pattern, and what it does to the line's centre. \
+            Grey: theory.",
     };
     let mut page = page(2, 4, heading, table);
     draw_contrast(&mut page, plots);

@@ -1,11 +1,11 @@
 //! Theory of fully developed speckle behind square pixels: intensity law, boiling.
 //!
 //! [`PixelCorrelation`](rig::PixelCorrelation) has the contrast of a pixel and the correlation between pixels. The light of
-//! a pixel is a sum of independent exponential parts whose shares are the eigenvalues of mu over the pixel (Karhunen and
-//! Loeve; Goodman 2007, 4.6): close to a gamma law of shape 1 / C^2, exponential where the pixel is a point. For a line of
-//! standard deviation sigma [px] the centre of gravity spreads by C sqrt(sigma L_c / (4 sqrt(pi))), L_c the integral of the
-//! correlation along the rows, which is the limit of a line wide against a row of Dorsch, Häusler and Herrmann's (1994)
-//! uncertainty.
+//! a pixel is a sum of independent exponential parts whose shares are the eigenvalues of mu over the pixel (Karhunen
+//! and Loeve; Goodman 2007, 4.6): close to a gamma law of shape 1 / C^2, exponential where the pixel is a point. For a
+//! line of standard deviation sigma [px] the centre of gravity spreads by C sqrt(sigma L_c / (4 sqrt(pi))), L_c the
+//! integral of the correlation along the rows, which is the limit of a line wide against a row of Dorsch, Häusler and
+//! Herrmann's (1994) uncertainty.
 
 use std::f64::consts::PI;
 
@@ -17,8 +17,8 @@ pub fn overlap(s: f64) -> f64 {
     2.0 / PI * (libm::acos(s) - s * (1.0 - s * s).sqrt())
 }
 
-/// Diameters of the pupil that a step along the motion at the origin is worth: a_y (d_SP / R + 1 - l_y^2) / cos(tilt), R the
-/// radius of the laser's wave [1].
+/// Diameters of the pupil that a step along the motion at the origin is worth: a_y (d_SP / R + 1 - l_y^2) / cos(tilt),
+/// R the radius of the laser's wave [1].
 pub(crate) fn pupils(bench: &Bench, step_mm: f64) -> f64 {
     let (camera, laser) = (&bench.camera, &bench.laser);
     let rayleigh = PI * laser.waist_mm.powi(2) / (laser.m_squared * laser.wavelength_nm * 1e-6);
@@ -28,11 +28,11 @@ pub(crate) fn pupils(bench: &Bench, step_mm: f64) -> f64 {
     step_mm * (camera.distance_mm * bend + cos * cos) / cos / (camera.focal_length_mm / camera.f_number)
 }
 
-/// Correlation of a pattern in pixels with itself after the pupil has moved by `s` diameters along the rows, summed over all
-/// lags along the rows [1].
+/// Correlation of a pattern in pixels with itself after the pupil has moved by `s` diameters along the rows, summed
+/// over all lags along the rows [1].
 ///
-/// The common part of both pupils contains the frequencies of its pairs of cells. A sum over rows keeps pairs side by side,
-/// each weighted by the transfer function of a pixel's width.
+/// The common part of both pupils contains the frequencies of its pairs of cells. A sum over rows keeps pairs side by
+/// side, each weighted by the transfer function of a pixel's width.
 pub(crate) fn boiled(grain: f64, s: f64) -> f64 {
     const CELLS: usize = 400;
     let cell = 1.0 / (CELLS as f64 * grain);

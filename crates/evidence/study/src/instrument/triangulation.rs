@@ -1,19 +1,19 @@
 //! Triangulation on flat targets: mean error and spread of Range, height of a row, width of a column.
 //!
-//! Metal plates, level and tilted along each axis, and level white ceramic, are rendered from body to Range
-//! map. The truth is the plane itself. Expected spread of the centre of gravity over rows k with light I_k [DN], to first
-//! order in noise:
+//! Metal plates, level and tilted along each axis, and level white ceramic, are rendered from body to Range map. The
+//! truth is the plane itself. Expected spread of the centre of gravity over rows k with light I_k [DN], to first order
+//! in noise:
 //!
 //! ```text
 //! var = sum (k - c)^2 (s^2 + K I_k) / S^2 + C^2 sum (k - c) (l - c) I_k I_l r(k - l) / S^2 + 1 / (12 * 16^2),
 //! ```
 //!
-//! S = sum I_k, s the noise in time without light, C and r contrast and correlation of speckle, the last term the rounding
-//! to a sixteenth of a row. Height of a row and width of a column are held to the projection of
+//! S = sum I_k, s the noise in time without light, C and r contrast and correlation of speckle, the last term the
+//! rounding to a sixteenth of a row. Height of a row and width of a column are held to the projection of
 //! docs/theory/instrument.md: row = c - v Yc / Zc / cos(beta) / pixel and x = (col - c) pixel (d - f - z cos a) / f,
 //! which are written out here once more. A last plate is seen in the corner of the field of a bent lens on a sensor
-//! whose tilt breaks the Scheimpflug rule.
-//! The fixed pattern of rows shifts a whole level plate; it is drawn anew in every repeat and stands in the errors.
+//! whose tilt breaks the Scheimpflug rule. The fixed pattern of rows shifts a whole level plate; it is drawn anew in
+//! every repeat and stands in the errors.
 
 use glam::DVec2;
 use image::{Rgb, RgbImage};
@@ -190,7 +190,8 @@ fn measure(trials: Trials, one: u64, patterns: &PatternCache) -> TriangulationRe
     }
 }
 
-/// Mean error on a level plate at the edge of the field of a bent lens, on a sensor out of the rule of Scheimpflug [um].
+/// Mean error on a level plate at the edge of the field of a bent lens, on a sensor out of the rule of Scheimpflug
+/// [um].
 fn bent(own: procedural::Stream, patterns: &PatternCache) -> f64 {
     let body = plate(HEIGHTS_MM[TABLE_HEIGHTS[1]] as f32, 0.0, 0.0);
     let mut scene = scene(own, COLUMNS, EDGE_PROFILES + PROFILES);
@@ -222,7 +223,8 @@ fn centre(scene: &Scene, body: Body, patterns: &PatternCache) -> f64 {
     0.5 * (scene.size.rows as f64 - 1.0) - moment / sum
 }
 
-/// Standard deviation of Range that noise and speckle make in the middle column, the whole column's shift left out [um].
+/// Standard deviation of Range that noise and speckle make in the middle column, the whole column's shift left out
+/// [um].
 fn expected(scene: &Scene, body: &Body, patterns: &PatternCache, contrast: f64, correlation: &PixelCorrelation) -> f64 {
     let profile = scene.size.profiles - PROFILES / 2;
     let look = TargetView::new(scene, body.clone(), patterns, profile..profile + 1);

@@ -1,7 +1,7 @@
 //! Highlights: fibres of wood that guide light out of the line, and facets of metal that mirror it into the lens.
 //!
-//! They are two of the three mechanisms that make hairs of a laser line (docs/theory/instrument/laser.md): a facet brightens
-//! its column, and with it all of the halo that the laser has there; a fibre draws a streak beside the line
+//! They are two of the three mechanisms that make hairs of a laser line (docs/theory/instrument/laser.md): a facet
+//! brightens its column, and with it all of the halo that the laser has there; a fibre draws a streak beside the line
 //! ([`Streak`]). The third, speckle of the halo, comes by itself. Neglected: facets off the line that the halo lights.
 
 use std::ops::Range;

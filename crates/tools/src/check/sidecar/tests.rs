@@ -113,8 +113,8 @@ fn what_the_dataset_lacks_is_told() {
     assert!(told.contains("its classes of samples are sound, rotten"), "{told}");
 }
 
-/// Where a sidecar names what the model was trained on, samples of the same draws are told: another seed or family has others,
-/// and so have the splits test and validation of the very dataset.
+/// Where a sidecar names what the model was trained on, samples of the same draws are told: another seed or family has
+/// others, and so have the splits test and validation of the very dataset.
 #[test]
 fn samples_of_the_training_are_told() {
     let base = "task: classify_samples\nchannels: [scatter]\nclasses: [rotten, sound]\n";

@@ -30,7 +30,8 @@ fn samples(facts: &PageData) -> Markup {
     let most = most.fold(1.0, f64::max);
     let width = |n: f64| format!("{:.2}", 300.0 * n / most);
     html! {
-        p.key { @for (place, split) in Split::ALL.iter().enumerate() { span { i class={ "swatch split" (place) } {} (split.name()) } }
+        p.key { @for (place, split) in Split::ALL.iter().enumerate() { span { i class={ "swatch \
+            split" (place) } {} (split.name()) } }
             span { i.tick {} "the recipe's share" } }
         div.scroll tabindex="0" {
             table.counts {
@@ -42,7 +43,8 @@ fn samples(facts: &PageData) -> Markup {
                         tr data-class=(title) {
                             th scope="row" { i class={ "dot c" (class) } {} (name(title)) }
                             td.bar {
-                                svg viewBox="0 0 300 14" preserveAspectRatio="none" role="img" aria-label={ (counts.of_class(*class)) " samples" } {
+                                svg viewBox="0 0 300 \
+                                    14" preserveAspectRatio="none" role="img" aria-label={ (counts.of_class(*class)) " samples" } {
                                     @for place in 0..3 {
                                         rect class={ "split" (place) } y="2" height="10"
                                             x=(width(splits[..place].iter().sum::<u64>() as f64)) width=(width(splits[place] as f64)) {}
@@ -69,7 +71,10 @@ fn pixels(facts: &PageData) -> Markup {
     html! {
         div.scroll tabindex="0" {
             table {
-                thead { tr { th { "Pixel class" } th.n { "of all pixels" } th.n { "samples with it" } th.n { "objects" } th.n { "mean diameter" } th { "diameters [mm]" } } }
+                thead { tr { th { "Pixel \
+                    class" } th.n { "of all \
+                        pixels" } th.n { "samples with \
+                            it" } th.n { "objects" } th.n { "mean diameter" } th { "diameters [mm]" } } }
                 tbody {
                     @for kind in &facts.counts.kinds {
                         tr {

@@ -31,7 +31,8 @@ pub(super) fn section(facts: &PageData) -> Markup {
     html! {
         p {
             (shown(facts)) " "
-            "Rows grow downwards in the order of exposure. Colours have one scale for all samples; tap or click a sample to see it large."
+            "Rows grow downwards in the order of exposure. Colours have one scale for all samples; tap or click a \
+                sample to see it large."
         }
         (controls(facts))
         div.legends {
@@ -75,7 +76,8 @@ fn shown(facts: &PageData) -> String {
         _ if shown == total && total < facts.head.samples => format!("All {} samples that can be read.", count(total)),
         _ if shown == total => format!("All {} samples.", count(total)),
         _ => format!(
-            "{shown} of {} samples: classes share the places evenly, as far as each has samples, and each is spread over the dataset.",
+            "{shown} of {} samples: classes share the places evenly, as far as each has samples, and each is spread \
+                over the dataset.",
             count(total)
         ),
     }
@@ -88,7 +90,8 @@ fn controls(facts: &PageData) -> Markup {
             div.needs-js {
                 fieldset {
                     legend { "Class" }
-                    label.chip { input type="radio" name="class" value="" checked; span { "all " small { (count(facts.counts.total())) } } }
+                    label.chip { input type="radio" name="class" value="" checked; span { "all \
+                        " small { (count(facts.counts.total())) } } }
                     @for (class, title) in classes {
                         label class={ "chip c" (class) } {
                             input type="radio" name="class" value=(title) data-c=(class);
@@ -110,7 +113,8 @@ fn controls(facts: &PageData) -> Markup {
                     span.dim { " · the address keeps the filter" } }
             }
             noscript { p.note { "Scripts are off: every sample is shown, and filters do not work." } }
-            @if facts.head.images.holds("label") { label.switch { input type="checkbox" id="labels" checked; " Labels over the maps" } }
+            @if facts.head.images.holds("label") { label.switch { input type="checkbox" id="labels" checked; " Labels \
+                over the maps" } }
         }
     }
 }
@@ -130,7 +134,8 @@ fn card(facts: &PageData, sample: &SheetSample, scales: &[Option<ColourScale>], 
                 span class={ "tag c" (sample.class) } { i.dot {} (name(class)) }
                 span.tag { (Split::ALL[sample.split].name()) }
             }
-            a.maps.wide[sample.width > sample.height] href={ "#s" (sample.index) } style=[style] aria-label={ "Sample " (sample.index) ", larger" } {
+            a.maps.wide[sample.width > sample.height] href={ "#s" (sample.index) } style=[style] aria-label={ "Sample \
+                " (sample.index) ", larger" } {
                 @for ((map, (title, ramp)), scale) in PANELS.iter().enumerate().zip(scales) {
                     figure {
                         @match (&sample.maps[map], scale) {
@@ -148,7 +153,8 @@ fn card(facts: &PageData, sample: &SheetSample, scales: &[Option<ColourScale>], 
                 }
             }
             dl {
-                @if !sample.short.is_empty() { div.wide.alarm { dt { "of little use" } dd { (sample.short.join("; ")) } } }
+                @if !sample.short.is_empty() { div.wide.alarm { dt { "of little \
+                    use" } dd { (sample.short.join("; ")) } } }
                 @if !seen.is_empty() { div.wide { dt { "shows" } dd { (seen.join(", ")) } } }
                 @if !figures.is_empty() { div.wide { dt { (on) } dd { (figures.join(" · ")) } } }
                 @for number in sample.numbers.iter().filter(|number| varies(facts, &number.path)) { div { dt { (number.path) } dd { (with_unit(number.value, &number.unit)) } } }
@@ -214,8 +220,8 @@ fn middle(sample: &SheetSample) -> f32 {
     sample.range.and_then(|range| range.median).unwrap_or(0.0)
 }
 
-/// One scale for all samples: from the first to the 99th percentile of what they show on objects. Range is told from the
-/// sample's median where samples differ in height more than their surfaces do.
+/// One scale for all samples: from the first to the 99th percentile of what they show on objects. Range is told from
+/// the sample's median where samples differ in height more than their surfaces do.
 fn scale(samples: &[SheetSample], map: usize) -> Option<ColourScale> {
     let sorted = samples.iter().map(|sample| (on_object(sample, map), middle(sample)));
     let sorted: Vec<(Vec<f32>, f32)> = sorted.filter(|(values, _)| !values.is_empty()).collect();

@@ -18,10 +18,13 @@ pub(crate) fn plain_classes(head: &DatasetHead) -> Vec<u8> {
 pub(super) fn staleness(kept: &KeptDocument, again: &str) -> Markup {
     html! {
         @match (&kept.document, kept.is_current) {
-            (Err(what), _) => p.stale { code { "reports/" (kept.name) } " cannot be read: " (what) ". Make it again: " code { (again) } }
+            (Err(what), _) => p.stale { code { "reports/" (kept.name) } " cannot be read: \
+                " (what) ". Make it again: " code { (again) } }
             (Ok(_), Some(true)) => {}
-            (Ok(_), Some(false)) => p.stale { strong { "Stale: " } "the dataset has changed since. Make it again: " code { (again) } }
-            (Ok(_), None) => p.stale { strong { "Of what dataset? " } "It does not say what it was made from. Make it again: " code { (again) } }
+            (Ok(_), Some(false)) => p.stale { strong { "Stale: \
+                " } "the dataset has changed since. Make it again: " code { (again) } }
+            (Ok(_), None) => p.stale { strong { "Of what dataset? \
+                " } "It does not say what it was made from. Make it again: " code { (again) } }
         }
     }
 }

@@ -44,7 +44,8 @@ pub(super) fn header(facts: &PageData) -> Markup {
                 div { dt { "Classes" } dd { (head.classes.len()) } }
                 div { dt { "Splits" } dd { (splits.join(", ")) } }
                 div { dt { "Seed" } dd { (head.seed) } }
-                div { dt { "Images" } dd { (list(&images.png)) @if images.exr.is_empty() { "; no EXR" } @else { "; EXR too" } } }
+                div { dt { "Images" } dd { (list(&images.png)) @if images.exr.is_empty() { "; no \
+                    EXR" } @else { "; EXR too" } } }
                 div { dt { "Range" } dd { (images.range) ", " (head.range_unit()) } }
                 div { dt { "Digital numbers" } dd { (images.bits) " bits" } }
                 div { dt { "Sensor" } dd { (images.sensor_cols) " × " (images.sensor_rows) " px" } }
@@ -111,7 +112,8 @@ pub(super) fn warnings(facts: &PageData) -> Markup {
                         thead { tr { th { "What" } th { "Found" } th { "Remedy" } } }
                         tbody {
                             @for warning in &facts.head.warnings {
-                                tr { td { code { (warning.code) } } td { "Before the first sample: " (warning.what) } td { (warning.remedy) } }
+                                tr { td { code { (warning.code) } } td { "Before the first sample: \
+                                    " (warning.what) } td { (warning.remedy) } }
                             }
                             @for short in short() {
                                 tr { td { code { (short.shortfall.code()) } } td { (found(short, total)) } td { (short.shortfall.remedy()) } }

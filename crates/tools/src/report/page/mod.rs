@@ -1,5 +1,5 @@
-//! HTML page of the report: sections in the order in which an engineer needs them. All text is escaped where it is put in; styles and the
-//! script are files of their own.
+//! HTML page of the report: sections in the order in which an engineer needs them. All text is escaped where it is put
+//! in; styles and the script are files of their own.
 
 mod classes;
 mod contact_sheet;
@@ -50,7 +50,8 @@ pub(super) fn unreadable(place: &str, what: &str) -> Markup {
             section.trouble {
                 p { code { (place) } }
                 pre { (what) }
-                p { code { "gen validate" } " says what is damaged; a copy of " code { "dataset.json" } " brings the rest back." }
+                p { code { "gen \
+                    validate" } " says what is damaged; a copy of " code { "dataset.json" } " brings the rest back." }
             }
         }
     };

@@ -17,12 +17,15 @@ use drawing::html::{
 pub(super) fn section(facts: &PageData) -> Markup {
     html! {
         @if facts.exposures.is_empty() {
-            p.note { "No frame was exposed: the recipe cannot be read, its model of transport is a slow one, or nothing was asked for." }
+            p.note { "No frame was exposed: the recipe cannot be read, its model of transport is a slow one, or \
+                nothing was asked for." }
         } @else {
             p {
                 "One exposure of each of " (facts.exposures.len()) " samples, made again from recipe, seed and index "
-                @if facts.head.images.holds("label") { "through the part with most to see: " } @else { "through the middle: " }
-                "the square root of digital numbers, the line that extraction finds, and below it the heights that it stands for."
+                @if facts.head.images.holds("label") { "through the part with most to see: \
+                    " } @else { "through the middle: " }
+                "the square root of digital numbers, the line that extraction finds, and below it the heights that it \
+                    stands for."
             }
             div.frames { @for (sample, exposure) in &facts.exposures { (frame(facts, *sample, exposure)) } }
         }
@@ -43,11 +46,14 @@ fn frame(facts: &PageData, place: usize, exposure: &ExposedProfile) -> Markup {
         article.frame data-class=(class) data-split=(Split::ALL[sample.split].name()) {
             h3 { "Sample " (sample.index) span class={ "tag c" (sample.class) } { i.dot {} (name(class)) } }
             p.dim {
-                "profile " (exposure.profile) " of " (exposure.profiles) ", y = " (number(exposure.y_mm)) " mm; sensor rows "
-                (exposure.first_row) " to " (exposure.first_row + rows.saturating_sub(1)) " of " (facts.head.images.sensor_rows)
+                "profile \
+                    " (exposure.profile) " of " (exposure.profiles) ", y = " (number(exposure.y_mm)) " mm; sensor rows "
+                (exposure.first_row) " to \
+                    " (exposure.first_row + rows.saturating_sub(1)) " of " (facts.head.images.sensor_rows)
                 "; found in " (found) " of " (exposure.cols) " columns"
             }
-            svg.sensor viewBox={ "0 0 " (exposure.cols) " " (rows) } preserveAspectRatio="none" role="img" style={ "aspect-ratio:" (exposure.cols) "/" (rows.max(exposure.cols / 5)) }
+            svg.sensor viewBox={ "0 0 \
+                " (exposure.cols) " " (rows) } preserveAspectRatio="none" role="img" style={ "aspect-ratio:" (exposure.cols) "/" (rows.max(exposure.cols / 5)) }
                 aria-label={ "Sensor frame of sample " (sample.index) " with the extracted line" } {
                 image href=(picture) width=(exposure.cols) height=(rows) preserveAspectRatio="none" style="image-rendering:pixelated" {}
                 path.found d=(line) {}

@@ -1,12 +1,12 @@
 //! Height field of a body on square cells, and rays through it.
 //!
-//! Model: heights at the nodes of a grid, bilinear between them (a hyperbolic paraboloid a cell), 0 beside the body; the
-//! body is what lies between the conveyor and that surface. So the walls of cracks and the body's sides are surface like
-//! the rest, upright but for one cell's width, and stand on average where they should: nodes lie half a cell off the
-//! body's border.
+//! Model: heights at the nodes of a grid, bilinear between them (a hyperbolic paraboloid a cell), 0 beside the body;
+//! the body is what lies between the conveyor and that surface. So the walls of cracks and the body's sides are surface
+//! like the rest, upright but for one cell's width, and stand on average where they should: nodes lie half a cell off
+//! the body's border.
 //!
-//! A ray is followed from cell to cell, and crosses the surface within each as [`BilinearPatch`] says. Nothing is skipped,
-//! however long the ray: no gap that the grid holds can be jumped. Gaps under two cells are not held.
+//! A ray is followed from cell to cell, and crosses the surface within each as [`BilinearPatch`] says. Nothing is
+//! skipped, however long the ray: no gap that the grid holds can be jumped. Gaps under two cells are not held.
 
 use glam::DVec3;
 use procedural::body::Slice;
@@ -180,7 +180,8 @@ impl HeightField {
         (height > 0.0).then_some(height)
     }
 
-    /// Where the body begins along y in each cell along x; `None` where it does so before the rows that are asked for, or nowhere [mm].
+    /// Where the body begins along y in each cell along x; `None` where it does so before the rows that are asked for,
+    /// or nowhere [mm].
     pub fn fronts(&self, line: &LineSource) -> Vec<Option<f64>> {
         let first_row = line.y - line.row_mm * (line.rows as f64 + 0.5);
         let nodes = self.cells[0] + 1;
@@ -198,8 +199,8 @@ impl HeightField {
         self.patch(cell[0], cell[1]).normal(u, v, self.pitch.truncate())
     }
 
-    /// Follows a ray from `position`, `inside` the body or through the air, until it meets the surface, ends, or `visit`
-    /// takes it: that is told of each cell and the length in it [mm], and may answer how far on it stops [mm].
+    /// Follows a ray from `position`, `inside` the body or through the air, until it meets the surface, ends, or
+    /// `visit` takes it: that is told of each cell and the length in it [mm], and may answer how far on it stops [mm].
     #[inline(always)]
     pub(crate) fn march(
         &self,

@@ -1,4 +1,5 @@
-//! The matter of a body as light walks it: the medium at the middle of each cell, asked for when light first comes there.
+//! The matter of a body as light walks it: the medium at the middle of each cell, asked for when light first comes
+//! there.
 //!
 //! A body of wood takes most of a microsecond to say what stands at a point, and light asks a hundred times a photon.
 //! What it says is the same whoever asks first, so cells that threads fill together do not depend on their number.

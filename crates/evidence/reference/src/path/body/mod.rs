@@ -1,24 +1,25 @@
 //! Monte Carlo of light in a body of any shape and matter: photons below a height field.
 //!
 //! Model: radiance in a body whose absorption, scattering and fibre direction change from point to point
-//! ([`Medium`](procedural::Medium), cylinders that turn light evenly about themselves), below a relief with cracks, sides
-//! and bottom ([`height_field`]), with Fresnel's law wherever light meets a surface. Matter is the same within cells of
-//! 0.1 mm ([`medium_cache`]).
+//! ([`Medium`](procedural::Medium), cylinders that turn light evenly about themselves), below a relief with cracks,
+//! sides and bottom ([`height_field`]), with Fresnel's law wherever light meets a surface. Matter is the same within
+//! cells of 0.1 mm ([`medium_cache`]).
 //!
 //! Free paths are drawn cell by cell: the optical depth of a path is drawn once and used up by the extinction of each
-//! cell passed, mu_a + sigma_i + k. This is delta tracking (Woodcock 1965) with a majorant of each cell's own, which the
-//! cell's matter cannot exceed; what is null is only the cylinder that shows less than its whole width.
+//! cell passed, mu_a + sigma_i + k. This is delta tracking (Woodcock 1965) with a majorant of each cell's own, which
+//! the cell's matter cannot exceed; what is null is only the cylinder that shows less than its whole width.
 //!
 //! At surfaces Fresnel's law with the local index decides by chance. Light outside goes straight on; where it meets the
 //! body again, across a crack for one, Fresnel's law decides again. So cracks need no rule of their own.
 //!
 //! Towards the lens each collision gives its share as in plane layers, times exp(-depth) along the straight line up,
 //! with the mean extinction over fibre directions in each cell. The direction inside is the view refracted at the
-//! surface's normal, averaged over a mm: finer relief would only blur it. Radiance towards the lens goes with 1 / facing,
-//! facing the cosine between view and normal, as in plane layers; so the factor of a collision is pi T / (n^2 cos), with
-//! the cosine of the direction inside, and a white Lambertian surface returns what entered however it is tilted. Where
-//! that line ends on a wall, or the body stands between its end and the lens, the lens sees nothing. Which lines are
-//! followed is left to chance by what they promise to bring, so that most of the time goes where light comes from.
+//! surface's normal, averaged over a mm: finer relief would only blur it. Radiance towards the lens goes with 1 /
+//! facing, facing the cosine between view and normal, as in plane layers; so the factor of a collision is pi T / (n^2
+//! cos), with the cosine of the direction inside, and a white Lambertian surface returns what entered however it is
+//! tilted. Where that line ends on a wall, or the body stands between its end and the lens, the lens sees nothing.
+//! Which lines are followed is left to chance by what they promise to bring, so that most of the time goes where light
+//! comes from.
 //!
 //! Source: Woodcock et al. 1965 for free paths. Neglected: refraction on entry, bending of light where n_eff changes
 //! inside, roughness finer than 0.1 mm, cracks narrower than 0.2 mm, light beyond 20 mm from the line's grid (it is
@@ -49,7 +50,8 @@ use transport::stack::CylinderPhase;
 const MAX_MEETINGS: u32 = 10_000;
 /// Slope from which on a surface is a wall, through which the lens does not look [1].
 const WALL_SLOPE: f64 = 2.0;
-/// Light from so far behind a front face is followed to the lens through it, and the least cosine between its normal and the motion [mm], [1].
+/// Light from so far behind a front face is followed to the lens through it, and the least cosine between its normal
+/// and the motion [mm], [1].
 const FRONT_REACH_MM: f64 = 4.0;
 const FRONT_FACING: f64 = 0.9;
 /// Surface that stands so far above a point nearby may hide it from the lens [mm].
@@ -266,7 +268,8 @@ impl<'a> BodyGeometry<'a> {
         }
     }
 
-    /// Next-event estimate: shows the lens what a collision sends towards it, through the face above and through a front face nearby.
+    /// Next-event estimate: shows the lens what a collision sends towards it, through the face above and through a
+    /// front face nearby.
     #[inline(never)]
     fn show_lens(
         &self,
@@ -307,7 +310,8 @@ impl<'a> BodyGeometry<'a> {
         observer.see(seen.position + self.view * (rise / self.view.z), seen.light);
     }
 
-    /// What of a collision's light reaches the lens through a window; `None` where chance or matter ends it, or it meets no surface.
+    /// What of a collision's light reaches the lens through a window; `None` where chance or matter ends it, or it
+    /// meets no surface.
     #[inline(always)]
     fn send_to_lens(&self, photon: &Photon, medium: &Medium, window: Window, rng: &mut impl Rng) -> Option<SeenLight> {
         let Window { normal, below, share } = window;
@@ -364,8 +368,8 @@ impl<'a> BodyGeometry<'a> {
     }
 }
 
-/// Mean sine between light and wood's fibres, from a table: linear in the root of 1 - |cos| and in whole degrees of dispersion,
-/// good to 5e-4.
+/// Mean sine between light and wood's fibres, from a table: linear in the root of 1 - |cos| and in whole degrees of
+/// dispersion, good to 5e-4.
 #[derive(Debug)]
 struct MeanSineTable(Vec<Vec<f64>>);
 

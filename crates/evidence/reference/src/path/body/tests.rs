@@ -81,6 +81,7 @@ fn entered(answer: &Answer, share: Estimate) -> Estimate {
 
 /// A plate of one medium is a stack: light to the lens, reflectance, and transmittance where it is thin.
 #[test]
+#[ignore = "long"]
 fn plates_are_stacks() {
     for (name, medium, height) in
         [("clear, 2 mm", clear(Vec3::Y), 2.0), ("rot", rot(), 15.0), ("knot", knot(0.8), 15.0)]
@@ -129,10 +130,11 @@ fn tilted_plates_have_radiance_factors() {
     agree("out", out, entered(&truth, truth.reflectance));
 }
 
-/// Light leaves a knot nearly as Lambert says, so the lens sees its line spread: chi-square of the shares of rows 2 to 7,
-/// both sides together, 5 degrees of freedom, alpha 0.001. Nearer rows differ, since light that leaves to all sides is
-/// spread by its last run and light that leaves to one lens is not; sides differ by that run along the diving fibre.
+/// Light leaves a knot nearly as Lambert says, so the lens sees its line spread: chi-square of the shares of rows 2 to
+/// 7, both sides together, 5 degrees of freedom, alpha 0.001. Nearer rows differ, since light that leaves to all sides
+/// is spread by its last run and light that leaves to one lens is not; sides differ by that run along the diving fibre.
 #[test]
+#[ignore = "long"]
 fn the_line_spread_of_a_knot_is_that_of_the_stack() {
     let (rows, medium) = (7, knot(0.22));
     let question = Question { row_mm: 0.2, rows, ..Question::default() };
@@ -169,6 +171,7 @@ fn the_line_spread_of_a_knot_is_that_of_the_stack() {
 
 /// Beside a border each side is as if alone from 8 mm on, and all energy is somewhere.
 #[test]
+#[ignore = "long"]
 fn far_from_a_border_each_side_is_alone() {
     let body = strips(&[(30.0, 0.0, clear(Vec3::Y)), (30.0, 0.0, rot())]);
     let x: Vec<f32> = (0..7).map(|i| -12.0 + 4.0 * i as f32).collect();
@@ -184,9 +187,10 @@ fn far_from_a_border_each_side_is_alone() {
     assert!(left > 1.1 * right, "the sides differ: {left}, {right}");
 }
 
-/// Across a crack light has only the air: through a narrow one much of what leaves one wall enters the other, a wide one
-/// makes an edge of its side. Energy closes with cracks too.
+/// Across a crack light has only the air: through a narrow one much of what leaves one wall enters the other, a wide
+/// one makes an edge of its side. Energy closes with cracks too.
 #[test]
+#[ignore = "long"]
 fn wide_cracks_isolate() {
     let wood = clear(Vec3::X);
     let across = |body: &Body, wall: f32, far: f32, seed: u64| {
@@ -213,6 +217,7 @@ fn wide_cracks_isolate() {
 
 /// A plate's edge lets light out: less comes back near it, and 8 mm from it as much as in the middle.
 #[test]
+#[ignore = "long"]
 fn edges_lose_light() {
     let wood = clear(Vec3::X);
     let body = strips(&[(40.0, 0.0, wood)]);
@@ -241,6 +246,7 @@ type Pick<'a> = &'a dyn Fn(&Run) -> Estimate;
 
 /// Standard errors are what repeated seeds show: chi-square of 23 degrees of freedom, two-sided alpha 0.001 each.
 #[test]
+#[ignore = "long"]
 fn standard_errors_are_honest() {
     let body = plate(rot(), 15.0, 0.0);
     let runs: Vec<Run> = (0..24).map(|seed| ask(&body, &WIDE.0, &WIDE.1, (0.3, 1), 4_000, 100 + seed)).collect();
@@ -265,7 +271,8 @@ fn standard_errors_are_honest() {
 const LOW: f64 = 6.924;
 const HIGH: f64 = 52.0;
 
-/// A long line meets the wall of a narrow crack where it stands, half a cell at most off, and the far wall through the air.
+/// A long line meets the wall of a narrow crack where it stands, half a cell at most off, and the far wall through the
+/// air.
 #[test]
 fn no_way_jumps_a_crack() {
     let wood = rot();

@@ -32,16 +32,16 @@ pub(crate) const AZIMUTHS_DEG: [f64; 7] = [0.0, 30.0, 60.0, 90.0, 120.0, 150.0, 
 const VIEWS_MEASURED: usize = TILTS_DEG.len() * AZIMUTHS_DEG.len();
 /// Independent batches.
 const HALF_SPACE_BATCHES: u64 = 64;
-/// One in so many collisions is looked at from all views, as a power of 2: views that are compared share their collisions, and with
-/// them the noise of where these lie.
+/// One in so many collisions is looked at from all views, as a power of 2: views that are compared share their
+/// collisions, and with them the noise of where these lie.
 const LOOKED_AT_POWER: u32 = 5;
 /// Number of the field of displacements in a table's entry.
 const ALONG_FIELD: usize = 2;
 /// Light of a kind after paths in two bins under this share has no measured directions of its own [1].
 const MIN_GROUP_LIGHT: f64 = 1e-3;
 
-/// Rate at which cylinders dispersed by s turn light that runs along them, over k s^2: by walks without end through fibres of 3 to 14
-/// degrees in backgrounds of 0.08 to 0.4, within 10 % [1].
+/// Rate at which cylinders dispersed by s turn light that runs along them, over k s^2: by walks without end through
+/// fibres of 3 to 14 degrees in backgrounds of 0.08 to 0.4, within 10 % [1].
 const TURNED_BY_DISPERSION: f64 = 1.55;
 
 /// How much each tilt of [`TILTS_DEG`] counts: triangulation cameras stand between 15 and 45 degrees [1].
@@ -115,7 +115,8 @@ pub struct Seen(
     pub [f64; 2],
     /// Times the squares of both, and their product [mean free paths^2].
     pub [f64; 3],
-    /// Times (along, along, along), (along, along, across), (along, across, across), (across, across, across) [mean free paths^3].
+    /// Times (along, along, along), (along, along, across), (along, across, across), (across, across, across) [mean
+    /// free paths^3].
     pub [f64; 4],
 );
 
@@ -262,9 +263,9 @@ fn gather(of: MeasuredHalfSpace, batches: &[HalfSpaceSums], photons: f64) -> Pat
 
 /// The table's entries for all half spaces, in their order.
 ///
-/// How far light that the background turned has moved, and how it goes to views, changes slowly with index and dispersion: these numbers
-/// are taken from a fit over all indices and dispersions of a share and a dive, quadratic in the index and in the
-/// dispersion's logarithm, which halves their noise.
+/// How far light that the background turned has moved, and how it goes to views, changes slowly with index and
+/// dispersion: these numbers are taken from a fit over all indices and dispersions of a share and a dive, quadratic in
+/// the index and in the dispersion's logarithm, which halves their noise.
 pub fn table(all: &[PathStatistics]) -> Vec<[f32; NODE]> {
     let mut nodes: Vec<[f32; NODE]> = all.iter().map(condense).collect();
     let mut alike: BTreeMap<[u64; 2], Vec<usize>> = BTreeMap::new();
@@ -304,8 +305,8 @@ pub fn table(all: &[PathStatistics]) -> Vec<[f32; NODE]> {
     nodes
 }
 
-/// Third central moments of light of the rest to a view, along its azimuth, over its shift times its variance, by group; and how well
-/// they go together (correlation about 0) [1].
+/// Third central moments of light of the rest to a view, along its azimuth, over its shift times its variance, by
+/// group; and how well they go together (correlation about 0) [1].
 pub fn skewness(all: &[PathStatistics]) -> [[f64; 2]; KIND_GROUPS] {
     std::array::from_fn(|group| {
         let (mut both, mut shifts, mut thirds) = (0.0, 0.0, 0.0);
@@ -342,8 +343,8 @@ fn seen_of(paths: &PathStatistics, part: usize, group: usize) -> &[Seen] {
     &paths.seen[start..start + VIEWS_MEASURED]
 }
 
-/// Light over all views and its displacement along the fibres' track, times the light. The mean over all views stands for all directions;
-/// what it lacks as a quadrature is alike in all groups.
+/// Light over all views and its displacement along the fibres' track, times the light. The mean over all views stands
+/// for all directions; what it lacks as a quadrature is alike in all groups.
 fn over_all_views(seen: &[Seen], views: &[MeasuredView]) -> (f64, f64) {
     let sum = |pick: fn(&Seen) -> f64| seen.iter().zip(views).map(|(s, v)| v.share * pick(s)).sum::<f64>();
     (sum(|s| s.0), sum(|s| s.1[0]))
@@ -351,8 +352,8 @@ fn over_all_views(seen: &[Seen], views: &[MeasuredView]) -> (f64, f64) {
 
 /// The table's entry for `paths`.
 ///
-/// Bins that were not walked follow from diffusion: what is still inside falls like (path + c)^-1/2, variances grow by 2 D per path, the
-/// shift stays.
+/// Bins that were not walked follow from diffusion: what is still inside falls like (path + c)^-1/2, variances grow by
+/// 2 D per path, the shift stays.
 fn condense(paths: &PathStatistics) -> [f32; NODE] {
     let mut node = [0.0; NODE];
     let mut put = |lane: usize, values: [f64; 5]| {
@@ -389,9 +390,9 @@ fn condense(paths: &PathStatistics) -> [f32; NODE] {
     node
 }
 
-/// The path c by which light that diffuses leaves later than from an open plane, from what left in the last walked bin between the paths
-/// `from` and `to`: it grows with the light that the surface throws back and with the free paths along straight fibres, to more than
-/// `to` [mean free paths].
+/// The path c by which light that diffuses leaves later than from an open plane, from what left in the last walked bin
+/// between the paths `from` and `to`: it grows with the light that the surface throws back and with the free paths
+/// along straight fibres, to more than `to` [mean free paths].
 fn lateness(paths: &PathStatistics, from: f64, to: f64) -> f64 {
     let left_last: f64 = paths.bins.iter().map(|kind| kind[WALKED_BINS - 1].weight).sum();
     let ratio = ((paths.left + left_last) / paths.left).powi(2);
@@ -418,7 +419,8 @@ fn spreading(paths: &PathStatistics) -> (f64, f64) {
     (d_perp * d_par / (d_perp + (d_par - d_perp) * sin * sin), d_perp)
 }
 
-/// Coefficients of radiance factors, shifts and variances of light towards a view, `[VIEW_TERMS][VIEW_LANES]`, by weighted least squares.
+/// Coefficients of radiance factors, shifts and variances of light towards a view, `[VIEW_TERMS][VIEW_LANES]`, by
+/// weighted least squares.
 fn towards_views(paths: &PathStatistics) -> [[f64; VIEW_LANES]; VIEW_TERMS] {
     let views = measured_views(paths.of);
     let mut lanes = [[0.0; VIEW_LANES]; VIEW_TERMS];
@@ -491,8 +493,9 @@ fn measured_views(of: MeasuredHalfSpace) -> Vec<MeasuredView> {
 
 /// Of cone light of which `weight` left.
 ///
-/// Cone light has one bright direction: away from it the factor falls. Where the views see one flank alone the logarithm can come out
-/// convex, and would rise again where there is no light; it is then fitted as linear in the change of the cosine.
+/// Cone light has one bright direction: away from it the factor falls. Where the views see one flank alone the
+/// logarithm can come out convex, and would rise again where there is no light; it is then fitted as linear in the
+/// change of the cosine.
 fn cone_fit(seen: &[Seen], views: &[MeasuredView], weight: f64) -> [f64; 4] {
     let (mut factor, mut flank) = (LeastSquares::<4>::default(), LeastSquares::<3>::default());
     for (s, v) in seen.iter().zip(views) {
@@ -540,8 +543,8 @@ fn shift_fit(seen: &[Seen], views: &[MeasuredView], along: f64) -> [f64; 3] {
     [constant, slope, across]
 }
 
-/// Variances over those of light to all directions, `[along, across]`: along the track constant and by the view along it, across it
-/// constant.
+/// Variances over those of light to all directions, `[along, across]`: along the track constant and by the view along
+/// it, across it constant.
 fn variance_fit(seen: &[Seen], views: &[MeasuredView], all: [f64; 2]) -> [f64; 3] {
     if all[0] <= 0.0 || all[1] <= 0.0 {
         return [1.0, 0.0, 1.0];

@@ -1,7 +1,7 @@
 //! Clearance about a point in a convex solid, so that light deep inside need not ask how far the surface is.
 //!
-//! A convex body holds the octahedron of the six points where it ends along the axes; with the nearer end a_i of each axis,
-//! that holds a ball of radius (sum a_i^-2)^(-1/2).
+//! A convex body holds the octahedron of the six points where it ends along the axes; with the nearer end a_i of each
+//! axis, that holds a ball of radius (sum a_i^-2)^(-1/2).
 
 use glam::{DVec3, Vec3};
 use procedural::blister::Solid;

@@ -6,10 +6,12 @@
 //! D(h) / (2 (cos_l + sqrt(a_x^2 l_x^2 + a_y^2 l_y^2 + cos_l^2))), once for v and once for its image below.
 //!
 //! What is no metal but lies on the foil, powder, is taken as a matt surface: facets of roughness 1 with the spherical
-//! albedo of a half space, (1 - s) (1 - 0.139 s) / (1 + 1.17 s), s^2 the share absorbed per meeting (van de Hulst 1980).
+//! albedo of a half space, (1 - s) (1 - 0.139 s) / (1 + 1.17 s), s^2 the share absorbed per meeting (van de Hulst
+//! 1980).
 //!
-//! Valid for roughness up to about 0.4. Neglected: reflectance that changes with the angle (aluminium: under 3 % below 70
-//! degrees), light that a second facet takes, and with it reciprocity at grazing angles; light below a powder's surface.
+//! Valid for roughness up to about 0.4. Neglected: reflectance that changes with the angle (aluminium: under 3 % below
+//! 70 degrees), light that a second facet takes, and with it reciprocity at grazing angles; light below a powder's
+//! surface.
 
 use std::f64::consts::PI;
 

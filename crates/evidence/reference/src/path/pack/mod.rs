@@ -8,15 +8,16 @@
 //! A cell of the answer holds the light that leaves the *film* over it towards the lens (or whatever lies open, in a
 //! hole). A ray is a ray: through clear film the lens sees that point of the film, wherever the light was last turned.
 //!
-//! Valid for shapes coarser than 0.1 mm. Neglected: polarisation and waves, roughness of film and tablets, mirror images,
-//! light farther than 20 mm from the line's grid (booked as lost).
+//! Valid for shapes coarser than 0.1 mm. Neglected: polarisation and waves, roughness of film and tablets, mirror
+//! images, light farther than 20 mm from the line's grid (booked as lost).
 //!
 //! # Photons
 //!
 //! In film and solids: free paths, Henyey and Greenstein's law in the film (its pigment's mean cosine) and none but
 //! isotropic turns in solids, absorption and roulette as in plane layers. At the film's sides and at solids: Fresnel's
 //! law decides by chance; a solid's coat takes its share of what passes. In the air: straight lines to the next film,
-//! solid or foil. At the foil: facets ([`Microfacets`]); where the film is sealed to it, they lie on the film's lower side.
+//! solid or foil. At the foil: facets ([`Microfacets`]); where the film is sealed to it, they lie on the film's lower
+//! side.
 //!
 //! Neglected: roughness of film and solids, refraction by anything finer than a cell.
 //!

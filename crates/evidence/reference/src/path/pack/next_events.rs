@@ -1,19 +1,19 @@
 //! Next events: what a collision or a reflection in a pack sends to the lens.
 //!
 //! A lens far away in direction v gets the intensity I = w p(w -> v') T exp(-depth) cos(v) / (n^2 cos(v')) per photon
-//! from a collision, with v' the direction that refraction turns into v, and I = w R f(w -> v) from foil, f the
-//! facets' density. What comes from below the film passes it unturned: Fresnel's law on both sides, exp(-depth), and
-//! what comes after two reflections between the sides. Light of the film that its own lower side throws back is seen
-//! too. The lens sees pi I / facing, with the cosine `facing` between view and normal where the light *entered*: times
-//! that same cosine, which optics puts into the line's power, it is the intensity, wherever the light leaves. So a white
+//! from a collision, with v' the direction that refraction turns into v, and I = w R f(w -> v) from foil, f the facets'
+//! density. What comes from below the film passes it unturned: Fresnel's law on both sides, exp(-depth), and what comes
+//! after two reflections between the sides. Light of the film that its own lower side throws back is seen too. The lens
+//! sees pi I / facing, with the cosine `facing` between view and normal where the light *entered*: times that same
+//! cosine, which optics puts into the line's power, it is the intensity, wherever the light leaves. So a white
 //! Lambertian surface returns what entered however it is tilted.
 //!
-//! Refraction takes the normal where light leaves, after one correction of a first guess; ways from the air below through both sides of
-//! the film are corrected towards the view as far as the cells' facets allow, and the light of a point is not focused by that. Which of
-//! them are followed is left to chance by what they promise.
+//! Refraction takes the normal where light leaves, after one correction of a first guess; ways from the air below
+//! through both sides of the film are corrected towards the view as far as the cells' facets allow, and the light of a
+//! point is not focused by that. Which of them are followed is left to chance by what they promise.
 //!
-//! Neglected: mirror images of what lies elsewhere, on film and solids (of the line itself they are glare, and booked by
-//! optics); light that would come through a second wall of film.
+//! Neglected: mirror images of what lies elsewhere, on film and solids (of the line itself they are glare, and booked
+//! by optics); light that would come through a second wall of film.
 
 use std::f64::consts::PI;
 
@@ -148,8 +148,8 @@ impl PackGeometry {
         }
     }
 
-    /// Whether nothing stands between a point above the film and the lens. Beside the card, and over its holes, the ray leaves the air
-    /// above the film for that below it and may come back.
+    /// Whether nothing stands between a point above the film and the lens. Beside the card, and over its holes, the ray
+    /// leaves the air above the film for that below it and may come back.
     pub(super) fn visible(&self, position: DVec3) -> bool {
         let (mut position, mut region) = (position, PackRegion::Above);
         for _ in 0..MAX_OPENINGS {
@@ -240,9 +240,9 @@ impl PackGeometry {
         }
     }
 
-    /// Takes light from a point in the air below towards the lens: through the film, or through a hole; `intensity` is what the point sends
-    /// along a direction. Film whose sides differ turns light on its way out: the direction that leaves it towards the lens is found by
-    /// taking away what it is off by.
+    /// Takes light from a point in the air below towards the lens: through the film, or through a hole; `intensity` is
+    /// what the point sends along a direction. Film whose sides differ turns light on its way out: the direction that
+    /// leaves it towards the lens is found by taking away what it is off by.
     fn through(
         &self,
         position: DVec3,

@@ -131,8 +131,8 @@ impl PackShape {
         })
     }
 
-    /// What `ask` says about points (x, y) [mm] on a card, `None` beside it, within a region; both by their low and high
-    /// corners [mm].
+    /// What `ask` says about points (x, y) [mm] on a card, `None` beside it, within a region; both by their low and
+    /// high corners [mm].
     pub fn new(
         card: [DVec2; 2],
         region: [DVec2; 2],
@@ -336,7 +336,8 @@ pub(super) enum PackRayEnd {
 }
 
 impl PackShape {
-    /// Follows a ray outside of solids from `position` for at most `length` [mm]: how far it goes [mm], and what ends it.
+    /// Follows a ray outside of solids from `position` for at most `length` [mm]: how far it goes [mm], and what ends
+    /// it.
     #[inline]
     pub(crate) fn march(
         &self,
@@ -435,8 +436,8 @@ impl PackShape {
         }
     }
 
-    /// Whether a path in the film that ends at `end` meets nothing: it ends in the cell where it began, between all that
-    /// bounds the film there.
+    /// Whether a path in the film that ends at `end` meets nothing: it ends in the cell where it began, between all
+    /// that bounds the film there.
     #[inline(always)]
     pub fn stays(&self, end: DVec3, cell: usize) -> bool {
         let here = &self.cells[cell];
