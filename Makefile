@@ -102,7 +102,7 @@ check-rest: prepare ## second tier: long tests, reference models, readers, train
 test-long:
 	cargo test $(FIRST_TESTS) -- --ignored
 	cargo test $(ALL) --doc
-	cargo test $(ALL) --test reference --test tools
+	cargo test $(ALL) --test reference --test tools --test figures --test ellipses
 
 test-python: venv
 	cargo test $(ALL) --test python
