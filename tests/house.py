@@ -28,7 +28,7 @@ MOST_WORDS = 50
 # What no change may raise.
 LIMITS = {
     "circles": 5,
-    "files in a circle": 3,
+    "files in the largest circle": 3,
     "functions over 80 lines": 5,
     "types that share a name": 10,
     "lines over 120 columns": 0,
@@ -396,6 +396,7 @@ def check():
     loops = circles(sources)
     lists = {
         "circles": [" <-> ".join(loop) for loop in loops],
+        "files in the largest circle": max(loops, key=len, default=[]),
         "functions over 80 lines": long_functions(sources),
         "types that share a name": shared_names(sources),
         "lines over 120 columns": wide_lines(),
@@ -403,7 +404,6 @@ def check():
         "parts of tests/ in the program": linked_tests(),
     }
     counts = {what: len(places) for what, places in lists.items()}
-    counts["files in a circle"] = max(map(len, loops), default=0)
     counts["bytes of Markdown"] = page_bytes()
     failed = False
     for what, count in counts.items():

@@ -379,7 +379,7 @@ fn the_report_shows_it_in_red() {
     let cards = between(&html, "<article class=\"card\"", "</article>");
     assert!(cards.iter().all(|card| card.contains("no pixel shows the object")), "{}", cards[0]);
     // Red is the colour of what is bad.
-    assert!(html.contains(".alarm, .alarm dt { color: var(--bad)"));
+    assert!(html.contains(".alarm { color: var(--bad)") && html.contains(".alarm dt { color: var(--bad)"));
     place.done("validate set --save --rerender 0");
     let verdict = page(&place, "set", "--frames 0");
     let verdict = between(&verdict, "<section id=\"validation\"", "</section>")[0];
