@@ -1,9 +1,9 @@
 //! Collected results: what all jobs found, put together in any order and told in the order of jobs.
 
 use super::frame_digest::FrameDigest;
+use super::job_result::{CheckedRow, JobResult};
 use super::report::{MAX_PRINTED_FINDINGS, ValidationReport};
 use super::rules::{Code, Finding, duplicates, id_repeated, profile_differs};
-use super::shard::{CheckedRow, JobResult};
 use super::shard_task::ShardTask;
 use crate::ClassCounts;
 use bench::split::Split;

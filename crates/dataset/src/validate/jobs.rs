@@ -10,10 +10,11 @@ use arrow_array::RecordBatch;
 use output_schema::file::{data_path, stack_path};
 use parquet::arrow::arrow_reader::ParquetRecordBatchReader;
 
+use super::job_result::{CheckedRow, JobResult};
 use super::report::ValidationReport;
 use super::rules::tables::{self, caught};
 use super::rules::{Code, Finding, files};
-use super::shard::{self, CheckedRow, JobResult, OpenShard};
+use super::shard::{self, OpenShard};
 use super::shard_task::ShardTask;
 use super::{sample, stack};
 use crate::{check_lengths, largest};

@@ -10,16 +10,20 @@
 
 mod collected_results;
 mod columns;
+mod decoded_images;
 mod expected;
 mod frame_digest;
+mod job_result;
 mod jobs;
 mod report;
 mod row_choice;
 mod rules;
 mod sample;
+mod sample_to_check;
 mod shard;
 mod shard_task;
 mod stack;
+mod stored_frames;
 
 use std::collections::{BTreeSet, HashSet};
 use std::path::Path;

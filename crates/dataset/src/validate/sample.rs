@@ -1,5 +1,4 @@
-//! Sample: a row as it is stored, its images decoded, and what its recipe makes of it: all that the rules about a
-//! sample ask.
+//! The pass over one sample: reads what the rules about it ask, makes again what can be, and asks them.
 
 use std::borrow::Cow;
 use std::sync::{Mutex, PoisonError};
@@ -8,61 +7,16 @@ use arrow_array::RecordBatch;
 use output_schema::file::exr_path;
 use output_schema::{ManifestFile, ManifestSample};
 
-use super::columns::StoredRow;
-use super::expected::{DerivedSample, ExpectedRow};
+use super::decoded_images::DecodedImages;
+use super::expected::DerivedSample;
 use super::frame_digest::FrameDigest;
+use super::job_result::CheckedRow;
 use super::report::ValidationReport;
-use super::rules::images::DecodedImages;
 use super::rules::profile_differs::RowComparison;
-use super::rules::{self, dive_differs, duplicates, exr, images, label_unknown, tables, truth_differs};
-use super::shard::CheckedRow;
+use super::rules::{dive_differs, duplicates, exr, images, label_unknown, of_sample, tables, truth_differs};
+use super::sample_to_check::SampleToCheck;
 use super::shard_task::ShardTask;
-use crate::record::{AskedRows, ExposedRows, StackFrame, TrueRow};
-
-/// One sample that is checked.
-pub(super) struct StoredSample<'a> {
-    pub(super) task: &'a ShardTask<'a>,
-    /// Its row.
-    pub(super) batch: &'a RecordBatch,
-    /// The same as plain values.
-    pub(super) row: StoredRow,
-    /// What the manifest says about it.
-    pub(super) listed: &'a ManifestSample,
-    /// Its EXR file, where that is whole.
-    pub(super) exr: Option<&'a [u8]>,
-    /// Its table and index.
-    pub(super) place: String,
-    /// The images of its row, then those that its EXR file alone has.
-    pub(super) images: DecodedImages,
-    /// A label that is no pixel class.
-    pub(super) unknown_label: Option<u16>,
-    /// What its recipe draws.
-    pub(super) expected: Option<ExpectedRow>,
-    /// What follows from that: without light, and in the rows that are exposed again.
-    pub(super) derived: Option<DerivedSample>,
-}
-
-impl StoredSample<'_> {
-    /// Columns of its images.
-    pub(super) fn cols(&self) -> usize {
-        self.row.cols.max(1) as usize
-    }
-
-    /// Whether it is rendered again, and compared as a whole.
-    pub(super) fn is_chosen(&self) -> bool {
-        self.task.chosen.contains(&self.listed.index)
-    }
-
-    /// Some rows of the body that its recipe makes.
-    pub(super) fn true_rows(&self) -> &[TrueRow] {
-        self.derived.as_ref().map_or(&[], |derived| &derived.unlit.rows)
-    }
-
-    /// Rows that were exposed again.
-    pub(super) fn exposed(&self) -> &[ExposedRows] {
-        self.derived.as_ref().map_or(&[], |derived| &derived.exposed)
-    }
-}
+use crate::record::{AskedRows, StackFrame};
 
 /// Checks one row of a table; `listed` is what the manifest says about it, `exr` its EXR file, where that is whole.
 /// What later checks need, where the row can be read.
@@ -82,7 +36,7 @@ pub(super) fn check(
     let (derived, frames) = made_again(task, listed.index, row.cols.max(1) as usize, &images, exr);
     let expected = task.expect.map(|expect| expect(listed.index));
     let mut sample =
-        StoredSample { task, batch, row, listed, exr, place, images, unknown_label: None, expected, derived };
+        SampleToCheck { task, batch, row, listed, exr, place, images, unknown_label: None, expected, derived };
     report.frames += frames.len() as u64;
     report.unexposed += u64::from(sample.exposed().is_empty() && !sample.is_chosen());
     let mut exposed = RowComparison::of_images(&sample);
@@ -95,7 +49,7 @@ pub(super) fn check(
         dive_differs::check(&sample, &channels, &path, report);
     }
     sample.unknown_label = label_unknown::unknown(&sample.images, &task.head.label_values);
-    rules::of_sample(&sample, report);
+    of_sample::check(&sample, report);
     // A copy differs in every row that is exposed again.
     let is_printed = task.rows.is_none();
     let print = is_printed.then(|| duplicates::print(sample.cols(), &sample.images, &sample.row.numbers)).flatten();

@@ -6,12 +6,11 @@ use output_schema::file::{data_path, exr_folder, exr_path, stack_path};
 use output_schema::{Manifest, ManifestFile, ManifestSample};
 use sha2::{Digest, Sha256};
 
-use super::frame_digest::FrameDigest;
+use super::job_result::JobResult;
 use super::report::ValidationReport;
-use super::rules::duplicates::NoisePrint;
 use super::rules::{files, manifests};
 use super::shard_task::ShardTask;
-use crate::{ClassCounts, largest};
+use crate::largest;
 use bench::split::Split;
 
 /// One shard whose manifest can be read.
@@ -20,36 +19,6 @@ pub(super) struct OpenShard<'a> {
     pub(super) manifest: Manifest,
     /// Places in the manifest of the files that such a shard can have, by path.
     known: HashMap<String, usize>,
-}
-
-/// What one job found.
-#[derive(Default)]
-pub(super) struct JobResult {
-    pub(super) report: ValidationReport,
-    /// Digest of the id, index and shard of every sample that the manifest names.
-    pub(super) ids: Vec<(u128, u64, u64)>,
-    /// How many samples of each class and split the manifest names.
-    pub(super) counts: ClassCounts,
-    /// Paths of its tables, as the manifest names them.
-    pub(super) tables: Vec<String>,
-    /// Its number, where there is a manifest that can be read.
-    pub(super) opened: Option<u64>,
-    /// Its number, where there is a manifest that cannot be read: nobody knows which files are its own.
-    pub(super) hidden: Option<u64>,
-    /// The row that it read.
-    pub(super) row: Option<CheckedRow>,
-    /// The sensor frames that it read and that are to be compared.
-    pub(super) frames: Vec<FrameDigest>,
-}
-
-/// What stays of a row to be compared with others.
-pub(super) struct CheckedRow {
-    pub(super) index: u64,
-    pub(super) split: String,
-    /// `None` where rows of it are exposed again, which tell copies exactly.
-    pub(super) print: Option<Box<NoisePrint>>,
-    /// Its sensor frames that were exposed again, in any order.
-    pub(super) frames: Vec<FrameDigest>,
 }
 
 /// Reads the manifest and lists the files; `None` where there is no manifest that can be read.

@@ -1,19 +1,12 @@
 //! Sensor frames: every kept profile of every sample, in order.
 
-use arrow_array::RecordBatch;
-use arrow_array::cast::AsArray;
-use arrow_array::types::{Int32Type, Int64Type};
-use output_schema::arrow::stack_schema;
-use output_schema::file::stack_path;
-use output_schema::{Manifest, ManifestFile, SCHEMA_VERSION};
+use output_schema::{Manifest, ManifestFile};
 
-use super::frame_digest::{self, FrameDigest};
+use super::frame_digest::FrameDigest;
 use super::report::ValidationReport;
-use super::rules::duplicates::sum;
 use super::rules::{Code, stack_blank, stack_differs, stack_repeated};
 use super::shard_task::ShardTask;
-use crate::record::StackFrame;
-use crate::{TableBounds, check_lengths, enclosed, frame_numbers, largest};
+use super::stored_frames;
 
 /// Checks the sensor frames of a shard: every so-many-th of the profiles of each sample, as the recipe says; those that
 /// are to be compared with what is exposed again.
@@ -23,7 +16,7 @@ pub(super) fn check(
     file: &ManifestFile,
     report: &mut ValidationReport,
 ) -> Vec<FrameDigest> {
-    let (rows, asked) = match read(task, &file.path) {
+    let (rows, asked) = match stored_frames::read(task, &file.path) {
         Ok(read) => read,
         Err((code, what)) => {
             report.fault(code, &file.path, what);
@@ -42,90 +35,4 @@ pub(super) fn check(
     stack_differs::check(&rows, task.head, manifest, &file.path, report);
     stack_blank::check(&rows, task, &file.path, report);
     asked
-}
-
-/// Id, index and profile of each row.
-type Key = (String, i64, i64);
-
-/// A row without its pixels.
-pub(super) struct FrameRow {
-    pub(super) key: Key,
-    /// Of all pixels.
-    pub(super) sum: u64,
-    pub(super) least: u16,
-    pub(super) most: u16,
-}
-
-impl FrameRow {
-    /// The frame in words.
-    pub(super) fn name(&self) -> String {
-        let (id, index, profile) = &self.key;
-        format!("profile {profile} of sample {index} ({id})")
-    }
-}
-
-/// Every row without its pixels, and the frames that are to be compared.
-fn read(task: &ShardTask, path: &str) -> Result<(Vec<FrameRow>, Vec<FrameDigest>), (Code, String)> {
-    let head = task.head;
-    let unreadable = |e: String| (Code::TableUnreadable, e);
-    let file = enclosed::open(task.root, path, largest::stack_bytes(head)).map_err(|e| unreadable(e.to_string()))?;
-    let builder = TableBounds::of_frames(head).open(file, &|_| true).map_err(unreadable)?;
-    if head.schema_version == SCHEMA_VERSION && **builder.schema() != stack_schema(head) {
-        return Err((Code::SchemaDiffers, "its columns are not those that are declared".into()));
-    }
-    let (mut rows, mut asked) = (Vec::new(), Vec::new());
-    // Frames of a sample follow on each other.
-    let (mut sample, mut profiles) = (None, Vec::new());
-    for batch in builder.with_batch_size(8).build().map_err(|e| unreadable(e.to_string()))? {
-        let batch = batch.map_err(|e| unreadable(e.to_string()))?;
-        check_lengths(&batch).map_err(unreadable)?;
-        let wrong = || unreadable("a column has another type".into());
-        let mut keys = Vec::new();
-        keys_of(&batch, &mut keys).ok_or_else(wrong)?;
-        let frames = batch.column(3).as_fixed_size_list_opt().ok_or_else(wrong)?;
-        for (i, key) in keys.into_iter().enumerate() {
-            let dn = frame_numbers(&frames.value(i)).ok_or_else(wrong)?;
-            if sample != Some(key.1) {
-                (sample, profiles) = (Some(key.1), frame_digest::asked(task, key.1));
-            }
-            if usize::try_from(key.2).is_ok_and(|profile| profiles.binary_search(&profile).is_ok()) {
-                asked.push(FrameDigest::of(key.1.unsigned_abs(), key.2.unsigned_abs(), &dn));
-            }
-            let (least, most) = (dn.iter().min().copied(), dn.iter().max().copied());
-            let row = FrameRow { key, sum: sum(&dn), least: least.unwrap_or(0), most: most.unwrap_or(0) };
-            rows.push(row);
-        }
-    }
-    Ok((rows, asked))
-}
-
-/// The sensor frames of one sample.
-///
-/// # Errors
-/// Why they cannot be read.
-pub(super) fn frames(task: &ShardTask, index: u64) -> Result<Vec<StackFrame>, String> {
-    let file = enclosed::open(task.root, &stack_path(task.number), largest::stack_bytes(task.head));
-    let file = file.map_err(|e| e.to_string())?;
-    let builder = TableBounds::of_frames(task.head).open(file, &|_| true)?;
-    let mut frames = Vec::new();
-    for batch in builder.with_batch_size(8).build().map_err(|e| e.to_string())? {
-        let batch = batch.map_err(|e| e.to_string())?;
-        let mut keys = Vec::new();
-        keys_of(&batch, &mut keys).ok_or("a column has another type")?;
-        let tensors = batch.column(3).as_fixed_size_list_opt().ok_or("the frames are no tensors")?;
-        for (i, (.., profile)) in keys.iter().enumerate().filter(|(_, key)| key.1 == index as i64) {
-            let pixels = tensors.value(i);
-            let dn = frame_numbers(&pixels).ok_or("the frames are neither uint8 nor uint16")?;
-            frames.push(StackFrame { profile: *profile as u32, dn });
-        }
-    }
-    Ok(frames)
-}
-
-fn keys_of(batch: &RecordBatch, keys: &mut Vec<Key>) -> Option<()> {
-    let id = batch.column(0).as_string_opt::<i32>()?;
-    let index = batch.column(1).as_primitive_opt::<Int64Type>()?;
-    let profile = batch.column(2).as_primitive_opt::<Int32Type>()?;
-    keys.extend((0..batch.num_rows()).map(|i| (id.value(i).into(), index.value(i), profile.value(i).into())));
-    Some(())
 }

@@ -4,13 +4,13 @@ use output_schema::PIXEL_CLASSES;
 
 use super::{Code, REMAKE_OR_REPORT, Rule};
 use crate::validate::report::ValidationReport;
-use crate::validate::sample::StoredSample;
+use crate::validate::sample_to_check::SampleToCheck;
 
 pub(super) const RULE: Rule =
     Rule { meaning: "The area of a class is not what the label image shows.", remedy: REMAKE_OR_REPORT };
 
-pub(super) fn check(sample: &StoredSample, report: &mut ValidationReport) {
-    let StoredSample { row, place, .. } = sample;
+pub(super) fn check(sample: &SampleToCheck, report: &mut ValidationReport) {
+    let SampleToCheck { row, place, .. } = sample;
     let (cols, rows) = (i64::from(row.cols), i64::from(row.rows));
     if row.class_area_px.iter().sum::<i64>() != cols * rows {
         let what = format!("the areas {:?} are not {cols} x {rows} pixels", row.class_area_px);

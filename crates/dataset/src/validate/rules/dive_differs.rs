@@ -2,11 +2,11 @@
 
 use output_schema::PIXEL_CLASSES;
 
-use super::exr::channel_named;
 use super::{Code, LOOK, Rule};
 use crate::ExrChannel;
+use crate::validate::decoded_images::channel_named;
 use crate::validate::report::ValidationReport;
-use crate::validate::sample::StoredSample;
+use crate::validate::sample_to_check::SampleToCheck;
 
 pub(super) const RULE: Rule = Rule {
     meaning: "Warning: in the middle of a knot the fibre seems to dive otherwise than the knot's axis.",
@@ -22,7 +22,7 @@ const KNOT_PX: usize = 200;
 const DIVE_DEG: f32 = 20.0;
 
 pub(in crate::validate) fn check(
-    sample: &StoredSample,
+    sample: &SampleToCheck,
     channels: &[ExrChannel],
     place: &str,
     report: &mut ValidationReport,

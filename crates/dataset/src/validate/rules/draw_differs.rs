@@ -15,7 +15,7 @@ use crate::record::Object;
 use crate::validate::columns::{StoredObject, StoredRow};
 use crate::validate::expected::{self, UnlitRow};
 use crate::validate::report::ValidationReport;
-use crate::validate::sample::StoredSample;
+use crate::validate::sample_to_check::SampleToCheck;
 use crate::{cell, object_cells, table_reader};
 
 pub(super) const RULE: Rule = Rule {
@@ -26,8 +26,8 @@ pub(super) const RULE: Rule = Rule {
 /// Differences of a row that one fault names.
 const MAX_NAMED_DIFFERENCES: usize = 3;
 
-pub(super) fn check(sample: &StoredSample, report: &mut ValidationReport) {
-    let StoredSample { row, place, .. } = sample;
+pub(super) fn check(sample: &SampleToCheck, report: &mut ValidationReport) {
+    let SampleToCheck { row, place, .. } = sample;
     if let Some(expected) = &sample.expected {
         expected::numbers(row, sample.task.head, expected, place, report);
     }

@@ -17,8 +17,8 @@ use std::collections::HashMap;
 
 use output_schema::file::DATASET;
 
-use super::images::DecodedImages;
 use super::{Code, Finding, Rule};
+use crate::validate::decoded_images::DecodedImages;
 
 pub(super) const REPEATED: Rule =
     Rule { meaning: "Warning: two samples have the same measured maps.", remedy: LOOK_AT_BOTH };

@@ -1,17 +1,15 @@
 //! The EXR file of a sample, decoded once: declared channels, the same content as the row and its images. The rules of
 //! reading it are one file.
 
-use std::borrow::Cow;
-
 use output_schema::DatasetHead;
 use output_schema::row::CALIBRATION;
 use serde_json::Value;
 
-use super::images::image_of_channel;
 use super::profile_differs::RowComparison;
 use super::{Code, REMAKE_OR_REPORT, Rule, header_differs, truth_differs};
+use crate::validate::decoded_images::image_of_channel;
 use crate::validate::report::ValidationReport;
-use crate::validate::sample::StoredSample;
+use crate::validate::sample_to_check::SampleToCheck;
 use crate::{ExrChannel, ExrSize, channel_types, exr_header, read_exr_of};
 
 pub(super) const UNREADABLE: Rule = Rule { meaning: "An EXR file cannot be read.", remedy: REMAKE_OR_REPORT };
@@ -24,7 +22,7 @@ pub(super) const DIFFERS: Rule =
 /// what the body shows and what is `exposed` again in some rows; its channels, where they can be read.
 pub(in crate::validate) fn check(
     bytes: &[u8],
-    sample: &StoredSample,
+    sample: &SampleToCheck,
     exposed: &mut RowComparison,
     place: &str,
     report: &mut ValidationReport,
@@ -77,11 +75,6 @@ pub(in crate::validate) fn check(
     Some(channels)
 }
 
-/// The numbers of a channel.
-pub(super) fn channel_named<'a>(channels: &'a [ExrChannel], name: &str) -> Option<Cow<'a, [f32]>> {
-    channels.iter().find(|channel| channel.name == name).map(ExrChannel::as_numbers)
-}
-
 /// The label image of an EXR file that is as its head declares it.
 pub(in crate::validate) fn label(bytes: &[u8], head: &DatasetHead) -> Option<Vec<u16>> {
     let (_, _, channels, _) = read_exr_of(bytes, &ExrSize::of(head)).ok()?;
@@ -90,7 +83,7 @@ pub(in crate::validate) fn label(bytes: &[u8], head: &DatasetHead) -> Option<Vec
 }
 
 /// The text attribute repeats what the row says.
-fn attribute(description: &Value, sample: &StoredSample, place: &str, report: &mut ValidationReport) {
+fn attribute(description: &Value, sample: &SampleToCheck, place: &str, report: &mut ValidationReport) {
     let (head, row) = (sample.task.head, &sample.row);
     let class = usize::try_from(row.class).ok().and_then(|class| head.classes.get(class));
     let expected = [
@@ -128,7 +121,7 @@ fn range(channel: &str, head: &DatasetHead) -> ((f32, f32), bool) {
     }
 }
 
-fn compare(channel: &ExrChannel, exr: &[f32], sample: &StoredSample, place: &str, report: &mut ValidationReport) {
+fn compare(channel: &ExrChannel, exr: &[f32], sample: &SampleToCheck, place: &str, report: &mut ValidationReport) {
     let (row, name) = (&sample.row, image_of_channel(&channel.name));
     let Some(png) = sample.images.get(&name) else { return };
     // One loop for each rule: a name that is asked at every pixel costs more than the pixel.

@@ -7,7 +7,7 @@ use output_schema::row::CALIBRATION;
 
 use super::{Code, REMAKE_OR_REPORT, Rule};
 use crate::validate::report::ValidationReport;
-use crate::validate::sample::StoredSample;
+use crate::validate::sample_to_check::SampleToCheck;
 use crate::{ExrDescription, GENERATOR_VERSION, expected_header};
 
 pub(super) const RULE: Rule = Rule {
@@ -16,7 +16,7 @@ pub(super) const RULE: Rule = Rule {
 };
 
 /// Checks the header of a file that this version wrote: of another one it may be another one.
-pub(super) fn check(header: &Header, sample: &StoredSample, place: &str, report: &mut ValidationReport) {
+pub(super) fn check(header: &Header, sample: &SampleToCheck, place: &str, report: &mut ValidationReport) {
     let (head, row) = (sample.task.head, &sample.row);
     if head.schema_version != SCHEMA_VERSION || head.generator.version != GENERATOR_VERSION {
         return;

@@ -4,7 +4,7 @@ use output_schema::PIXEL_CLASSES;
 
 use super::{Code, REMAKE_OR_REPORT, Rule};
 use crate::validate::report::ValidationReport;
-use crate::validate::sample::StoredSample;
+use crate::validate::sample_to_check::SampleToCheck;
 
 pub(super) const RULE: Rule = Rule {
     meaning: "A pixel has another class than its instance, or an instance where there is none.",
@@ -13,8 +13,8 @@ pub(super) const RULE: Rule = Rule {
 /// The classes of pixels that belong to no instance.
 const GROUND: [&str; 3] = ["background", "clear", "flange"];
 
-pub(super) fn check(sample: &StoredSample, report: &mut ValidationReport) {
-    let StoredSample { row, images: decoded, place, .. } = sample;
+pub(super) fn check(sample: &SampleToCheck, report: &mut ValidationReport) {
+    let SampleToCheck { row, images: decoded, place, .. } = sample;
     let (Some(label), Some(instance)) = (decoded.get("label"), decoded.get("instance")) else { return };
     let ground = PIXEL_CLASSES.map(|name| GROUND.contains(&name));
     let ground = |class: u16| ground.get(usize::from(class)).is_some_and(|ground| *ground);

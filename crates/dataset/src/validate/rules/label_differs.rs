@@ -3,12 +3,12 @@
 
 use super::{Code, REMAKE_OR_REPORT, Rule};
 use crate::validate::report::ValidationReport;
-use crate::validate::sample::StoredSample;
+use crate::validate::sample_to_check::SampleToCheck;
 
 pub(super) const RULE: Rule =
     Rule { meaning: "Labels or instances are not those of the body that the recipe makes.", remedy: REMAKE_OR_REPORT };
 
-pub(super) fn check(sample: &StoredSample, report: &mut ValidationReport) {
+pub(super) fn check(sample: &SampleToCheck, report: &mut ValidationReport) {
     let (rows, cols) = (sample.true_rows(), sample.cols());
     let [label, instance] = ["label", "instance"].map(|name| sample.images.get(name));
     let (mut wrong, mut first) = (0_usize, None);

@@ -1,9 +1,9 @@
 //! Every label is a pixel class of the dataset's subject.
 
-use super::images::DecodedImages;
 use super::{Code, REMAKE_OR_REPORT, Rule};
+use crate::validate::decoded_images::DecodedImages;
 use crate::validate::report::ValidationReport;
-use crate::validate::sample::StoredSample;
+use crate::validate::sample_to_check::SampleToCheck;
 
 pub(super) const RULE: Rule = Rule { meaning: "A label that is no pixel class.", remedy: REMAKE_OR_REPORT };
 
@@ -15,7 +15,7 @@ pub(in crate::validate) fn unknown(images: &DecodedImages, values: &[u8]) -> Opt
     images.get("label")?.iter().copied().find(|&class| !is_known(class))
 }
 
-pub(super) fn check(sample: &StoredSample, report: &mut ValidationReport) {
+pub(super) fn check(sample: &SampleToCheck, report: &mut ValidationReport) {
     if let Some(class) = sample.unknown_label {
         let what = format!("the label {class} is no pixel class of the subject");
         report.fault(Code::LabelUnknown, &sample.place, what);

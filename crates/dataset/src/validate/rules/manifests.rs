@@ -10,8 +10,8 @@ use serde::Deserialize;
 
 use super::{Code, REMAKE, Rule, files};
 use crate::validate::expected;
+use crate::validate::job_result::JobResult;
 use crate::validate::report::ValidationReport;
-use crate::validate::shard::JobResult;
 use crate::validate::shard_task::ShardTask;
 use crate::{enclosed, largest, one_line, to_document};
 

@@ -1,7 +1,7 @@
 //! Range is 0 exactly where reflectance and scatter are 0.
 
-use super::images::DecodedImages;
 use super::{Code, REMAKE_OR_REPORT, Rule};
+use crate::validate::decoded_images::DecodedImages;
 use crate::validate::report::ValidationReport;
 
 pub(super) const RULE: Rule =

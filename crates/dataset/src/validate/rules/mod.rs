@@ -2,7 +2,7 @@
 //! damaged dataset stands in `tests/validate/sabotage`, and the table of docs/guide/faults.md is made from here.
 //!
 //! Rules whose checks share one pass, such as the reading of a file, are one file, which says so. A rule about one
-//! sample is called by [`of_sample`]; others are called where what they are about is read.
+//! sample is called by `of_sample`; others are called where what they are about is read.
 
 pub(super) mod card_differs;
 mod class_area_differs;
@@ -22,6 +22,7 @@ pub(super) mod label_unknown;
 pub(super) mod manifests;
 mod missing_rule;
 mod object_differs;
+pub(super) mod of_sample;
 mod outline_differs;
 pub(super) mod profile_differs;
 mod range_differs;
@@ -39,8 +40,6 @@ mod value_range;
 
 use serde::Serialize;
 
-use super::report::ValidationReport;
-use super::sample::StoredSample;
 use crate::Fault;
 
 /// What to do about a shard whose files are not those that were written.
@@ -142,28 +141,6 @@ codes! {
     HardlyMeasured => shares::HARDLY_MEASURED,
     PartlyMeasured => shares::PARTLY_MEASURED,
     Saturated => shares::SATURATED,
-}
-
-/// The rules about one sample that can be read and whose images are decoded, in the order in which they are told.
-const OF_SAMPLE: [fn(&StoredSample, &mut ValidationReport); 13] = [
-    draw_differs::check,
-    row_differs::check,
-    value_range::check,
-    label_unknown::check,
-    class_area_differs::check,
-    object_differs::check,
-    instance_class::check,
-    shares::check,
-    outline_differs::check,
-    label_differs::check,
-    range_differs::check,
-    sample_checksum::check,
-    rerender::check,
-];
-
-/// Checks one sample.
-pub(super) fn of_sample(sample: &StoredSample, report: &mut ValidationReport) {
-    OF_SAMPLE.iter().for_each(|check| check(sample, report));
 }
 
 impl Code {

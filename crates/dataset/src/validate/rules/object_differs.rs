@@ -7,7 +7,7 @@ use procedural::Class;
 use super::{Code, REMAKE_OR_REPORT, Rule};
 use crate::validate::columns::{StoredRow, in_range};
 use crate::validate::report::ValidationReport;
-use crate::validate::sample::StoredSample;
+use crate::validate::sample_to_check::SampleToCheck;
 
 pub(super) const RULE: Rule = Rule {
     meaning: "An object's area or box is not what the instance image shows, an instance has no object, or \
@@ -27,7 +27,7 @@ struct LabelledRegion {
 }
 
 /// Checks objects, their numbers and pixels.
-pub(super) fn check(sample: &StoredSample, report: &mut ValidationReport) {
+pub(super) fn check(sample: &SampleToCheck, report: &mut ValidationReport) {
     let (row, place) = (&sample.row, &sample.place);
     // The pixel classes that labels of the dataset's subject can show.
     let values = &sample.task.head.label_values;

@@ -14,7 +14,7 @@
 
 use super::{Code, LOOK, Rule};
 use crate::validate::report::ValidationReport;
-use crate::validate::sample::StoredSample;
+use crate::validate::sample_to_check::SampleToCheck;
 
 pub(super) const RULE: Rule = Rule {
     meaning: "Warning: the label's outline seems not to be where Range steps from the conveyor to the object.",
@@ -44,7 +44,7 @@ const SATURATED_LEFT_OUT: f64 = 0.1;
 
 /// Checks the edges of one sample; under a second line, which lights the object ahead of the line, those of columns
 /// alone.
-pub(super) fn check(sample: &StoredSample, report: &mut ValidationReport) {
+pub(super) fn check(sample: &SampleToCheck, report: &mut ValidationReport) {
     let (head, cols) = (sample.task.head, sample.cols());
     let recipe = &head.recipe.canonical;
     // The thesis' method lets light out beyond the object's edges.

@@ -17,9 +17,9 @@ use super::{Code, Finding, REMAKE_OR_REPORT, Rule};
 use crate::record::ExposedRows;
 use crate::validate::frame_digest::FrameDigest;
 use crate::validate::report::ValidationReport;
-use crate::validate::sample::StoredSample;
+use crate::validate::sample_to_check::SampleToCheck;
 use crate::validate::shard_task::ShardTask;
-use crate::validate::stack;
+use crate::validate::stored_frames;
 use crate::{ExrChannel, image_of, map_channels};
 
 pub(super) const RULE: Rule = Rule {
@@ -44,7 +44,7 @@ pub(in crate::validate) struct RowComparison<'a> {
 
 impl<'a> RowComparison<'a> {
     /// Of the images of a sample; channels of its EXR file may follow.
-    pub(in crate::validate) fn of_images(sample: &'a StoredSample) -> Self {
+    pub(in crate::validate) fn of_images(sample: &'a SampleToCheck) -> Self {
         let (rows, head) = (sample.exposed(), sample.task.head);
         let declared = if rows.is_empty() { Vec::new() } else { head.channels() };
         let channels = |row: &ExposedRows| map_channels(&row.maps, &row.labels, row.truth.as_ref(), &declared);
@@ -169,7 +169,8 @@ fn caught(read: impl FnOnce() -> Option<String>) -> Option<String> {
 /// The first pixel in which a frame differs.
 fn first_difference(task: &ShardTask, index: u64, profile: u64) -> Option<String> {
     let made = task.exposed_again(index, profile)?;
-    let stored = stack::frames(task, index).ok()?.into_iter().find(|frame| u64::from(frame.profile) == profile)?;
+    let stored =
+        stored_frames::frames(task, index).ok()?.into_iter().find(|frame| u64::from(frame.profile) == profile)?;
     let pairs = || stored.dn.iter().zip(&made.dn);
     let count = pairs().filter(|(stored, made)| stored != made).count();
     let (place, (stored, made)) = pairs().enumerate().find(|(_, (stored, made))| stored != made)?;

@@ -8,7 +8,7 @@
 
 use super::{Code, Rule};
 use crate::validate::report::ValidationReport;
-use crate::validate::sample::StoredSample;
+use crate::validate::sample_to_check::SampleToCheck;
 
 pub(super) const RULE: Rule = Rule {
     meaning: "Warning: Range seems to be nowhere near the body that the recipe makes.",
@@ -21,7 +21,7 @@ const LIT: f32 = 0.25;
 /// Pixels that it takes to judge Range [px].
 const MIN_PIXELS: usize = 64;
 
-pub(super) fn check(sample: &StoredSample, report: &mut ValidationReport) {
+pub(super) fn check(sample: &SampleToCheck, report: &mut ValidationReport) {
     let head = sample.task.head;
     if !sample.exposed().is_empty() || head.range_unit() != "mm" {
         return;

@@ -6,8 +6,8 @@ use std::sync::Arc;
 use super::{Code, Rule};
 use crate::row_batch;
 use crate::validate::report::ValidationReport;
-use crate::validate::sample::StoredSample;
-use crate::validate::stack;
+use crate::validate::sample_to_check::SampleToCheck;
+use crate::validate::stored_frames;
 
 pub(super) const FAILED: Rule = Rule {
     meaning: "A sample could not be rendered again.",
@@ -18,8 +18,8 @@ pub(super) const DIFFERS: Rule = Rule {
     remedy: "use the same program version and target; if they are the same, report it",
 };
 
-pub(super) fn check(sample: &StoredSample, report: &mut ValidationReport) {
-    let StoredSample { task, place, batch: stored, exr, .. } = sample;
+pub(super) fn check(sample: &SampleToCheck, report: &mut ValidationReport) {
+    let SampleToCheck { task, place, batch: stored, exr, .. } = sample;
     let (index, chosen) = (sample.listed.index, sample.is_chosen());
     let Some(render) = task.rerender.filter(|_| chosen) else { return };
     report.rerendered += 1;
@@ -35,7 +35,7 @@ pub(super) fn check(sample: &StoredSample, report: &mut ValidationReport) {
     if made.exr.as_deref() != *exr {
         other.push("EXR file");
     }
-    if task.head.images.stack_every.is_some() && stack::frames(task, index) != Ok(made.stack) {
+    if task.head.images.stack_every.is_some() && stored_frames::frames(task, index) != Ok(made.stack) {
         other.push("sensor frames");
     }
     if !other.is_empty() {

@@ -4,7 +4,7 @@
 use super::{Code, REMAKE_OR_REPORT, Rule};
 use crate::image_path;
 use crate::validate::report::ValidationReport;
-use crate::validate::sample::StoredSample;
+use crate::validate::sample_to_check::SampleToCheck;
 
 pub(super) const RULE: Rule = Rule {
     meaning: "A row says another id, split, class or seed than its file, manifest or `dataset.json`.",
@@ -13,8 +13,8 @@ pub(super) const RULE: Rule = Rule {
 pub(super) const CLASS_UNKNOWN: Rule =
     Rule { meaning: "A row has a class that `dataset.json` does not name.", remedy: REMAKE_OR_REPORT };
 
-pub(super) fn check(sample: &StoredSample, report: &mut ValidationReport) {
-    let StoredSample { row, place, listed, expected, .. } = sample;
+pub(super) fn check(sample: &SampleToCheck, report: &mut ValidationReport) {
+    let SampleToCheck { row, place, listed, expected, .. } = sample;
     let head = sample.task.head;
     let mut fault = |code, what: String| report.fault(code, place, what);
     // What the manifest lists was compared with the recipe where there is one.

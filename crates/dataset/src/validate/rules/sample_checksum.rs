@@ -3,12 +3,12 @@
 use super::{Code, REMAKE, Rule};
 use crate::maps_sha256;
 use crate::validate::report::ValidationReport;
-use crate::validate::sample::StoredSample;
+use crate::validate::sample_to_check::SampleToCheck;
 
 pub(super) const RULE: Rule =
     Rule { meaning: "The maps of a sample have another SHA-256 than the manifest says.", remedy: REMAKE };
 
-pub(super) fn check(sample: &StoredSample, report: &mut ValidationReport) {
+pub(super) fn check(sample: &SampleToCheck, report: &mut ValidationReport) {
     let complete = sample.exr.is_some() || sample.task.head.images.exr.is_empty();
     let png = sample.row.png.iter().map(|(name, bytes)| (name.as_str(), bytes.as_slice()));
     if complete && maps_sha256(png, sample.exr) != sample.listed.sha256 {

@@ -6,7 +6,7 @@ use output_schema::row::SHARES;
 use super::{Code, REMAKE_OR_REPORT, Rule};
 use crate::shares::{ObjectPixels, SampleShares, Shortfall};
 use crate::validate::report::ValidationReport;
-use crate::validate::sample::StoredSample;
+use crate::validate::sample_to_check::SampleToCheck;
 
 pub(super) const DIFFERS: Rule =
     Rule { meaning: "The measured or the saturated share is not what the images show.", remedy: REMAKE_OR_REPORT };
@@ -38,8 +38,8 @@ impl From<Shortfall> for Code {
     }
 }
 
-pub(super) fn check(sample: &StoredSample, report: &mut ValidationReport) {
-    let StoredSample { task, row, images: decoded, place, .. } = sample;
+pub(super) fn check(sample: &SampleToCheck, report: &mut ValidationReport) {
+    let SampleToCheck { task, row, images: decoded, place, .. } = sample;
     let Some(shares) = row.shares else { return };
     let SampleShares { measured, saturated, in_view, .. } = shares;
     let mut fault = |code, what: String| report.fault(code, place, what);

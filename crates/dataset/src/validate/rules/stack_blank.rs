@@ -4,7 +4,7 @@
 use super::{Code, REMAKE_OR_REPORT, Rule};
 use crate::validate::report::ValidationReport;
 use crate::validate::shard_task::ShardTask;
-use crate::validate::stack::FrameRow;
+use crate::validate::stored_frames::FrameRow;
 
 pub(super) const RULE: Rule = Rule {
     meaning: "A sensor frame is 0 everywhere, and is not when it is exposed again; a warning where it cannot be.",

@@ -4,7 +4,7 @@ use output_schema::{DatasetHead, Manifest};
 
 use super::{Code, REMAKE_OR_REPORT, Rule};
 use crate::validate::report::ValidationReport;
-use crate::validate::stack::FrameRow;
+use crate::validate::stored_frames::FrameRow;
 
 pub(super) const RULE: Rule =
     Rule { meaning: "The sensor frames are not those that the recipe keeps.", remedy: REMAKE_OR_REPORT };

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use super::{Code, REMAKE_OR_REPORT, Rule};
 use crate::validate::report::ValidationReport;
-use crate::validate::stack::FrameRow;
+use crate::validate::stored_frames::FrameRow;
 
 pub(super) const RULE: Rule =
     Rule { meaning: "Two sensor frames have the same pixels, noise and all.", remedy: REMAKE_OR_REPORT };

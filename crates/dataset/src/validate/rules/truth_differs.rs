@@ -5,10 +5,10 @@
 use exr::prelude::f16;
 use output_schema::SampleType;
 
-use super::exr::channel_named;
 use super::{Code, REMAKE_OR_REPORT, Rule};
+use crate::validate::decoded_images::channel_named;
 use crate::validate::report::ValidationReport;
-use crate::validate::sample::StoredSample;
+use crate::validate::sample_to_check::SampleToCheck;
 use crate::{ExrChannel, truth_channel};
 
 pub(super) const RULE: Rule = Rule {
@@ -17,7 +17,7 @@ pub(super) const RULE: Rule = Rule {
 };
 
 /// A channel of truth maps of an EXR file, number by number: both are made from one noise-free hit and rounded alike.
-pub(super) fn rows(sample: &StoredSample, channel: &ExrChannel, place: &str, report: &mut ValidationReport) {
+pub(super) fn rows(sample: &SampleToCheck, channel: &ExrChannel, place: &str, report: &mut ValidationReport) {
     let (rows, cols) = (sample.true_rows(), sample.cols());
     let numbers = channel.as_numbers();
     let is_half = channel.sample_type() == SampleType::Half;
@@ -38,12 +38,12 @@ pub(super) fn rows(sample: &StoredSample, channel: &ExrChannel, place: &str, rep
 
 /// Labels against the truth maps of the EXR file.
 pub(in crate::validate) fn labels(
-    sample: &StoredSample,
+    sample: &SampleToCheck,
     channels: &[ExrChannel],
     place: &str,
     report: &mut ValidationReport,
 ) {
-    let StoredSample { task, images: decoded, .. } = sample;
+    let SampleToCheck { task, images: decoded, .. } = sample;
     let map = |name| channel_named(channels, name);
     let mut fault = |what: String| report.tell(task.is_exact(), Code::TruthDiffers, place, what);
     let bin = &task.head.recipe.canonical["output"]["bin"];

@@ -3,11 +3,11 @@
 
 use super::{Code, REMAKE_OR_REPORT, Rule};
 use crate::validate::report::ValidationReport;
-use crate::validate::sample::StoredSample;
+use crate::validate::sample_to_check::SampleToCheck;
 
 pub(super) const RULE: Rule = Rule { meaning: "A number is outside of its range.", remedy: REMAKE_OR_REPORT };
 
-pub(super) fn check(sample: &StoredSample, report: &mut ValidationReport) {
+pub(super) fn check(sample: &SampleToCheck, report: &mut ValidationReport) {
     let (head, row) = (sample.task.head, &sample.row);
     let mut fault = |what: String| report.fault(Code::ValueRange, &sample.place, what);
     if (i64::from(row.cols), i64::from(row.rows)) != (head.images.cols as i64, head.images.rows as i64) {

@@ -1,0 +1,56 @@
+//! Sample to check: a row as it is stored, its images decoded, and what its recipe makes of it: all that the rules about
+//! a sample ask.
+
+use arrow_array::RecordBatch;
+use output_schema::ManifestSample;
+
+use super::columns::StoredRow;
+use super::decoded_images::DecodedImages;
+use super::expected::{DerivedSample, ExpectedRow};
+use super::shard_task::ShardTask;
+use crate::record::{ExposedRows, TrueRow};
+
+/// One sample that is checked.
+pub(super) struct SampleToCheck<'a> {
+    pub(super) task: &'a ShardTask<'a>,
+    /// Its row.
+    pub(super) batch: &'a RecordBatch,
+    /// The same as plain values.
+    pub(super) row: StoredRow,
+    /// What the manifest says about it.
+    pub(super) listed: &'a ManifestSample,
+    /// Its EXR file, where that is whole.
+    pub(super) exr: Option<&'a [u8]>,
+    /// Its table and index.
+    pub(super) place: String,
+    /// The images of its row, then those that its EXR file alone has.
+    pub(super) images: DecodedImages,
+    /// A label that is no pixel class.
+    pub(super) unknown_label: Option<u16>,
+    /// What its recipe draws.
+    pub(super) expected: Option<ExpectedRow>,
+    /// What follows from that: without light, and in the rows that are exposed again.
+    pub(super) derived: Option<DerivedSample>,
+}
+
+impl SampleToCheck<'_> {
+    /// Columns of its images.
+    pub(super) fn cols(&self) -> usize {
+        self.row.cols.max(1) as usize
+    }
+
+    /// Whether it is rendered again, and compared as a whole.
+    pub(super) fn is_chosen(&self) -> bool {
+        self.task.chosen.contains(&self.listed.index)
+    }
+
+    /// Some rows of the body that its recipe makes.
+    pub(super) fn true_rows(&self) -> &[TrueRow] {
+        self.derived.as_ref().map_or(&[], |derived| &derived.unlit.rows)
+    }
+
+    /// Rows that were exposed again.
+    pub(super) fn exposed(&self) -> &[ExposedRows] {
+        self.derived.as_ref().map_or(&[], |derived| &derived.exposed)
+    }
+}
