@@ -24,9 +24,11 @@ pub fn json_schema() -> Value {
             "subjects": SUBJECTS.map(|s| json!({ "name": s.name, "label_values": s.label_values(SCHEMA_VERSION[1]) })),
             "row": columns(&ROW),
             "stack": columns(&STACK),
-            "range_forms": RANGE_FORMS.map(|f| json!({ "name": f.name, "unit": f.unit, "range": f.range, "doc": f.doc })),
+            "range_forms": RANGE_FORMS.map(|f| json!({ "name": f.name, "unit": f.unit, "range": f.range,
+                "doc": f.doc })),
             "exr": CHANNELS.iter().map(|c| json!({
-                "name": c.name, "type": c.samples.name(), "shape": CHANNEL_SHAPE, "unit": c.unit, "range": c.range, "missing": c.missing,
+                "name": c.name, "type": c.samples.name(), "shape": CHANNEL_SHAPE, "unit": c.unit, "range": c.range,
+                    "missing": c.missing,
                 "doc": c.doc, "asked_by": c.asked_by, "subject": c.subject,
             })).collect::<Vec<_>>(),
         },

@@ -1,15 +1,15 @@
 //! Smooth random functions of position, made from hashed numbers.
 //!
 //! Models: noise of mean 0 and unit root mean square, all with continuous and smooth slopes.
-//! `plane`, `space` and `line` are value noise: the value at each point of a lattice is uniform on (-sqrt 3, sqrt 3), and
-//! between the points the values are joined by Perlin's (2002) quintic. The quintic averages neighbours; in d dimensions it
-//! keeps (181/231)^d of the variance, which is divided out. Its variance is larger at lattice points than between them. The
-//! lattice is therefore turned against the axes by angles whose tangents are irrational: no row or column of an image
-//! meets lattice points at equal phases, and no statistic of rows or columns repeats with the cell.
+//! `plane`, `space` and `line` are value noise: the value at each point of a lattice is uniform on (-sqrt 3, sqrt 3),
+//! and between the points the values are joined by Perlin's (2002) quintic. The quintic averages neighbours; in d
+//! dimensions it keeps (181/231)^d of the variance, which is divided out. Its variance is larger at lattice points than
+//! between them. The lattice is therefore turned against the axes by angles whose tangents are irrational: no row or
+//! column of an image meets lattice points at equal phases, and no statistic of rows or columns repeats with the cell.
 //! `fibres` is sparse convolution (Lewis 1989) across and value noise along: lanes with centres uniform in their cells
 //! have the profile (1 - d^2)^3, and each lane carries value noise of one dimension with a phase and a rate of its own.
-//! Uniform centres and phases make its mean and covariance the same at every place, without any lattice. `bundles` does so
-//! along the fibre; across it is turned value noise whose weights are scaled to equal variance everywhere.
+//! Uniform centres and phases make its mean and covariance the same at every place, without any lattice. `bundles` does
+//! so along the fibre; across it is turned value noise whose weights are scaled to equal variance everywhere.
 //! Hash: the two-multiply integer mixer "lowbias32" (Wellons 2018).
 //! Limits: below a quarter of the cell it is a polynomial; over more than 2^22 cells f32 no longer resolves a cell.
 
@@ -142,7 +142,8 @@ impl Noise {
         (scale * value, scale * gradient)
     }
 
-    /// [`Self::fibres`] at places that have `across` and `along` in common order: values, and both parts of the gradients.
+    /// [`Self::fibres`] at places that have `across` and `along` in common order: values, and both parts of the
+    /// gradients.
     #[inline]
     pub fn fibres_at(self, across: &[f32; BLOCK], along: &[f32; BLOCK]) -> [[f32; BLOCK]; 3] {
         fibres_at(self, across, along)

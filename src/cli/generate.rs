@@ -193,7 +193,8 @@ fn generate_dataset(
         let GenerateSummary { samples, shards, others, total, left, .. } = summary;
         let document = json!({
             "out": request.out.display().to_string(), "recipe": recipe.name(), "recipe_hash": recipe.hash(),
-            "seed": request.seed, "samples": total, "made_samples": samples, "made_shards": shards, "shards_of_others": others,
+            "seed": request.seed, "samples": total, "made_samples": samples, "made_shards": shards,
+                "shards_of_others": others,
             "left_samples": left,
             "hidden_defects": hidden, "warnings": warned,
         });

@@ -144,7 +144,8 @@ pub(crate) struct GenerateArgs {
     #[arg(short, long, value_name = "N", value_parser = whole::<u64>)]
     n: Option<u64>,
     /// What other programs call `-n`.
-    #[arg(long, hide = true, aliases = ["count", "number", "num-samples", "num"], value_name = "N", value_parser = not_n)]
+    #[arg(long, hide = true, aliases = ["count", "number", "num-samples", "num"], value_name = "N",
+        value_parser = not_n)]
     samples: Option<u64>,
     /// Folder of the dataset [default: the one that --recipe names, else out/<recipe name>]
     #[arg(short, long, value_name = "DIR", value_parser = output::folder())]

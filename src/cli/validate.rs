@@ -151,7 +151,8 @@ fn unforeseen() -> u64 {
 
 /// Keeps the report with the sums of the documents that it is about.
 fn save(dir: &Path, sums: &DatasetSums, report: &ValidationReport) -> Result<(), String> {
-    let mut document = json!({ "format": "sheetlight-validation", "dataset_sha256": sums.dataset, "manifests_sha256": sums.manifests });
+    let mut document = json!({ "format": "sheetlight-validation", "dataset_sha256": sums.dataset,
+        "manifests_sha256": sums.manifests });
     if let (Some(document), Value::Object(report)) = (document.as_object_mut(), report.json()) {
         document.extend(report);
     }

@@ -4,13 +4,13 @@
 //! Boards of 15 x 11 mm, free of speckle and of shot noise; dark noise is the smallest there is and the same in both. A
 //! pixel differs when Reflectance changes by more than [`REFLECTANCE_DN`], Scatter by more than [`SCATTER_SHARE`], or
 //! Range by more than
-//! [`RANGE_MM`] or is measured in one of the two alone. Light that enters in a defect leaves beside it: pixels within `margin` of a mask
-//! may differ, and those beyond it may not, but for the share `beyond`. The margin is the reach of scattered light,
-//! [`SCATTERED_MM`], for defects with a sharp border; decay, stain and soaked wood fade over some millimetres beyond their labels, an
-//! opening shades and hides what lies as far beside it as it is deep times the tangents of camera and laser, and a knot
-//! parts fibres and bends rings up to four of its half widths from its axis. Pixels within [`BORDER_MM`] of the board's
-//! outline are left out: a board with an opening hides itself by a grid of 0.1 mm, one without by its hull, which moves
-//! its ends by less than that.
+//! [`RANGE_MM`] or is measured in one of the two alone. Light that enters in a defect leaves beside it: pixels within
+//! `margin` of a mask may differ, and those beyond it may not, but for the share `beyond`. The margin is the reach of
+//! scattered light, [`SCATTERED_MM`], for defects with a sharp border; decay, stain and soaked wood fade over some
+//! millimetres beyond their labels, an opening shades and hides what lies as far beside it as it is deep times the
+//! tangents of camera and laser, and a knot parts fibres and bends rings up to four of its half widths from its axis.
+//! Pixels within [`BORDER_MM`] of the board's outline are left out: a board with an opening hides itself by a grid of
+//! 0.1 mm, one without by its hull, which moves its ends by less than that.
 //!
 //! One board of a kind is asked by default; `DEFECT_BOARDS=11` asks for 220 boards, as `make defect-maps` does.
 

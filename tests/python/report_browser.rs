@@ -143,7 +143,8 @@ fn drawings_are_whole() {
     let (place, _) = planks_page("--frames 0");
     let bin = |place: f64| json!({"confidence": place, "accuracy": place, "count": 5});
     let check = json!({
-        "format": "sheetlight-check", "model": {}, "task": "segment", "split": "all", "accuracy": {}, "classes": [], "confusion": [],
+        "format": "sheetlight-check", "model": {}, "task": "segment", "split": "all", "accuracy": {}, "classes": [],
+            "confusion": [],
         "calibration": {"error": 0.0, "bins": [bin(0.0), bin(0.5), bin(1.0)]},
     });
     place.write("planks/reports/check-x-all.json", check.to_string());
@@ -167,7 +168,8 @@ fn pages_fit_their_window() {
     let long = "aNameWithoutAnyBlank".repeat(8);
     let fault = json!({"code": "file-checksum", "place": long, "what": long, "remedy": long});
     let validation = json!({
-        "format": "sheetlight-validation", "clean": false, "faults": [fault], "samples": 6, "paths": [{long.as_str(): long}],
+        "format": "sheetlight-validation", "clean": false, "faults": [fault], "samples": 6,
+            "paths": [{long.as_str(): long}],
     });
     let shares =
         json!({"accuracy": 0.5, "low": 0.25, "high": 0.75, "samples": 6, "of": 6, "from": 1.5, "to": 123_456.5});

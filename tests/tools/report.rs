@@ -98,7 +98,8 @@ fn text_is_escaped() {
         json!({"format": VALIDATION, "clean": false, "faults": [fault], "<u>": [{"<s>": "<q>"}]}).to_string(),
     );
     let check = json!({
-        "format": "sheetlight-check", "model": {}, "task": "<b>", "split": "<b>", "accuracy": {}, "confusion": [], "calibration": {},
+        "format": "sheetlight-check", "model": {}, "task": "<b>", "split": "<b>", "accuracy": {}, "confusion": [],
+            "calibration": {},
         "classes": [{"name": "<script>alert(6)</script>"}], "worst": [{"picture": "../../tiny.yaml"}],
     });
     place.write("planks/reports/check-<x>.json", check.to_string());

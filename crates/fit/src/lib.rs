@@ -3,7 +3,8 @@
 //! ```text
 //! recipe -> keys with priors -> scores -> simulated scans -> statistics --. real scans -> statistics, spreads of
 //! halves ----------------------------+-> Emulator -> Posterior -> scores of the next round
-//!                                                                          '-> Fit: keys, statistics before and after, misfit
+//!                                                                          '-> Fit: keys, statistics before and after,
+//! misfit
 //! ```
 //!
 //! The first round draws scores from the prior, that is, from the recipe's own distributions; each further round draws

@@ -228,7 +228,8 @@ impl Fit {
             "rounds_asked": self.rounds[1],
             "keys": keys,
             "pairs": self.pairs.iter().map(|(keys, r)| json!({ "keys": keys, "correlation": r })).collect::<Vec<_>>(),
-            "correlations": self.correlations.iter().map(|(keys, r)| json!({ "keys": keys, "spearman": r })).collect::<Vec<_>>(),
+            "correlations": self.correlations.iter().map(|(keys, r)| json!({ "keys": keys,
+                "spearman": r })).collect::<Vec<_>>(),
             "scans": self.scans.iter().map(scan).collect::<Vec<_>>(),
         })
     }

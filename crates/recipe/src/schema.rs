@@ -65,7 +65,8 @@ pub fn schema() -> Value {
     );
     properties.insert(
         SET.into(),
-        json!({ "description": SET_DOC.trim(), "type": ["object", "null"], "propertyNames": { "pattern": "^[a-z0-9_.-]+$" } }),
+        json!({ "description": SET_DOC.trim(), "type": ["object", "null"],
+            "propertyNames": { "pattern": "^[a-z0-9_.-]+$" } }),
     );
     json!({
         "$schema": "https://json-schema.org/draft/2020-12/schema",

@@ -164,7 +164,8 @@ pub enum VolumeFault {
     #[error("{:.0} % of it have less than {density} kg/m3, which is air and no wood; crop the slices to wood, which \
         lies {:.1} to {:.1} mm through the slices, {:.1} to {:.1} mm down and {:.1} to {:.1} mm across them, or \
         correct the densities of black and \
-        white", 100.0 * share, wood_mm[0][0], wood_mm[0][1], wood_mm[1][0], wood_mm[1][1], wood_mm[2][0], wood_mm[2][1])]
+        white", 100.0 * share, wood_mm[0][0], wood_mm[0][1], wood_mm[1][0], wood_mm[1][1], wood_mm[2][0],
+            wood_mm[2][1])]
     Air {
         /// Share of the voxels [1].
         share: f32,

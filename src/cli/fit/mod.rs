@@ -46,7 +46,8 @@ pub(super) struct FitArgs {
     #[arg(long, value_name = "TIME", default_value = "20m", value_parser = duration)]
     time: Duration,
     /// Simulated scans, all rounds together
-    #[arg(long, value_name = "N", default_value_t = 3000, value_parser = clap::value_parser!(u32).range(400..=1_000_000))]
+    #[arg(long, value_name = "N", default_value_t = 3000, value_parser =
+        clap::value_parser!(u32).range(400..=1_000_000))]
     simulations: u32,
     /// Rounds in which they are made, each nearer to the real scans
     #[arg(long, value_name = "N", default_value_t = 7, value_parser = clap::value_parser!(u32).range(2..=50))]

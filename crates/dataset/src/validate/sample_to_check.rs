@@ -1,5 +1,5 @@
-//! Sample to check: a row as it is stored, its images decoded, and what its recipe makes of it: all that the rules about
-//! a sample ask.
+//! Sample to check: a row as it is stored, its images decoded, and what its recipe makes of it: all that the rules
+//! about a sample ask.
 
 use arrow_array::RecordBatch;
 use output_schema::ManifestSample;

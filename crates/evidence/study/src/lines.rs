@@ -245,7 +245,8 @@ fn json(cases: &[MediumCase], effort: Effort) -> Value {
             "dive_deg": case.wood.dive, "azimuth_deg": case.wood.azimuth,
             "models": Model::ALL.into_iter().zip(&case.answers).map(answer).collect::<Vec<_>>(),
             "kernel_marks": case.verdicts().map(|verdicts| {
-                let each = FIGURES.iter().zip(verdicts).map(|(figure, verdict)| (figure.key.to_owned(), json!(verdict.name())));
+                let each = FIGURES.iter().zip(verdicts).map(|(figure, verdict)| (figure.key.to_owned(),
+                    json!(verdict.name())));
                 Value::Object(each.collect())
             }),
         })

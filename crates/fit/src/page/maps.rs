@@ -144,7 +144,8 @@ fn row(kind: MapKind, sides: [(&str, &ScanMaps); 3]) -> Markup {
                     @match kind.numbers(maps).and_then(|numbers| picture(kind, &numbers, maps, low, high)) {
                         Some(picture) => {
                             img width=(picture.cols) height=(picture.rows) alt={ (kind.name()) " of the " (side) }
-                                style=(format!("width:{:.1}%", 100.0 * picture.cols as f64 / widest as f64)) src=(picture.url);
+                                style=(format!("width:{:.1}%",
+                                    100.0 * picture.cols as f64 / widest as f64)) src=(picture.url);
                             figcaption { strong { (side) } ", " (picture.part) }
                         }
                         None => {

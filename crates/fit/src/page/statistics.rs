@@ -90,7 +90,8 @@ fn row(statistic: &StatisticFit) -> Markup {
                 strong { (short(real)) }
                 @if let Some([low, high]) = statistic.real_ends { br; (short(low)) " to " (short(high)) }
             }
-            td.drawing data-label="Drawing" { (svg::strip(statistic.before, statistic.after, real, statistic.real_ends)) }
+            td.drawing data-label="Drawing" { (svg::strip(statistic.before, statistic.after, real,
+                statistic.real_ends)) }
             (interval("Before", statistic.before))
             (interval("Fitted", statistic.after))
             td.n data-label="Deviations" { (signed(statistic.from_scatter)) }

@@ -92,7 +92,8 @@ impl CheckReport {
     pub fn json(&self, pictures: &[String]) -> Value {
         let share = |share: &Accuracy| {
             json!({
-                "accuracy": share.value(), "low": share.interval()[0], "high": share.interval()[1], "right": share.right,
+                "accuracy": share.value(), "low": share.interval()[0], "high": share.interval()[1],
+                    "right": share.right,
                 "of": share.of, "samples": share.samples, "effective": share.effective(),
             })
         };
@@ -106,7 +107,8 @@ impl CheckReport {
         let bins = self.metrics.bins().iter().enumerate().map(|(i, bin)| {
             let mean = |sum: f64| (bin.count > 0).then(|| sum / bin.count as f64);
             json!({
-                "low": i as f64 / CONFIDENCE_BINS as f64, "high": (i + 1) as f64 / CONFIDENCE_BINS as f64, "count": bin.count,
+                "low": i as f64 / CONFIDENCE_BINS as f64, "high": (i + 1) as f64 / CONFIDENCE_BINS as f64,
+                    "count": bin.count,
                 "confidence": mean(bin.confidence), "accuracy": mean(bin.right as f64),
             })
         });
@@ -131,7 +133,8 @@ impl CheckReport {
         json!({
             "format": DOCUMENT_FORMAT,
             "schema_version": SCHEMA_VERSION,
-            "model": { "path": self.options.model.display().to_string(), "sha256": self.model_sha256, "sidecar_sha256": self.sidecar_sha256 },
+            "model": { "path": self.options.model.display().to_string(), "sha256": self.model_sha256,
+                "sidecar_sha256": self.sidecar_sha256 },
             "dataset": {
                 "path": self.options.dir.display().to_string(), "recipe": head.recipe.name,
                 "recipe_hash": head.recipe.hash, "seed": head.seed, "subject": head.subject,

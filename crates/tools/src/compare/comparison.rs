@@ -125,7 +125,10 @@ impl Comparison {
 
     /// The document.
     pub fn json(&self) -> Value {
-        let distance = |d: DistributionDistance| json!({ "ks": d.ks, "p_if_independent": d.p, "wasserstein": d.wasserstein, "counts": d.counts });
+        let distance = |d: DistributionDistance| {
+            json!({ "ks": d.ks, "p_if_independent": d.p,
+            "wasserstein": d.wasserstein, "counts": d.counts })
+        };
         let distances: serde_json::Map<String, Value> = self
             .distances()
             .into_iter()

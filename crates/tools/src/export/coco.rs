@@ -307,7 +307,8 @@ fn annotation(
         attributes.insert(name.into(), sample.pixel_class(class).into());
     }
     json!({
-        "id": 0, "image_id": sample.index, "category_id": class, "bbox": [bbox.left, bbox.top, bbox.cols, bbox.rows], "area": runs.area(),
+        "id": 0, "image_id": sample.index, "category_id": class, "bbox": [bbox.left, bbox.top, bbox.cols, bbox.rows],
+            "area": runs.area(),
         "segmentation": {"size": [sample.rows, sample.cols], "counts": counts}, "iscrowd": 0,
         "attributes": attributes,
     })

@@ -4,8 +4,8 @@
 //! u = ln(variance + 0.05^2 mm^2), the laser's own width included. Weights sum to 1; single ones may be a little
 //! negative, sums over the many paths of a medium are not. The widths were chosen by least squares so that rows 0 to 11
 //! of the 15 media of docs/theory/physics.md come out like the sum of the Gaussians themselves: rows 1 to 8 within
-//! 0.3 %, rows 7 to 11 within 0.7 %. Gaussians wider than the last one count as it does, with the height that they have at
-//! their centre: what they send beyond is outside of every window.
+//! 0.3 %, rows 7 to 11 within 0.7 %. Gaussians wider than the last one count as it does, with the height that they have
+//! at their centre: what they send beyond is outside of every window.
 //!
 //! Packs have widths of their own ([`PACK_SPREAD_MM`]), up to 5 mm: light fills a pocket, and the line of the film and
 //! that on foil 3 mm below stand 30 rows apart in it.

@@ -1,16 +1,16 @@
 //! One branch of a stem, as nine numbers.
 //!
-//! Models: at the distance r from the pith a branch is r (A + B r^(1/4)) wide, its axis lies at the height C + D sqrt r + E r and at the
-//! azimuth F + G ln r, it ends at H and died at I. From its death on, and from where the law has its maximum, r = (-4 A / 5 B)^4,
-//! the width stays (Trincado and Burkhart 2008). In the scanned log that maximum lies at I wherever a branch died, so a dead branch
-//! has B = -4/5 A / I^(1/4).
-//! A grown branch draws the distance where it dies, lognormal; what dies beyond the outline is alive. Its width at min(I, 100 mm) is
-//! lognormal and goes with (min(I, 100 mm) / 100 mm)^0.9. A living one is as straight as -B s^(1/4) / A = 4/5 u^0.35 at
-//! the outline s, with u even. A dead one's stub stays for some widths; where it then ends inside, the stem grows over it.
-//! Source: the 108 knots of the scanned log of Larsson et al. (2022), of which 95 reach the outline, 59 of them dead, and 13 end inside.
-//! For dead ones ln width goes with 0.90 ln I, spread 0.48; slopes have a mean of -12.2 deg and a spread of 8.0 deg at 100 mm, D a mean
-//! of 0.13 and a spread of 0.08 mm^(1/2), G a spread of 0.056 rad; widths on one side exceed the mean by a factor of e^0.2 and lag
-//! behind it on the other.
+//! Models: at the distance r from the pith a branch is r (A + B r^(1/4)) wide, its axis lies at the height C + D sqrt r
+//! + E r and at the azimuth F + G ln r, it ends at H and died at I. From its death on, and from where the law has its
+//! maximum, r = (-4 A / 5 B)^4, the width stays (Trincado and Burkhart 2008). In the scanned log that maximum lies at I
+//! wherever a branch died, so a dead branch has B = -4/5 A / I^(1/4).
+//! A grown branch draws the distance where it dies, lognormal; what dies beyond the outline is alive. Its width at
+//! min(I, 100 mm) is lognormal and goes with (min(I, 100 mm) / 100 mm)^0.9. A living one is as straight as -B s^(1/4) /
+//! A = 4/5 u^0.35 at the outline s, with u even. A dead one's stub stays for some widths; where it then ends inside,
+//! the stem grows over it. Source: the 108 knots of the scanned log of Larsson et al. (2022), of which 95 reach the
+//! outline, 59 of them dead, and 13 end inside. For dead ones ln width goes with 0.90 ln I, spread 0.48; slopes have a
+//! mean of -12.2 deg and a spread of 8.0 deg at 100 mm, D a mean of 0.13 and a spread of 0.08 mm^(1/2), G a spread of
+//! 0.056 rad; widths on one side exceed the mean by a factor of e^0.2 and lag behind it on the other.
 //! Limits: branches of a whorl do not compete; slope and width are independent (-0.24 in the scanned log).
 
 use std::f64::consts::TAU;

@@ -93,7 +93,10 @@ pub fn study(trials: Trials, progress: StudyProgress) -> StudyReport {
     let (figures, plots) = figures(trials, &repeats, &patch, &patterns);
     let table = table("Sensor", trials, &figures, &[]);
     let mut json = document("sensor", trials, &figures);
-    let level = |(electrons, mean, variance): &(f64, Estimate, Estimate)| json!({ "electrons_e": electrons, "mean_dn": mean, "variance_dn2": variance });
+    let level = |(electrons, mean, variance): &(f64, Estimate, Estimate)| {
+        json!({ "electrons_e": electrons,
+        "mean_dn": mean, "variance_dn2": variance })
+    };
     json["levels"] = plots.levels.iter().map(level).collect();
     json["slopes"] = slope_document(&plots.modes);
     json["spectrum_with_rows_dn2"] = json!(plots.spectra[0]);
@@ -362,8 +365,14 @@ fn mode(patch: &FullWellPatch, hdr: Hdr, patterns: &PatternCache) -> SlopeMode {
 
 /// For the study's document.
 fn slope_document(modes: &[SlopeMode]) -> Value {
-    let row = |[light, mean, variance]: &[f64; 3]| json!({ "light_full_wells": light, "mean_dn": mean, "variance_dn2": variance });
-    let one = |mode: &SlopeMode| json!({ "hdr": mode.hdr.name(), "levels": mode.measured.iter().map(row).collect::<Vec<_>>() });
+    let row = |[light, mean, variance]: &[f64; 3]| {
+        json!({ "light_full_wells": light, "mean_dn": mean,
+        "variance_dn2": variance })
+    };
+    let one = |mode: &SlopeMode| {
+        json!({ "hdr": mode.hdr.name(),
+        "levels": mode.measured.iter().map(row).collect::<Vec<_>>() })
+    };
     modes.iter().map(one).collect()
 }
 

@@ -1,11 +1,11 @@
 //! Theory of fully developed speckle behind square pixels: intensity law, boiling.
 //!
-//! [`PixelCorrelation`](rig::PixelCorrelation) has the contrast of a pixel and the correlation between pixels. The light of
-//! a pixel is a sum of independent exponential parts whose shares are the eigenvalues of mu over the pixel (Karhunen
-//! and Loeve; Goodman 2007, 4.6): close to a gamma law of shape 1 / C^2, exponential where the pixel is a point. For a
-//! line of standard deviation sigma [px] the centre of gravity spreads by C sqrt(sigma L_c / (4 sqrt(pi))), L_c the
-//! integral of the correlation along the rows, which is the limit of a line wide against a row of Dorsch, Häusler and
-//! Herrmann's (1994) uncertainty.
+//! [`PixelCorrelation`](rig::PixelCorrelation) has the contrast of a pixel and the correlation between pixels. The
+//! light of a pixel is a sum of independent exponential parts whose shares are the eigenvalues of mu over the pixel
+//! (Karhunen and Loeve; Goodman 2007, 4.6): close to a gamma law of shape 1 / C^2, exponential where the pixel is a
+//! point. For a line of standard deviation sigma [px] the centre of gravity spreads by C sqrt(sigma L_c / (4
+//! sqrt(pi))), L_c the integral of the correlation along the rows, which is the limit of a line wide against a row of
+//! Dorsch, Häusler and Herrmann's (1994) uncertainty.
 
 use std::f64::consts::PI;
 

@@ -102,7 +102,10 @@ pub fn study(trials: Trials, progress: StudyProgress) -> StudyReport {
     let table = table("Triangulation", trials, &figures, &[]);
     let mut json = document("triangulation", trials, &figures);
     let plates = |slope: usize| {
-        let at = |i: usize| json!({ "height_mm": HEIGHTS_MM[i], "error_um": plots.error[slope][i], "spread_um": plots.spread[slope][i] });
+        let at = |i: usize| {
+            json!({ "height_mm": HEIGHTS_MM[i], "error_um": plots.error[slope][i],
+            "spread_um": plots.spread[slope][i] })
+        };
         json!({ "slopes": SLOPES[slope], "heights": (0..HEIGHTS_MM.len()).map(at).collect::<Vec<_>>() })
     };
     json["plates"] = (0..SLOPES.len()).map(plates).collect();

@@ -35,7 +35,8 @@ fn samples(facts: &PageData) -> Markup {
             span { i.tick {} "the recipe's share" } }
         div.scroll tabindex="0" {
             table.counts {
-                thead { tr { th { "Class" } th { "" } th.n { "samples" } th.n { "expected" } @for split in Split::ALL { th.n { (split.name()) } } } }
+                thead { tr { th { "Class" } th { "" } th.n { "samples" } th.n { "expected" }
+                    @for split in Split::ALL { th.n { (split.name()) } } } }
                 tbody {
                     @for (class, title, share) in &rows {
                         @let splits = counts.samples[*class];
@@ -44,12 +45,15 @@ fn samples(facts: &PageData) -> Markup {
                             th scope="row" { i class={ "dot c" (class) } {} (name(title)) }
                             td.bar {
                                 svg viewBox="0 0 300 \
-                                    14" preserveAspectRatio="none" role="img" aria-label={ (counts.of_class(*class)) " samples" } {
+                                    14" preserveAspectRatio="none" role="img" aria-label={ (counts.of_class(*class))
+                                        " samples" } {
                                     @for place in 0..3 {
                                         rect class={ "split" (place) } y="2" height="10"
-                                            x=(width(splits[..place].iter().sum::<u64>() as f64)) width=(width(splits[place] as f64)) {}
+                                            x=(width(splits[..place].iter().sum::<u64>() as f64))
+                                                width=(width(splits[place] as f64)) {}
                                     }
-                                    @if let Some(expected) = expected { line.expected x1=(width(expected)) x2=(width(expected)) y1="0" y2="14" {} }
+                                    @if let Some(expected) = expected { line.expected x1=(width(expected))
+                                        x2=(width(expected)) y1="0" y2="14" {} }
                                 }
                             }
                             td.n { (count(counts.of_class(*class))) }
@@ -78,7 +82,8 @@ fn pixels(facts: &PageData) -> Markup {
                 tbody {
                     @for kind in &facts.counts.kinds {
                         tr {
-                            th scope="row" { span.swatch style={ "background:" (class_hex(kind.value)) } {} (name(&kind.name)) }
+                            th scope="row" { span.swatch style={ "background:" (class_hex(kind.value)) } {}
+                                (name(&kind.name)) }
                             td.n { (percent(kind.pixels as f64 / all.max(1) as f64)) }
                             td.n { (count(kind.samples)) " (" (percent(kind.samples as f64 / total.max(1) as f64)) ")" }
                             td.n { (count(kind.objects)) }

@@ -48,7 +48,8 @@ pub(super) fn section(facts: &PageData) -> Markup {
                                 _ => { "[DN], sum beside the peak, dark level included" }
                             }
                         }
-                        (colour_scale(*ramp, scale.low.into(), scale.high.into(), if map == 0 { facts.head.range_unit() } else { "DN" }))
+                        (colour_scale(*ramp, scale.low.into(), scale.high.into(),
+                            if map == 0 { facts.head.range_unit() } else { "DN" }))
                     }
                 }
             }
@@ -105,7 +106,8 @@ fn controls(facts: &PageData) -> Markup {
                     @for (place, split) in Split::ALL.iter().enumerate() {
                         label.chip {
                             input type="radio" name="split" value=(split.name());
-                            span { (split.name()) " " small { (count(facts.counts.samples.iter().map(|splits| splits[place]).sum())) } }
+                            span { (split.name()) " " small {
+                                (count(facts.counts.samples.iter().map(|splits| splits[place]).sum())) } }
                         }
                     }
                 }
@@ -144,7 +146,8 @@ fn card(facts: &PageData, sample: &SheetSample, scales: &[Option<ColourScale>], 
                                     alt={ (title) " of sample " (sample.index) ", class " (name(class)) }
                                     src=(painted(values, sample, scale, *ramp)); }
                             }
-                            (values, _) => { span.map.empty style=(format!("aspect-ratio:{}/{}", sample.width, sample.height)) {
+                            (values, _) => { span.map.empty style=(format!("aspect-ratio:{}/{}", sample.width,
+                                sample.height)) {
                                 @if values.is_some() { "nothing measured" } @else { "not kept" }
                             } }
                         }
@@ -157,7 +160,8 @@ fn card(facts: &PageData, sample: &SheetSample, scales: &[Option<ColourScale>], 
                     use" } dd { (sample.short.join("; ")) } } }
                 @if !seen.is_empty() { div.wide { dt { "shows" } dd { (seen.join(", ")) } } }
                 @if !figures.is_empty() { div.wide { dt { (on) } dd { (figures.join(" · ")) } } }
-                @for number in sample.numbers.iter().filter(|number| varies(facts, &number.path)) { div { dt { (number.path) } dd { (with_unit(number.value, &number.unit)) } } }
+                @for number in sample.numbers.iter().filter(|number| varies(facts,
+                    &number.path)) { div { dt { (number.path) } dd { (with_unit(number.value, &number.unit)) } } }
                 div { dt { "size" } dd { (sample.size[1]) " × " (sample.size[0]) " px" } }
                 div.wide { dt { "id" } dd { code { (sample.id) } } }
             }

@@ -116,7 +116,8 @@ pub(super) fn warnings(facts: &PageData) -> Markup {
                                     " (warning.what) } td { (warning.remedy) } }
                             }
                             @for short in short() {
-                                tr { td { code { (short.shortfall.code()) } } td { (found(short, total)) } td { (short.shortfall.remedy()) } }
+                                tr { td { code { (short.shortfall.code()) } } td { (found(short, total)) }
+                                    td { (short.shortfall.remedy()) } }
                             }
                         }
                     }

@@ -75,7 +75,8 @@ fn accuracy(document: &Value) -> Markup {
 fn classes(document: &Value) -> Markup {
     html! {
         div.scroll tabindex="0" { table {
-            thead { tr { th { "Class" } @for head in ["true", "guessed", "precision", "recall", "F1", "IoU"] { th.n { (head) } } } }
+            thead { tr { th { "Class" } @for head in ["true", "guessed", "precision", "recall", "F1",
+                "IoU"] { th.n { (head) } } } }
             tbody { @for class in list(&document["classes"]) { tr {
                 th scope="row" { (name(text(&class["name"]))) }
                 td.n { (whole(&class["support"])) } td.n { (whole(&class["guessed"])) }
@@ -96,7 +97,8 @@ fn confusion(document: &Value) -> Markup {
                 tr { th scope="row" { (name(title)) }
                     @for (i, cell) in list(row).iter().enumerate() {
                         @let share = cell.as_f64().unwrap_or(0.0) / sum;
-                        td.n.right[names.get(i) == Some(title)] style=(format!("--share:{share:.3}")) title=(percent(share)) { (whole(cell)) }
+                        td.n.right[names.get(i) == Some(title)] style=(format!("--share:{share:.3}"))
+                            title=(percent(share)) { (whole(cell)) }
                     } }
             } }
         } }
@@ -115,7 +117,8 @@ fn calibration(document: &Value) -> Markup {
             @for bin in bins {
                 @if let (Some(confidence), Some(right)) = (place(&bin["confidence"]), place(&bin["accuracy"])) {
                     @let size = 3.0 + 7.0 * (bin["count"].as_f64().unwrap_or(0.0) / most).sqrt();
-                    circle.point cx=(format!("{:.1}", 34.0 + 200.0 * confidence)) cy=(format!("{:.1}", 206.0 - 200.0 * right)) r=(format!("{size:.1}")) {
+                    circle.point cx=(format!("{:.1}", 34.0 + 200.0 * confidence)) cy=(format!("{:.1}",
+                        206.0 - 200.0 * right)) r=(format!("{size:.1}")) {
                         title { "confidence \
                             " (number(confidence)) ", accuracy " (number(right)) ", " (whole(&bin["count"])) }
                     }
@@ -144,7 +147,8 @@ fn slices(document: &Value) -> Markup {
                         tr {
                             td.n { (amount(&group["from"])) } td.n { (amount(&group["to"])) }
                             td.bar { svg viewBox="0 0 100 \
-                                10" preserveAspectRatio="none" aria-hidden="true" { rect.split0 width=(format!("{:.1}", 100.0 * right)) height="10" {} } }
+                                10" preserveAspectRatio="none" aria-hidden="true" {
+                                    rect.split0 width=(format!("{:.1}", 100.0 * right)) height="10" {} } }
                             td.n { (per_cent(&group["accuracy"])) } td.n { (per_cent(&group["low"])) " to \
                                 " (per_cent(&group["high"])) } td.n { (whole(&group["samples"])) }
                         }

@@ -40,7 +40,8 @@ pub(super) fn section(facts: &PageData) -> Markup {
                     dl.fixed { @for number in fixed {
                         div.multiple data-name=(number.column.path()) title=(number.column.doc) {
                             dt { (number.column.key) }
-                            dd { @if number.extent.count > 0 { (with_unit(number.extent.min, &number.column.unit)) } @else { "no value" } }
+                            dd { @if number.extent.count > 0 { (with_unit(number.extent.min, &number.column.unit)) }
+                                @else { "no value" } }
                         }
                     } }
                 }
@@ -64,7 +65,8 @@ fn multiple(drawn: &NumberCounts) -> Markup {
         figure.multiple data-name=(column.path()) title=(column.doc) {
             figcaption { (column.key) span.dim { (unit) } }
             @if let Some(cells) = &drawn.cells {
-                (svg::histogram(cells, &declared.map_or(Vec::new(), |law| law.curve(cells.axis)), declared.map(|law| (law.min, law.max)), &title))
+                (svg::histogram(cells, &declared.map_or(Vec::new(), |law| law.curve(cells.axis)),
+                    declared.map(|law| (law.min, law.max)), &title))
             }
             p.dim {
                 "mean " (number(extent.mean().unwrap_or(f64::NAN)))

@@ -53,9 +53,11 @@ fn frame(facts: &PageData, place: usize, exposure: &ExposedProfile) -> Markup {
                 "; found in " (found) " of " (exposure.cols) " columns"
             }
             svg.sensor viewBox={ "0 0 \
-                " (exposure.cols) " " (rows) } preserveAspectRatio="none" role="img" style={ "aspect-ratio:" (exposure.cols) "/" (rows.max(exposure.cols / 5)) }
+                " (exposure.cols) " " (rows) } preserveAspectRatio="none" role="img" style={ "aspect-ratio:"
+                    (exposure.cols) "/" (rows.max(exposure.cols / 5)) }
                 aria-label={ "Sensor frame of sample " (sample.index) " with the extracted line" } {
-                image href=(picture) width=(exposure.cols) height=(rows) preserveAspectRatio="none" style="image-rendering:pixelated" {}
+                image href=(picture) width=(exposure.cols) height=(rows) preserveAspectRatio="none"
+                    style="image-rendering:pixelated" {}
                 path.found d=(line) {}
             }
             (profile(exposure))

@@ -15,9 +15,12 @@ pub(super) fn section(facts: &PageData) -> Markup {
             table {
                 thead { tr { th { "Kind of file" } th.n { "files" } th.n { "size" } th.n { "a sample" } } }
                 tbody { @for (kind, files) in &folder.kinds {
-                    tr { th scope="row" { (kind) } td.n { (count(files.count)) } td.n { (bytes(files.bytes as f64)) } td.n { (row(files.bytes as f64)) } }
+                    tr { th scope="row" { (kind) } td.n { (count(files.count)) } td.n { (bytes(files.bytes as f64)) }
+                        td.n { (row(files.bytes as f64)) } }
                 } }
-                tfoot { tr { th scope="row" { "all" } td.n { (count(folder.kinds.values().map(|files| files.count).sum())) } td.n { (bytes(all)) } td.n { (row(all)) } } }
+                tfoot { tr { th scope="row" { "all" } td.n {
+                    (count(folder.kinds.values().map(|files| files.count).sum())) } td.n { (bytes(all)) }
+                        td.n { (row(all)) } } }
             }
         }
         @if let Some(timing) = facts.timing {

@@ -56,12 +56,14 @@ pub(super) fn histogram(cells: &Histogram, curve: &[f64], declared: Option<(f64,
             } }
             line.axis x1="0" x2="200" y1="60" y2="60" {}
             @if let Some((min, max)) = declared {
-                line.declared x1=(format!("{:.1}", x(min))) x2=(format!("{:.1}", x(max).max(x(min) + 1.0))) y1="64" y2="64" {}
+                line.declared x1=(format!("{:.1}", x(min))) x2=(format!("{:.1}",
+                    x(max).max(x(min) + 1.0))) y1="64" y2="64" {}
             }
             @if !line.is_empty() { path.curve d=(line) {} }
             text x="0" y="78" { (number(left)) }
             text x="200" y="78" text-anchor="end" { (number(right)) }
-            @if matches!(cells.axis, HistogramAxis::Log(..)) { text.dim x="100" y="78" text-anchor="middle" { "logarithmic" } }
+            @if matches!(cells.axis, HistogramAxis::Log(..)) { text.dim x="100" y="78" text-anchor="middle" {
+                "logarithmic" } }
         }
     }
 }

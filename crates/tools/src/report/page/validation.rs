@@ -62,7 +62,8 @@ pub(super) fn section(facts: &PageData) -> Markup {
                 " } "This page finds files \
                     " a href="#troubles" { "missing or damaged" } ". Make it again: " code { (again) } }
         }
-        @if let Ok(document) = &kept.document { (verdict(document, current && !damaged)) (findings(&document["faults"])) (findings(&document["warnings"])) (others(document)) }
+        @if let Ok(document) = &kept.document { (verdict(document,
+            current && !damaged)) (findings(&document["faults"])) (findings(&document["warnings"])) (others(document)) }
     }
 }
 
@@ -100,7 +101,8 @@ fn findings(list: &Value) -> Markup {
         @for code in &codes {
             @let of: Vec<_> = list.iter().filter(|fault| text(fault, "code") == *code).collect();
             details.fault open {
-                summary { code { (code) } " " small { (of.len()) } " " span.dim { (of.first().map_or(String::new(), |fault| text(fault, "remedy"))) } }
+                summary { code { (code) } " " small { (of.len()) } " " span.dim { (of.first().map_or(String::new(),
+                    |fault| text(fault, "remedy"))) } }
                 ul { @for fault in of.iter().take(MAX_LISTED_FAULTS) { li { code { (text(fault, "place")) } ": \
                     " (text(fault, "what")) } } }
                 @if of.len() > MAX_LISTED_FAULTS { p.dim { "and " (of.len() - MAX_LISTED_FAULTS) " more" } }
@@ -113,7 +115,8 @@ fn findings(list: &Value) -> Markup {
 fn others(document: &Value) -> Markup {
     html! {
         @for (key, value) in document.as_object().into_iter().flatten() {
-            @if !KEYS_SHOWN_ELSEWHERE.contains(&key.as_str()) && (value.is_object() || value.as_array().is_some_and(|list| !list.is_empty())) {
+            @if !KEYS_SHOWN_ELSEWHERE.contains(&key.as_str()) && (value.is_object()
+                || value.as_array().is_some_and(|list| !list.is_empty())) {
                 details.group { summary { (key.replace('_', " ")) } (any(value, 0)) }
             }
         }
@@ -124,7 +127,8 @@ fn others(document: &Value) -> Markup {
 fn any(value: &Value, depth: usize) -> Markup {
     match value {
         Value::Object(fields) if depth < 6 => html! {
-            dl.fixed { @for (key, value) in fields { div { dt { (key.replace('_', " ")) } dd { (any(value, depth + 1)) } } } }
+            dl.fixed { @for (key, value) in fields { div { dt { (key.replace('_', " ")) } dd { (any(value,
+                depth + 1)) } } } }
         },
         Value::Array(list) if depth < 6 && list.iter().all(Value::is_object) => {
             let rows: Vec<&Map<String, Value>> = list.iter().filter_map(Value::as_object).collect();
@@ -137,7 +141,8 @@ fn any(value: &Value, depth: usize) -> Markup {
             html! {
                 div.scroll tabindex="0" { table {
                     thead { tr { @for key in &keys { th { (key.replace('_', " ")) } } } }
-                    tbody { @for row in rows.iter().take(MAX_TABLE_ROWS) { tr { @for key in &keys { td { (row.get(*key).map_or(html! {}, |value| any(value, depth + 1))) } } } } }
+                    tbody { @for row in rows.iter().take(MAX_TABLE_ROWS) { tr { @for key in &keys { td {
+                        (row.get(*key).map_or(html! {}, |value| any(value, depth + 1))) } } } } }
                 } }
                 @if rows.len() > MAX_TABLE_ROWS { p.dim { "and " (rows.len() - MAX_TABLE_ROWS) " more" } }
             }

@@ -2,10 +2,10 @@
 //! [`kernel::film_stack::table`](transport::kernel::film_stack::table), and how they become its entries.
 //!
 //! A plane slab of thickness 1 in air, index n, whose pigment scatters by Henyey and Greenstein's law with mean cosine
-//! [`PIGMENT_G`], is walked without absorption in these ways: light from straight above that has entered, Lambert light,
-//! and light from straight above with each of some foils below. Absorption takes exp(-mu_a path) of what leaves after a
-//! path, so all absorptions come from the same walk. Light that pigment turned is counted apart from light that it did
-//! not.
+//! [`PIGMENT_G`], is walked without absorption in these ways: light from straight above that has entered, Lambert
+//! light, and light from straight above with each of some foils below. Absorption takes exp(-mu_a path) of what leaves
+//! after a path, so all absorptions come from the same walk. Light that pigment turned is counted apart from light that
+//! it did not.
 //!
 //! Where light leaves is kept as a transform, the mean of cos(k x), for a grid of frequencies k in units of 1 /
 //! thickness; x and y serve alike. Valid and neglected as in `plane_layers`.
