@@ -30,7 +30,7 @@ fn columns(body: &Body, count: usize) -> Vec<[f64; 2]> {
 }
 
 /// Plates wider than 256 columns, of wood drawn at random: evenly one kind, each column has within 1 % the light that
-/// it has in the middle of a sensor twice as wide; of strips of some mm that differ by up to 2 in absorption, within 8
+/// it has in the middle of a sensor twice as wide. Of strips of some mm that differ by up to 2 in absorption, within 8
 /// %, since what lies beyond the field is not known there. Before light came in from beyond, the first column had half.
 #[test]
 fn columns_at_the_edge_have_the_light_of_those_inside() {

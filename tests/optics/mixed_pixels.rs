@@ -36,7 +36,7 @@ fn step(edge_mm: f32, sunk_mm: f32) -> Body {
 
 /// A step of some rows at places drawn at random: the light of its low side in the cut column is the part of the
 /// column's width that lies beyond the edge, within a sixteenth of a column for the search and one for the lean of
-/// lines of sight; all other columns have one line.
+/// lines of sight. All other columns have one line.
 #[test]
 fn a_cut_column_has_the_light_of_both_sides_by_their_widths() {
     let mut rng = Stream::root(3).child("steps").rng();

@@ -20,7 +20,7 @@ const ROWS_BEFORE: [(f64, f64); 2] = [(1.0, 5.0), (5.0, 12.0)];
 /// Of random clear wood, with the line at least 0.15 mm behind the edge (at 0.07 mm the kernel shows a quarter in the
 /// further rows): light in rows that look before the edge, near it and further away, and in all rows of the line's
 /// columns. The kernel's is within a factor of 2 of the reference's in either, and within 20 % in their mean over the
-/// cases, of what is at least a thousandth of all light; drawn as if the surface went on, it is 5 to 20 times as much
+/// cases, of what is at least a thousandth of all light. Drawn as if the surface went on, it is 5 to 20 times as much
 /// in the rows that Scatter reads.
 #[test]
 fn front_faces_show_what_the_reference_sees() {

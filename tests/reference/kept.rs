@@ -2,7 +2,7 @@
 //! reference Monte Carlo.
 //!
 //! `tests/data/reference/<test>.json` holds figures by case. The key of a case follows from all that is asked, so that
-//! another question does not get an old answer. `make reference` asks all of them anew; in each run a case of pockets,
+//! another question does not get an old answer. `make reference` asks all of them anew. In each run a case of pockets,
 //! borders, slopes, random wood and random packs is asked again ([`Kept::still_says`]) and must give the figures that
 //! are kept.
 

@@ -44,7 +44,7 @@ fn a_dataset_is_like_itself() {
 }
 
 /// The conveyor of a dataset does not count: three boards have the noise of their wood, whichever files their maps are
-/// in, and so has a region or a mask of it, on either side; all of the scan has four times as much, as two thirds of it
+/// in, and so has a region or a mask of it, on either side. All of the scan has four times as much, as two thirds of it
 /// are conveyor. The whole kind: statistics of a side are those of its object, and what counts is said.
 #[test]
 fn the_object_alone_counts() {

@@ -1,7 +1,7 @@
 //! Enclosed files: what lies below a dataset's folder, opened from there name by name.
 //!
 //! That folder may come from anybody. No link in it is followed, so nothing outside of it is read, written or removed;
-//! only plain files are opened, of which reading ends; no more is read than a file of its kind can hold; and what is
+//! only plain files are opened, of which reading ends. No more is read than a file of its kind can hold; and what is
 //! written is always a new file, never one that was there. The folder itself is named by the user: links that lead to
 //! it are followed.
 //!

@@ -400,7 +400,7 @@ impl Fitter<'_> {
     }
 
     /// How much wider than told the posterior must be: simulated scans that lie as the posterior does stand for the
-    /// real one, by an emulator that has not seen them; the root mean square error of the scores at the mode, in their
+    /// real one, by an emulator that has not seen them. The root mean square error of the scores at the mode, in their
     /// told deviations, is 1 where the posterior is right.
     fn check(&self, region: &ScoreRegion) -> Vec<f64> {
         let keys = self.keys.len();

@@ -1,7 +1,7 @@
 //! Log groups: samples in a row that are boards of one log, and stay in one split.
 //!
 //! **Model.** With `log.boards_per_log: N` the samples N g to N g + N - 1 are boards of log g. Class and split are
-//! those of the log, by its number in the place of the sample's ([`super::balance`]); what belongs to the log is drawn
+//! those of the log, by its number in the place of the sample's ([`super::balance`]). What belongs to the log is drawn
 //! once for it, from the stream seed / family / `log` / g; what belongs to the board, its face and the bench is drawn
 //! for each sample as ever. The boards have one size and lie in the log by a pattern ([`procedural::wood::sawn_at`])
 //! that begins where `stem` says. With `sampling: low_discrepancy` a key of the log has a point for each log, a key of

@@ -4,7 +4,7 @@
 //! Boards and packs are height fields, whose upper surface is asked directly; their hull in the ray tracer serves for
 //! shadows on the conveyor next to the body. A board with cracks, holes or wane and a blister pack occlude themselves:
 //! their upper surface is sampled on a grid (`surface_grid`), which answers what its pockets hide from the lens and
-//! where reflected light lands; where its film is clear, the surface of tablets and foil below has a grid of its own.
+//! where reflected light lands. Where its film is clear, the surface of tablets and foil below has a grid of its own.
 //!
 //! Saw-teeth and parts from files have the triangles of the hull as their surface, overhangs and holes included. In the
 //! laser plane the points that a column can see lie on one line, straight but for distortion, from above the object

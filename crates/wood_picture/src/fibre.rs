@@ -1,6 +1,6 @@
 //! The fibre map: what the texture says, what knots do to fibres, and how sure both are.
 //!
-//! Model: a first azimuth, the median of the board in windows of 8 mm; knots part the fibres as streams around Rankine
+//! Model: a first azimuth, the median of the board in windows of 8 mm. Knots part the fibres as streams around Rankine
 //! ovals and bend the layers in which they lie ([`procedural::wood::KnotSurroundings`], stretched from each knot's
 //! circle to its ellipse), which gives a guess of azimuth and the dive; the texture then says how far the azimuth is
 //! off ([`crate::orientation`]). Guess and texture are weighed by their variances: that of the guess is 3 degrees in

@@ -1,9 +1,9 @@
 //! The grain that the upper face cuts, on a grid: what torn fibres, canals, pores and rays need at every pixel.
 //!
 //! Models: at the nodes of a grid of [`STEP_MM`] the face is asked for the time of growth t, for the bundle that lies
-//! there, for the fibre's dive and for decay; between nodes all of them are joined by straight lines, bundles the
+//! there, for the fibre's dive and for decay. Between nodes all of them are joined by straight lines, bundles the
 //! shorter way about the pith, since their numbers begin anew opposite of the board's middle. Torn and fuzzy grain:
-//! knives that travel along the board lift fibres that dive against their travel and tear them out; strands of noise
+//! knives that travel along the board lift fibres that dive against their travel and tear them out. Strands of noise
 //! along the grain, deep where they are low and raised where they are high, z = s h n - s h max(0, n - 1), with the
 //! share s of the dive. Fibres that are only bent up (fuzz) are finer, stand where fibres dive to either side, and
 //! point in all directions. Decayed wood shrinks and is worn: the face sinks by the asked depth times severity times

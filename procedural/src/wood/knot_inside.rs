@@ -1,7 +1,7 @@
 //! What a cut knot shows inside: its pith, compression wood, years that differ, fibres, and checks.
 //!
 //! Models: factors on the absorption of the knot's wood. The branch has a dark pith of its own; conifers form
-//! compression wood on its lower side, darker in proportion to the depth under the axis; its years differ; its fibres
+//! compression wood on its lower side, darker in proportion to the depth under the axis. Its years differ; its fibres
 //! vary like the stem's, in lanes along its axis; and knots check as they dry, in radial cracks that begin at the pith
 //! and end within. A crack takes up light: it is a wedge of strong absorption. Sources: compression wood on the lower
 //! side of conifer branches is textbook knowledge (Timell 1986); checks in nearly every dried knot, their number and

@@ -2,7 +2,7 @@
 //!
 //! Models: marks follow each other at a pitch; u counts them. Of a planer u = (y + q x) / pitch, and the face between
 //! two cusps is the arc of the knives' circle, a parabola z = h m (3 v^2 - 1) sqrt(5)/2, v from -1 to 1 within a mark,
-//! of root mean square h; the depth factor m of a mark drifts from mark to mark, since no two knives run alike, over
+//! of root mean square h. The depth factor m of a mark drifts from mark to mark, since no two knives run alike, over
 //! the root mean square of all factors. Of a band or frame saw u = (y + x tan slant) / pitch and of a circular saw u =
 //! (y - sqrt(R^2 - (x - x0)^2)) / pitch, arcs whose centre x0 lies 0.3 to 0.8 R beside the board's middle. Both leave z
 //! = h (0.8 sqrt(2) sin(2 pi u + p(u)) m(u, s) + 0.6 f(u, s)), where s runs along the marks, m is a depth that wanders

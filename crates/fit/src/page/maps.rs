@@ -1,7 +1,7 @@
 //! Maps side by side: the real scan, the recipe as it was, the fitted recipe.
 //!
 //! Range is shown less a plane, each map less its own: of planes through three pixels and the plane of least squares,
-//! the one whose median distance is least (least median of squares, Rousseeuw 1984); then least squares over what lies
+//! the one whose median distance is least (least median of squares, Rousseeuw 1984). Then least squares over what lies
 //! within [`NEAR`] robust deviations of it, [`PASSES`] times; then the median is taken off. Colours go from 2 to 98 %
 //! of the real map.
 

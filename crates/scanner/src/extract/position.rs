@@ -15,7 +15,7 @@
 //! searched in the window; over a stretch of zeros, as a saturated plateau has it, its middle.
 //!
 //! A saturated plateau has its peak at its first row. The centre of gravity about that row loses light on the far side
-//! once the window ends there; parabola and Gaussian see two equal rows and say half a row behind the first, wherever
+//! once the window ends there. Parabola and Gaussian see two equal rows and say half a row behind the first, wherever
 //! the middle is; a zero of the derivative finds the middle as long as the window reaches it.
 //!
 //! Neglected: interpolation of higher order, weights by noise.

@@ -2,7 +2,7 @@
 //!
 //! z[i-1] - 2 z[i] + z[i+1] takes away every plane, and where columns stand at places x that the file tells, so does
 //! a z[i-1] - z[i] + c z[i+1] with a and c from the places, which is divided by sqrt(a^2 + 1 + c^2) in place of
-//! sqrt(6); of white noise with deviation s it has the deviation sqrt(6) s. What is left of a curved surface, and of
+//! sqrt(6). Of white noise with deviation s it has the deviation sqrt(6) s. What is left of a curved surface, and of
 //! noise that is alike in neighbours, is in it too: noise with the correlations r1 and r2 at one and two pixels counts
 //! as s sqrt(1 - (4 r1 - r2) / 3). Differences beyond `EDGE_DEVIATIONS` robust deviations are edges of the object and
 //! are counted apart.

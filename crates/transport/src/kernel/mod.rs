@@ -7,7 +7,7 @@
 //! leaves into its cone and is kept apart ([`view`]).
 //!
 //! The Gaussians of a medium are put on [`BASIS`] fixed widths ([`widths`]), each with its own shift; then unlike media
-//! can be blended term by term, sqrt(w_m(source) w_m(exit)), symmetric in source and exit; over a whole scan it creates
+//! can be blended term by term, sqrt(w_m(source) w_m(exit)), symmetric in source and exit. Over a whole scan it creates
 //! no energy (Cauchy and Schwarz), beside a sharp border one line position can.
 //!
 //! The table is of light along the normal. Light that meets a slope is looked up by its own angle to the fibres

@@ -41,7 +41,7 @@ pub const VIEW_TERMS: usize = 10;
 
 /// Third central moments of light of the rest to a view, along the motion, over its shift and its variance, by group
 /// from the second on. `make kernel-table` tells them from the table's own walks, where they go with shift times
-/// variance by correlations of 0.73, 0.85, 0.80 and 0.57; later groups have next to none [1].
+/// variance by correlations of 0.73, 0.85, 0.80 and 0.57. Later groups have next to none [1].
 const SKEWNESS: [f32; 4] = [-0.84, -0.87, -0.6, -0.29];
 /// Half of the way between both halves of a skewed bin, over its shift [1].
 const HALVES_APART: f32 = 0.5;

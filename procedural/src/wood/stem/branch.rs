@@ -10,7 +10,7 @@
 //! the stem grows over it. Source: the 108 knots of the scanned log of Larsson et al. (2022), of which 95 reach the
 //! outline, 59 of them dead, and 13 end inside. For dead ones ln width goes with 0.90 ln I, spread 0.48; slopes have a
 //! mean of -12.2 deg and a spread of 8.0 deg at 100 mm, D a mean of 0.13 and a spread of 0.08 mm^(1/2), G a spread of
-//! 0.056 rad; widths on one side exceed the mean by a factor of e^0.2 and lag behind it on the other.
+//! 0.056 rad. Widths on one side exceed the mean by a factor of e^0.2 and lag behind it on the other.
 //! Limits: branches of a whorl do not compete; slope and width are independent (-0.24 in the scanned log).
 
 use std::f64::consts::TAU;

@@ -9,7 +9,7 @@
 //! every year's shoot and branches between whorls (`shoots`); a measured one has what a scanner saw (`measured`). A
 //! board takes the branches that come near it (`sawing`). Sources: form of branches and all statistics from the scanned
 //! log "Gran_1" of Larsson et al. (2022). Limits: one log, not a stand: no crown, no age and no butt swell; branches do
-//! not bend the pith; whorls do not swell the outline; growth layers stand about the pith and what of its wander is
+//! not bend the pith; whorls do not swell the outline. Growth layers stand about the pith and what of its wander is
 //! left farther out (`layers`), and follow the outline only where they are asked to (`oval`); the log's numbers are
 //! those of one Norway spruce.
 

@@ -7,7 +7,7 @@
 //! edge's own class, less what these rise towards its middle. A mask that is shifted by three pixels, mirrored, or of
 //! another sample has most of them wrong on some side; docs/theory/validation.md has the rates. Sides without a clear
 //! step are left out: a card as thin as the noise of Range on the conveyor, an object that fills the image, a rim that
-//! is narrower than these strips; and the first and last rows under a laser with a second line, which lights the object
+//! is narrower than these strips. And the first and last rows under a laser with a second line, which lights the object
 //! ahead of the line. Saturated pixels within do not count: near an edge, where part of the line's width falls beside
 //! the object, their peaks are out of place by more than a card is thick, and a conveyor that is taken for the object
 //! is dark.

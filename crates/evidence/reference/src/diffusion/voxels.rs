@@ -1,7 +1,7 @@
 //! Steady diffusion on voxels: -div(D grad Phi) + mu_a Phi = S by finite volumes, full tensor, any mixture of media.
 //!
 //! Grid: x, y and the depth below the surface, straight down. A surface of height z(x, y) with slopes is made flat by
-//! depth = z(x, y) - z; with the Jacobian J of that map, of determinant 1, the equation keeps its form with J D J^T in
+//! depth = z(x, y) - z. With the Jacobian J of that map, of determinant 1, the equation keeps its form with J D J^T in
 //! place of D, and a mm^2 of the plan has |N| = sqrt(1 + slopes^2) of surface. So slopes cost no staircase.
 //!
 //! Faces: with Delta the step of Phi across a face and T the harmonic mean of D along its normal in the two voxels, let

@@ -2,7 +2,7 @@
 //!
 //! Their model: a photograph of the surface is overlaid by a map of colours that say along which line the light of a
 //! pixel spreads (Figure 3.9), and the picture of the laser is spread along it, by drawing lines or by Stam's (2003)
-//! diffusion with coefficients that depend on the pixel; what is absorbed is the map's alpha. Beside it stands what
+//! diffusion with coefficients that depend on the pixel. What is absorbed is the map's alpha. Beside it stands what
 //! such a diffusion in the plane should be, [`SpreadMethod::Conservative`]: a symmetric stencil with the tensor of
 //! cylinder scattering, summed over the lengths of paths with which light comes back to the surface.
 //!

@@ -2,7 +2,7 @@
 //!
 //! From media to a map: direction is the fibre's track in the surface; fibres steeper than 84 degrees have none. Alpha
 //! is the reflectance of the medium over that of clear wood with fibres in the surface, both from the closed form of
-//! diffusion below a plane, R = 1/2 (e^(-z0 K) + e^(-z2 K)), K = sqrt(mu_a / D_zz) (docs/theory/physics.md); from 0.8
+//! diffusion below a plane, R = 1/2 (e^(-z0 K) + e^(-z2 K)), K = sqrt(mu_a / D_zz) (docs/theory/physics.md). From 0.8
 //! upwards it counts as 1, since the thesis' map is opaque but for the knots, and any other alpha spreads evenly. A
 //! sound knot gets 0.55, against the 0.5 that the thesis measured. Neglected: relief other than the fibre's angle with
 //! the surface.

@@ -11,7 +11,7 @@
 //! fibre and neighbour. Where alpha is below 1, and where there is no direction, all are equal, which is its rule for
 //! knots. Beyond the border stands a copy of the border, as in Stam's paper.
 //!
-//! Fails: where neighbours differ, what i takes from k is not what k gives to i, so light is made or lost; the number
+//! Fails: where neighbours differ, what i takes from k is not what k gives to i, so light is made or lost. The number
 //! of iterations takes the place of the matter; an unfinished solution has its long tail where the sweeps run to
 //! (skewness 0.4 with one sweep a step). Two neighbours share a direction between them and pull the axis to the
 //! diagonal: with p = 3 a fibre at 22.5 degrees spreads light along 32, and the variances along and across are as 5 to

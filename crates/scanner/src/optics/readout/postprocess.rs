@@ -16,7 +16,7 @@
 //! the pupil and a = step (d / h + 1 - sin^2 tilt) the shift of the field there (appendix A of the thesis: camera at
 //! distance d, laser at height h). Kept as the thesis has it: the pattern lies on the sensor, not on the object; its
 //! pitch of a fifth of a pixel takes 1.22 lambda N (1 + m) for lambda N (1 + m), so speckles are 22 % too large
-//! (`sampling_factor` 6 is right); pattern coordinates wrap at one less than the side (equation 3.1). Not kept: numbers
+//! (`sampling_factor` 6 is right). Pattern coordinates wrap at one less than the side (equation 3.1). Not kept: numbers
 //! between patterns of a stack are not interpolated, each profile has a disc of its own; energy is kept by the mean and
 //! not by a factor of thumb; scripts pass numbers on without rounding. The spread of the noise includes the final
 //! rounding. `physical` orders never come here.

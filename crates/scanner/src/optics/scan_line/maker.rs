@@ -2,7 +2,7 @@
 //! of its neighbours' light.
 //!
 //! In steps: what each column sees ([`crate::specimen`]); the sight of it, with laser and lens; how much light its
-//! matter throws back and takes in; how light that entered spreads, by the kernel along the motion and by a blur along
+//! matter throws back and takes in. How light that entered spreads, by the kernel along the motion and by a blur along
 //! the line; and the extras: highlights, blur out of focus, ambient light, secondary light.
 //!
 //! A body that reaches beyond the sensor's columns is lit there too: it is taken to go on as in a mirror at the first

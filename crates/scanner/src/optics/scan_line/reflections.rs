@@ -9,12 +9,12 @@
 //! it, which rough foil shows.
 //!
 //! Walls: geometrical optics with one bounce: each column's light leaves in the mirror direction with Fresnel's share
-//! (a quarter on a wall of 75 degrees), is followed to the next film, and lights it there as the laser lights the line;
-//! the lens sees it where that place stands, off the laser plane. The light of neighbouring columns is spread evenly
+//! (a quarter on a wall of 75 degrees), is followed to the next film, and lights it there as the laser lights the line.
+//! The lens sees it where that place stands, off the laser plane. The light of neighbouring columns is spread evenly
 //! between the places that they hit, so light is kept and caustics come out by themselves. Roughness alpha turns facets
 //! by a slope of standard deviation alpha / sqrt(2) (Walter et al. 2007: the GGX law's core) and light by twice that,
 //! which widens the image by sqrt(2) alpha times the way. Neglected: the tails of the GGX law, narrower spread across
-//! the plane of incidence at a slant, mirror images of tablets and foil and of second bounces; what is lit answers with
+//! the plane of incidence at a slant, mirror images of tablets and foil and of second bounces. What is lit answers with
 //! the light that comes out within 0.32 mm, as the film of the line's own line in that column does.
 
 use glam::Vec3;

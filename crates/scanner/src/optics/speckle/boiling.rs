@@ -10,7 +10,7 @@
 //! which is what a point of the pupil displaced by q would see instead, k xi . q / d_SP (Yamaguchi 1981; Bergmann et
 //! al. 2016, A.3). l is the unit vector from the surface to the pupil and not the sensor's normal; d_SL is the radius
 //! of the laser's wave: across the line R = s [1 + (z_R / s)^2] at s behind the waist, infinite in the waist and
-//! negative before it; along the line the distance of the fan's origin. q lies in the plane across l, so with w = d_SP
+//! negative before it. Along the line the distance of the fan's origin. q lies in the plane across l, so with w = d_SP
 //! H a along the surface q = (w_x, w_y, -(l_x w_x + l_y w_y) / l_z). A.4 is w for a = (0, a_y, 0): 0.056 mm for a_y =
 //! 0.068 mm in the waist, 0.122 mm where R = 420 mm.
 //!

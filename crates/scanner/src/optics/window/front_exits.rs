@@ -10,8 +10,8 @@
 //!
 //! of what would leave a distance e before the edge if the surface went on, and the lens, aslant, sees that depth
 //! there. Both lengths reach [`BEYOND_MM`] beyond the faces, as radiance does (Milne's problem). Neglected: what the
-//! face takes from light that leaves through the surface behind it, a seventh within the first 0.3 mm of clear wood;
-//! light that enters less than 0.15 mm behind the edge and comes out deep; scattering that changes with depth; films,
+//! face takes from light that leaves through the surface behind it, a seventh within the first 0.3 mm of clear wood.
+//! Light that enters less than 0.15 mm behind the edge and comes out deep; scattering that changes with depth; films,
 //! whose ends are lower than a row.
 
 use std::ops::Range;

@@ -24,7 +24,7 @@ pub(crate) const RATIO_LN: f64 = 0.460_517_018_598_809_13;
 pub(crate) type Spectrum = [f32; FREQUENCY_COUNT];
 
 /// How much the spreads count that the way back is made for: Gaussians; mixtures whose variance has an exponential law,
-/// as diffusion makes them; those where 1 / variance has, as Lambert's law does; and those of diffusion over a range of
+/// as diffusion makes them. Those where 1 / variance has, as Lambert's law does; and those of diffusion over a range of
 /// sizes, as films make them; for the narrow widths and for the wide ones [1]. Gaussians alone, of which none is one of
 /// the fixed widths, would all be fitted with too narrow a peak. Searched at random for the least error on such
 /// mixtures, Lambert's law over 0.2 to 10 mm and pigmented films.
