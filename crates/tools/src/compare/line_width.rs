@@ -66,8 +66,8 @@ mod tests {
         (0..rows).map(dn).collect()
     }
 
-    /// A Gaussian of deviation s whose brightest row lies d beside its centre passes half of that row 2 sqrt(2 ln 2 s^2
-    /// + d^2) apart.
+    /// A Gaussian of deviation s whose brightest row lies d beside its centre passes half of that row 2
+    /// sqrt(2 ln 2 s^2 + d^2) apart.
     #[test]
     fn gaussians_have_their_width() {
         for deviation in [1.5, 2.5, 4.0] {

@@ -1,9 +1,9 @@
 //! One branch of a stem, as nine numbers.
 //!
-//! Models: at the distance r from the pith a branch is r (A + B r^(1/4)) wide, its axis lies at the height C + D sqrt r
-//! + E r and at the azimuth F + G ln r, it ends at H and died at I. From its death on, and from where the law has its
-//! maximum, r = (-4 A / 5 B)^4, the width stays (Trincado and Burkhart 2008). In the scanned log that maximum lies at I
-//! wherever a branch died, so a dead branch has B = -4/5 A / I^(1/4).
+//! Models: at the distance r from the pith a branch is r (A + B r^(1/4)) wide, its axis lies at the height
+//! C + D sqrt r + E r and at the azimuth F + G ln r, it ends at H and died at I. From its death on, and from where the
+//! law has its maximum, r = (-4 A / 5 B)^4, the width stays (Trincado and Burkhart 2008). In the scanned log that
+//! maximum lies at I wherever a branch died, so a dead branch has B = -4/5 A / I^(1/4).
 //! A grown branch draws the distance where it dies, lognormal; what dies beyond the outline is alive. Its width at
 //! min(I, 100 mm) is lognormal and goes with (min(I, 100 mm) / 100 mm)^0.9. A living one is as straight as -B s^(1/4) /
 //! A = 4/5 u^0.35 at the outline s, with u even. A dead one's stub stays for some widths; where it then ends inside,
