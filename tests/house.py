@@ -347,7 +347,7 @@ def sentences(prose):
     >>> [len(s.split()) for s in sentences('One `a b. c` is 0.5 mm long. Two: three? Four')]
     [6, 2, 1]
     """
-    prose = re.sub(r"`[^`]*`", "code", prose)
+    prose = re.sub(r"`[^`]*`", "X", prose)
     prose = re.sub(r"\]\([^)]*\)", "]", prose)
     return [part for part in re.split(r"(?<=[.?!])[\"')\]]*\s+(?=[\"'(\[*_`A-Z0-9])", prose) if part.strip()]
 

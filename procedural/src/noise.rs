@@ -4,9 +4,9 @@
 //! `plane`, `space` and `line` are value noise: the value at each point of a lattice is uniform on (-sqrt 3, sqrt 3),
 //! and between the points the values are joined by Perlin's (2002) quintic. The quintic averages neighbours; in d
 //! dimensions it keeps (181/231)^d of the variance, which is divided out. Its variance is larger at lattice points than
-//! between them. The lattice is therefore turned against the axes by angles whose tangents are irrational: no row or
+//! between them. The lattice is therefore turned against the axes by angles whose tangents are irrational. No row or
 //! column of an image meets lattice points at equal phases, and no statistic of rows or columns repeats with the cell.
-//! `fibres` is sparse convolution (Lewis 1989) across and value noise along: lanes with centres uniform in their cells
+//! `fibres` is sparse convolution (Lewis 1989) across and value noise along. Lanes with centres uniform in their cells
 //! have the profile (1 - d^2)^3, and each lane carries value noise of one dimension with a phase and a rate of its own.
 //! Uniform centres and phases make its mean and covariance the same at every place, without any lattice. `bundles` does
 //! so along the fibre; across it is turned value noise whose weights are scaled to equal variance everywhere.

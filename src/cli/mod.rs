@@ -176,7 +176,7 @@ pub(crate) struct GenerateArgs {
     /// Print the estimate, or what was made, as JSON
     #[arg(long)]
     json: bool,
-    /// For programs: all that is said on standard error is a JSON object a line, with `event` begin (samples,
+    /// For programs: all that is said on standard error is a JSON object a line. Its `event` is begin (samples,
     /// finished), anew (samples, samples_per_shard: as it was begun) and larger (samples, to_make, left) of a dataset
     /// that is there, profiles (done, of; at most one a second), sample (bytes), shard, busy and waits (shard), note,
     /// fault and stopped (text)

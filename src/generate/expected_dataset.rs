@@ -87,8 +87,8 @@ impl ExpectedDataset {
     }
 
     /// How many rows and sensor frames of each sample are exposed again: at `places` and as many frames, or as many
-    /// rows as cost little and all frames; `seed` says which. `None` where nobody asks for rows and one costs as much
-    /// as thousands: by a model that answers one line at a time.
+    /// rows as cost little and all frames. `seed` says which. It is `None` where nobody asks for rows and one costs as
+    /// much as thousands: by a model that answers one line at a time.
     pub fn rows(&self, places: Option<u64>, seed: u64) -> Option<RowChoice> {
         let cheap = !matches!(self.recipe.transport(), Transport::Path { .. } | Transport::Diffusion { .. });
         let usual = || cheap.then(|| (self.head.images.rows as usize).div_ceil(ROWS_PER_PLACE).max(1) as u64);

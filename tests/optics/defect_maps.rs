@@ -7,7 +7,7 @@
 //! [`RANGE_MM`] or is measured in one of the two alone. Light that enters in a defect leaves beside it: pixels within
 //! `margin` of a mask may differ, and those beyond it may not, but for the share `beyond`. The margin is the reach of
 //! scattered light, [`SCATTERED_MM`], for defects with a sharp border. Decay, stain and soaked wood fade over some
-//! millimetres beyond their labels, an opening shades and hides what lies as far beside it as it is deep times the
+//! millimetres beyond their labels. An opening shades and hides what lies as far beside it as it is deep times the
 //! tangents of camera and laser, and a knot parts fibres and bends rings up to four of its half widths from its axis.
 //! Pixels within [`BORDER_MM`] of the board's outline are left out: a board with an opening hides itself by a grid of
 //! 0.1 mm, one without by its hull, which moves its ends by less than that.

@@ -151,7 +151,7 @@ fn remedies_name_the_cause() {
     }
 }
 
-/// Guards against data of which a part is missing by the rig's doing and nobody says so: a fan of one degree lights the
+/// Guards against data of which a part is missing by the rig's doing and nobody says so. A fan of one degree lights the
 /// share of the board that its width says, the check, the rows and `gen rig` tell it, and what samples lack by their
 /// own defects is not told.
 #[test]
@@ -275,7 +275,7 @@ fn the_share_in_the_field_is_that_of_the_rig() {
     assert!((found - 0.5 * field / 20.0).abs() < 0.2 / 20.0, "{found} of a field of {field} mm");
 }
 
-/// The check looks at profiles as the dataset will have them: labels are the same, bodies that light does not enter are
+/// The check looks at profiles as the dataset will have them. Labels are the same, bodies that light does not enter are
 /// bit for bit, and what is measured of others is but for light that has crept far and light that fills pockets, of
 /// which Reflectance has next to nothing.
 #[test]

@@ -197,7 +197,7 @@ fn film(i: u64) -> (Stack, Matter, Film) {
 
 /// Films drawn over what packs are made of, sealed to foil, over foil and over tablets: within 10 % for 95 % of the
 /// rows that hold more than two thousandths of the line's light (seen: 9.5 %), within 12 % for 95 % of all (seen: 10.5
-/// %); a half space of the film's matter is three times as far off. The kernel's absorptions and least deviations suit
+/// %). A half space of the film's matter is three times as far off. The kernel's absorptions and least deviations suit
 /// the first 48 best; of the last 24, which had no say in them, 95 % are within 9.9 %.
 #[test]
 fn contrasts_hold_for_random_films() {

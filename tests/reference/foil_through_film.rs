@@ -266,7 +266,7 @@ fn pockets_are_filled_with_light_as_the_reference_says() {
 }
 
 /// Light 0.3 to 1.5 mm beside the film's line, on either side, all over empty pockets and pockets with a tablet and
-/// under film of any pigment that the recipe has, which is what Scatter sums: of each pack within 8 % of the
+/// under film of any pigment that the recipe has, which is what Scatter sums. It is of each pack within 8 % of the
 /// reference's, by groups of columns within 17 % rms in empty pockets and 22 % in filled ones, 6 % in the mean (seen:
 /// 4, 14, 18 and 1 %).
 #[test]
@@ -331,7 +331,7 @@ fn embossed_codes_scatter_as_the_reference_says() {
 }
 
 /// Light of lines on walls that look away from the lens, which has crept through film to where it is seen, by groups of
-/// columns with a tenth of the brightest's: all of it within 12 % of the reference's, 15 % in the mean and 30 % rms
+/// columns with a tenth of the brightest's. All of it is within 12 % of the reference's, 15 % in the mean and 30 % rms
 /// (seen: 4, 8 and 20 %; 59, 70 and 170 % before it was followed). Profiles lie 0.26 mm apart here, and where an edge
 /// is seen is known to half of that.
 #[test]

@@ -200,7 +200,7 @@ fn points_are_ellipses_on_clear_wood_and_round_on_knots() {
 }
 
 /// Light that meets a surface aslant, as it meets slopes, in 24 media drawn over what clear and rotten wood may be,
-/// with fibres as straight and as tangled as recipes have them: up to 10 degrees from the normal, steeper than any
+/// with fibres as straight and as tangled as recipes have them. Up to 10 degrees from the normal, steeper than any
 /// slope of a shipped recipe, reflectance within 0.012 and light towards the lens within 6 %. Up to 15 degrees within
 /// 0.025 and 10 %; rows 1 to 8 on both sides within 3 %; each beside three standard errors of the reference. A slope
 /// that turns nothing but the surface changes hardly anything: no light is lost or won by looking it up at the angle

@@ -1,8 +1,8 @@
 //! Files that a user names are opened here, and nowhere else.
 //!
 //! A link to a plain file is followed: caches and version control of data consist of them. A folder, a pipe, a socket
-//! or a device, of which reading may wait or never end, is refused at once, and nothing is read beyond what the caller
-//! can use. `-` stands for standard input where a command takes the content of one file; `./-` is a file of that name.
+//! or a device, of which reading may wait or never end, is refused at once. Nothing is read beyond what the caller can
+//! use. `-` stands for standard input where a command takes the content of one file. `./-` is a file of that name.
 //!
 //! What can be made again is kept in a [`Cache`].
 //!

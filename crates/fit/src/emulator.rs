@@ -10,7 +10,7 @@
 //! W about the region that matters, as wide as is needed for enough scans, weighs them; all count alike where there are
 //! no more than these (fourteen keys and 3000 scans). B is weighted regression with a weak ridge (Hoerl and Kennard
 //! 1970). G is what evidence calls for: the residuals of the linear part are turned into directions of independent unit
-//! scatter, and in each of these the curved terms, less what the linear ones say of them, have coefficients of a normal
+//! scatter. In each of these the curved terms, less what the linear ones say of them, have coefficients of a normal
 //! law beforehand whose variance is that of greatest evidence (MacKay 1992). Where a direction is straight the variance
 //! goes to nothing; free coefficients would add their noise to every foretold scan, and draw the posterior to the
 //! middle of the scans.

@@ -4,13 +4,13 @@
 //! the [`Emulator`]: what a covariance of n degrees of freedom leaves of a normal law (Sellentin and Heavens 2016).
 //!
 //! **Misfit.** A real scan has things that no key of the recipe makes. Its parts may differ more than those of
-//! simulated scans: V is C with the excess of the squared standard errors that halves give (`rounds`) added to its
+//! simulated scans. V is C with the excess of the squared standard errors that halves give (`rounds`) added to its
 //! variances, and with more, v' = max(v, z^2 / 4), wherever the scan lies z > 3.5 deviations beyond what any scores
-//! reach: first of single statistics, so that one that is far off does not spoil the directions that it has a small
-//! part in, then of the principal directions that are left. Both are found by turns with the mode; before the first
-//! mode, a statistic is out of reach where it lies as far beyond all scans of the kernel. This is the variance
-//! adjustment of robust synthetic likelihood (Frazier and Drovandi 2021) with its greatest value in place of a draw.
-//! Without it, one statistic out of reach would outvote all others.
+//! reach. That is first asked of single statistics, so that one that is far off does not spoil the directions that it
+//! has a small part in, then of the principal directions that are left. Both are found by turns with the mode; before
+//! the first mode, a statistic is out of reach where it lies as far beyond all scans of the kernel. This is the
+//! variance adjustment of robust synthetic likelihood (Frazier and Drovandi 2021) with its greatest value in place of a
+//! draw. Without it, one statistic out of reach would outvote all others.
 //!
 //! **Several scans.** Scores of the bench are one for all scans, scores of matter each scan's own, unless all scans are
 //! of one object.
@@ -111,7 +111,8 @@ pub(crate) struct Posterior<'a> {
 impl<'a> Posterior<'a> {
     /// Given the statistics `observed` `[scans][statistics]`, from the best of some whole vectors of scores to start
     /// at. `excess` `[scans][statistics]` is the variance, in squares of a statistic's scale, that real scans have
-    /// beyond the scatter; `None` for simulated ones, which have nothing that no key makes: no misfit is looked for.
+    /// beyond the scatter. It is `None` for simulated ones, which have nothing that no key makes: no misfit is looked
+    /// for.
     pub fn new(
         emulator: &'a Emulator,
         layout: &'a ScoreLayout,

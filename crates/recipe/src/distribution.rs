@@ -18,9 +18,9 @@
 //!
 //! [`Distribution::quantile`] draws the same law in another way: it turns one number u of [0, 1] into the one below
 //! which the share u of the draws lies (Devroye 1986, *Non-Uniform Random Variate Generation*, II.2), cut at the bounds
-//! without a draw again: with F the distribution function of the form, F^-1(F(min) + u (F(max) - F(min))). It rises
-//! with u, which correlations ([`super::correlation`]) and low-discrepancy sampling ([`super::sampling`]) rest on. Both
-//! ways have the one law of
+//! without a draw again. With F the distribution function of the form it is F^-1(F(min) + u (F(max) - F(min))). It
+//! rises with u, which correlations ([`super::correlation`]) and low-discrepancy sampling ([`super::sampling`]) rest
+//! on. Both ways have the one law of
 //! [`Distribution::law`], and not the same numbers.
 //!
 //! A new form is a variant of [`Distribution`] with draw, quantile, bounds, mass and law, and a row of `FORMS`.

@@ -2,8 +2,8 @@
 //! that they cover each range evenly in every prefix (low discrepancy).
 //!
 //! **Model.** For `sampling: low_discrepancy` the r-th sample of a class takes, for each key, the quantile of the key's
-//! distribution at the r-th point u of a sequence of its own. r is the rank of the sample within its class
-//! ([`super::balance`]), the key of the sequence is seed / family / class / path: any point is computed alone, and a
+//! distribution at the r-th point u of a sequence of its own. The number r is the rank of the sample within its class
+//! ([`super::balance`]), the key of the sequence is seed / family / class / path. Any point is computed alone, and a
 //! key that is added, fixed or correlated leaves the points of the others as they were. Classes have sequences of their
 //! own, since samples of one rank in two classes would else share every number.
 //!

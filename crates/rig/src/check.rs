@@ -1,9 +1,9 @@
 //! Check of a recipe's rig before the first sample: whether samples will be of use at all.
 //!
-//! For each of the most frequent classes the first sample is looked at: how much of its object lies in the field, how
-//! much of it laser and lens reach by rays, and in a few of its profiles, rendered nearly as they will be, how much is
-//! measured and saturated. Where that falls short of what a sample is of use for ([`Shortfall`]), the next samples of
-//! the class are looked at too, and a warning is given where all of them fall short: one scan that is overexposed by
+//! For each of the most frequent classes the first sample is looked at: how much of its object lies in the field, and
+//! how much of it laser and lens reach by rays. A few of its profiles, rendered nearly as they will be, tell how much
+//! is measured and saturated. Where that falls short of what a sample is of use for ([`Shortfall`]), the next samples
+//! of the class are looked at too, and a warning is given where all of them fall short: one scan that is overexposed by
 //! chance is none. The result follows from recipe and seed alone.
 //!
 //! A new shortfall is a variant of [`Shortfall`] with limit, words and remedy. It has a column, a warning among the

@@ -1,11 +1,11 @@
 //! The absorption map: how much light the wood takes up, at the face and below it.
 //!
 //! Model: light of a pixel over the mean of clear wood, times the mean reflectance of earlywood and latewood of the
-//! stated media by their shares, is the pixel's own diffuse reflectance (the median would be earlywood's alone); the
+//! stated media by their shares, is the pixel's own diffuse reflectance (the median would be earlywood's alone). The
 //! absorption that has it follows from [`HalfSpace`], with the scattering of clear wood's mean outside of knots and of
 //! knot wood in them, and the dive of the fibre map: steep fibres lead light down and darken without any absorption.
 //! Below the face (an assumption, no measurement): a feature of width w lasts to a depth of about w, so that at depth d
-//! the logarithm of absorption is that of the face under a Gaussian of standard deviation d / 2; in a knot the colour
+//! the logarithm of absorption is that of the face under a Gaussian of standard deviation d / 2. In a knot the colour
 //! of the face follows the branch's axis and does not fade. Sources: docs/theory/physics.md for the reflectance,
 //! docs/theory/wood.md for the media. Limits: scattering that differs from the mean counts as absorption; light spreads
 //! by a millimetre below the face, so that fine streaks are stronger in the wood than in the picture; gloss and uneven

@@ -2,10 +2,14 @@
 //!
 //! Model: diffusion with the tensor of parallel cylinders, source at the depth where upright light has lost its
 //! direction, fluence zero at the extrapolated boundary:
-//! R = T/2 [exp(-z0 K) + exp(-(z0 + 2 z_e) K)],  K = sqrt(mu_a / D_zz),  z_e = 2 A(n) D_zz,  T = 1 - ((n - 1) / (n +
-//! 1))^2
-//!   D_par = 1 / (3 s),  D_perp = 1/4 int sin^3 / (s + k sin) dtheta,  D_zz = D_perp + (D_par - D_perp) sin^2(dive)
-//!   l_c = 1 / (s + k cos(dive)),  z0 = cos^2(dive) l_c + sin^2(dive) / s
+//!
+//! ```text
+//! R = T/2 [exp(-z0 K) + exp(-(z0 + 2 z_e) K)],  K = sqrt(mu_a / D_zz),  z_e = 2 A(n) D_zz
+//! T = 1 - ((n - 1) / (n + 1))^2
+//! D_par = 1 / (3 s),  D_perp = 1/4 int sin^3 / (s + k sin) dtheta,  D_zz = D_perp + (D_par - D_perp) sin^2(dive)
+//! l_c = 1 / (s + k cos(dive)),  z0 = cos^2(dive) l_c + sin^2(dive) / s
+//! ```
+//!
 //! R falls steadily with mu_a, from T at 0, so the inverse is found by halving.
 //! Source: docs/theory/physics.md, which derives it; A(n) after Contini, Martelli and Zaccanti (1997). It is what the
 //! class table of docs/theory/wood.md was chosen by. Limits: those of diffusion; of clear wood 0.743 against 0.7445 of

@@ -2,15 +2,23 @@
 //! does not.
 //!
 //! Model: the doubled angles q of `texture` are turned back by twice the guessed azimuth. Of a cell with the sum z of
-//! its q,
-//! Im z = 2 a delta + noise,  a = mean of Re z,  var = A sum q_across^2, with A the pixels whose gradients share their
-//! light; a and var are means over 4 mm, so that no cell is sure by chance: the noise of speckle has no direction, but
-//! a sum of it always points somewhere. delta = s phi is how far azimuths are off the guess, s its spread there and phi
-//! a Gaussian field of variance 1 with Matérn's correlation k r K_1(k r) (Whittle 1954; Lindgren, Rue and Lindström
-//! 2011):
-//! minimise  sum (Im z - 2 a delta)^2 / var  +  1 / (4 pi k^2) integral of ((k^2 - Laplacian) phi)^2. Solved by
-//! conjugate gradients, twice, the second time turned back by the first answer. Where texture tells rho of information
-//! a square mm [rad^-2 mm^-2], the variance that is left follows from the field's spectrum:
+//! its q
+//!
+//! ```text
+//! Im z = 2 a delta + noise,  a = mean of Re z,  var = A sum q_across^2
+//! ```
+//!
+//! with A the pixels whose gradients share their light. Both a and var are means over 4 mm, so that no cell is sure by
+//! chance: the noise of speckle has no direction, but a sum of it always points somewhere. The angle delta = s phi is
+//! how far azimuths are off the guess, s its spread there and phi a Gaussian field of variance 1 with Matérn's
+//! correlation k r K_1(k r) (Whittle 1954; Lindgren, Rue and Lindström 2011). It makes least
+//!
+//! ```text
+//! sum (Im z - 2 a delta)^2 / var  +  1 / (4 pi k^2) integral of ((k^2 - Laplacian) phi)^2
+//! ```
+//!
+//! Solved by conjugate gradients, twice, the second time turned back by the first answer. Where texture tells rho of
+//! information a square mm [rad^-2 mm^-2], the variance that is left follows from the field's spectrum:
 //! v = s^2 k^2 / r arctan(r / k^2),  r = sqrt(4 pi rho) s k. Texture: in each place the scale of streaks that tells
 //! more; rings add what a lasting error over [`RINGS_REACH_MM`] leaves. Limits: streaks are related over a fibre's
 //! length and count as [`INDEPENDENT`]; the field takes no jumps.

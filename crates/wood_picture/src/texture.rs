@@ -1,7 +1,7 @@
 //! The structure tensor of a picture's texture, gathered in cells.
 //!
 //! Model: at every pixel the gradient g = (gx, gy) of the logarithm of light under a Gaussian of scale s, and from it
-//! the doubled angle of the line across it,  q = w (gx^2 - gy^2, -2 gx gy),  whose angle is twice the azimuth of the
+//! the doubled angle of the line across it,  q = w (gx^2 - gy^2, -2 gx gy). Its angle is twice the azimuth of the
 //! fibre, from y towards x. Sums of q over a window are the orientation of least squares (Bigün and Granlund 1987);
 //! gradients are taken per mm in both directions, so pixels need not be square. Weight: w = 4 c^2 / (e + c^2)^2 (Geman
 //! and McClure 1987), e the larger of |g|^2 and its mean under a Gaussian of 1 s, c 1.5 times the root of the median of

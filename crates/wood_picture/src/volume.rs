@@ -6,13 +6,13 @@
 //! Model: the density at a point is that of the eight voxels around it, each by its nearness along each axis
 //! (trilinear), and the law of
 //! [`crate::DensityLaw`] makes coefficients of it. Voxels finer than 0.05 mm, a little below the columns and profiles
-//! of scans (0.06 to 0.1 mm), are put together as they come in: blocks of whole numbers of voxels along each axis, each
-//! the mean of its voxels, so that lumina and walls count by their shares of the volume and nothing finer than a column
-//! is sampled by chance. What fills no block at the end of an axis is left out, less than 0.05 mm. Fibres run along one
-//! axis of the stack; the side of its first row (of its first slice, where fibres run in the slices) lies up unless
-//! quarter turns about the fibres put another side there. Stacks are seen from their first slice, and no wood is
-//! mirrored unless asked for. Limits: fibres are straight and parallel to the axis, knots and rings are densities
-//! alone; nothing is labelled; the pith is assumed below the face.
+//! of scans (0.06 to 0.1 mm), are put together as they come in. They become blocks of whole numbers of voxels along
+//! each axis, each the mean of its voxels, so that lumina and walls count by their shares of the volume and nothing
+//! finer than a column is sampled by chance. What fills no block at the end of an axis is left out, less than 0.05 mm.
+//! Fibres run along one axis of the stack; the side of its first row (of its first slice, where fibres run in the
+//! slices) lies up unless quarter turns about the fibres put another side there. Stacks are seen from their first
+//! slice, and no wood is mirrored unless asked for. Limits: fibres are straight and parallel to the axis, knots and
+//! rings are densities alone; nothing is labelled; the pith is assumed below the face.
 
 mod air;
 

@@ -1,7 +1,7 @@
 //! What a broken, chipped, capped or cracked tablet has lost.
 //!
 //! Models: plane cuts. The plane of a break or a chip is moved until the volume beyond it is the asked share of the
-//! whole; a cap is lost at an asked depth, with hard capsules the one of their two shells; a crack is a slab of the
+//! whole. A cap is lost at an asked depth, with hard capsules the one of their two shells; a crack is a slab of the
 //! asked width without matter, its halves unmoved. Neglected: rough faces of fracture, and that they lack the coat; a
 //! broken tablet lies as the whole one would.
 

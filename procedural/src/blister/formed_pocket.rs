@@ -3,8 +3,8 @@
 //! Models: a section that is a function of the distance e inwards from the pocket's outline: the edge's radius, a
 //! straight wall at the draft angle, the shoulder's radius, and a roof with a crown (1 - q^2)^2; slopes are continuous
 //! everywhere. Thickness t = t0 / (1 + thinning beta g), where g is the drawn share of the depth and larger on the
-//! shoulder, which meets the mould last; beta follows from the volume of film: the integral of t over the formed
-//! area is t0 times the flat area where `thinning` is 1.
+//! shoulder, which meets the mould last. The factor beta follows from the volume of film: the integral of t over the
+//! formed area is t0 times the flat area where `thinning` is 1.
 //! Source: mean thinning by area ratio (Throne 1996); that a wall thins steadily towards a corner is the classic
 //! result for vacuum forming into a cavity (Williams 1970). Neglected: bending of the film, its flow along the wall.
 

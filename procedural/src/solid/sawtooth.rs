@@ -1,9 +1,9 @@
 //! The saw-tooth of a laser triangulation's calibration: teeth in a row along the laser line.
 //!
 //! Closed form. With u along the piece from its left end, pitch p = length / teeth and f = u / p - floor(u / p), the
-//! height is base + depth f / r on the rising flank (f < r) and base + depth (1 - f) / (1 - r) on the falling one; r is
-//! the share of the rising flank. At r = 1 the flank falls upright, at r = 0 it rises upright. The piece is turned
-//! about the vertical and lies flat on the conveyor.
+//! height is base + depth f / r on the rising flank (f < r) and base + depth (1 - f) / (1 - r) on the falling one. The
+//! number r is the share of the rising flank. At r = 1 the flank falls upright, at r = 0 it rises upright. The piece is
+//! turned about the vertical and lies flat on the conveyor.
 //!
 //! Source: RCAL-300 of SICK, 300 mm long with 15 teeth (Kihl and Källberg 2021, figure 3.13). Depth, width and base are
 //! estimates: no source gives them. Neglected: rounded edges, ends that are cut in the middle of a tooth.

@@ -1,11 +1,11 @@
 //! Resin canals, vessels (pores) and rays that the face cuts.
 //!
 //! Models: canals and vessels are tubes along the grain. The plane across it, bundle by time of growth, is divided into
-//! cells, turned against both and bent by noise over some cells, so that no rows of them cross a face; a cell holds one
+//! cells, turned against both and bent by noise over some cells, so that no rows of them cross a face. A cell holds one
 //! tube at a place of its own that wanders along the grain, so that tubes enter and leave the face and show as short
-//! lines where it cuts them. n tubes of diameter d per mm2 leave a face parallel to them n d of open tube per mm.
-//! Canals are full of resin and stand mostly in latewood. Vessels are open: the face is a groove, d/2 deep in its
-//! middle, whose wall may hold dust. In ring-porous wood vessels are few and narrow outside the earlywood. Rays are
+//! lines where it cuts them. A number n of tubes of diameter d per mm2 leave a face parallel to them n d of open tube
+//! per mm. Canals are full of resin and stand mostly in latewood. Vessels are open: the face is a groove, d/2 deep in
+//! its middle, whose wall may hold dust. In ring-porous wood vessels are few and narrow outside the earlywood. Rays are
 //! sheets along the radius. The coordinates are the arc a = R phi at the fixed radius R of the face's middle, and l:
 //! each cell holds an ellipse of the asked height and width, at a place of its own that wanders outwards. Where the
 //! face runs along the radius it runs within such a sheet and a fleck appears, w / sin of the angle long, wander

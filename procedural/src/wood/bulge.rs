@@ -2,7 +2,7 @@
 //!
 //! Models: t is the radius that the trunk had when a point grew [mm]; annual rings are its level sets. Far from knots t
 //! is the distance r from the pith. Near a knot trunk and branch merge by a smooth minimum of their times,
-//! smin(1, x) = (1 + x^-k)^(-1/k),  k = 3.25 - 0.8 (x - 1) / (x - 0.7), with x the distance from the axis over the
+//! smin(1, x) = (1 + x^-k)^(-1/k),  k = 3.25 - 0.8 (x - 1) / (x - 0.7). Here x is the distance from the axis over the
 //! knot's half width, 1 on its outline and beyond it measured 1.6 times shorter along the grain, and
 //! t = r - f h w (1 - smin),  w = (1 - u^2)^3,  u = (x - 1) / 3,  h = 2.5 half widths. The slope of t, which is the
 //! fibre's dive on a flat-sawn face, falls steadily from 21 deg at the knot to 3 deg three half widths along the grain

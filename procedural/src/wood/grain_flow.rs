@@ -3,8 +3,12 @@
 //! Models: fibres as streamlines of a plane potential flow, in the tangential plane, around an obstacle made of a
 //! source and a sink in a uniform stream. In units of the obstacle's half width, with the source at -b and the sink at
 //! +b:
-//!   v_along  = 1 + m [(x + b)/A - (x - b)/B],  v_across = m y [1/A - 1/B],  A, B = (x +- b)^2 + y^2
-//!   psi = y + m [atan2(y, x + b) - atan2(y, x - b)],  m = 1 / (2 atan b)
+//!
+//! ```text
+//! v_along  = 1 + m [(x + b)/A - (x - b)/B],  v_across = m y [1/A - 1/B],  A, B = (x +- b)^2 + y^2
+//! psi = y + m [atan2(y, x + b) - atan2(y, x - b)],  m = 1 / (2 atan b)
+//! ```
+//!
 //! and the oval ends at sqrt(b^2 + 2 m b). As b falls to 0 it becomes the circle with a doublet.
 //! Sources: Goodman and Bodig (1978) for the analogy; Foley (2001) for its use in growth surfaces; the strength for a
 //! given half width follows from psi = 0 at (0, 1).

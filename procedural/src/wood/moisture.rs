@@ -2,7 +2,7 @@
 //!
 //! Model: a patch is an ellipse along the grain with a wandering outline, fullest in its middle. A share s of the
 //! lumina is full. Cylinder scattering is that of the lumina: what light is turned by at a wall goes with the square of
-//! the step in index (a small angle at each wall), and the step from wood's substance (1.55) to water (1.33) is 0.22
+//! the step in index (a small angle at each wall). The step from wood's substance (1.55) to water (1.33) is 0.22
 //! where that to air is 0.55:
 //! k(s) = k (1 - s (1 - (0.22 / 0.55)^2)) = k (1 - 0.84 s). Scattering between the fibres is half that of pores, half
 //! that of walls (a guess): sigma_i(s) = sigma_i (1 - 0.42 s). The effective index grows by that of water over air

@@ -2,7 +2,7 @@
 //! pixels.
 //!
 //! Nothing here is taken from production but the numbers of the bench. Light leaves the laser's virtual source, meets
-//! the first triangle in its way and is thrown back evenly (Lambert, radiance = matte x irradiance / pi); a point of
+//! the first triangle in its way and is thrown back evenly (Lambert, radiance = matte x irradiance / pi). A point of
 //! the lens's aperture is drawn, the way to it must be free, the thin lens sends the ray on through the point's image,
 //! and the tilted sensor cuts it where it is. The lens's other blur moves the place by a normal draw. A pixel gathers
 //! what falls on its square. Every ray carries its exact weight, so means have no error but that of chance, which is

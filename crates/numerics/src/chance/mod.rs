@@ -1,7 +1,7 @@
 //! Hypothesis tests: the law of one number, the normal distribution, and exact tests of whether numbers follow a law.
 //!
 //! Every p-value is exact or an upper bound at any number of samples, and keeps its relative precision far out, where
-//! families of tests need it: a test that is made 200 times and may be wrong once in 10^6 asks for tails of 10^-9, of
+//! families of tests need it. A test that is made 200 times and may be wrong once in 10^6 asks for tails of 10^-9, of
 //! which no limit theorem says anything.
 
 mod count_tests;

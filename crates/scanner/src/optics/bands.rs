@@ -41,7 +41,7 @@ impl Bands<'_> {
         self.finish()
     }
 
-    /// The same for a look at one profile: every eighth line around it stands for those beside it, which takes a
+    /// The same for a look at one profile. Every eighth line around it stands for those beside it, which takes a
     /// fraction of the time and shows light that comes from other lines less finely: what has crept under the surface,
     /// front faces, light that parts of a body throw at each other.
     pub fn make_sparse(&mut self, profile: usize) -> &Band {

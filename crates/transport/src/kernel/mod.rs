@@ -113,7 +113,7 @@ impl SurfacePoint {
     /// `view`; unit vectors, y along the motion.
     ///
     /// Cylinders keep the angle between light and fibre. How light that met them spreads and where it leaves follows
-    /// from the angle at which it entered, not from the angle between fibre and surface: on a slope of 10 degrees,
+    /// from the angle at which it entered, not from the angle between fibre and surface. On a slope of 10 degrees,
     /// fibres and light as before, the reflectance of clear wood stays within 0.002 and the centre of its line within 2
     /// %.
     #[inline]

@@ -116,8 +116,9 @@ impl HalfSpaceTable {
     }
 
     /// The half space of index `n`, background's share `rho`, sine of dive `sin_dive` and dispersion `dispersion_deg`,
-    /// clamped to the table's ends: linear in the simplex of five neighbours that holds it (Kasson, Nin, Plouffe and
-    /// Hafner 1995), in what the index lets out, the share's root, the dive's steepness and the dispersion's logarithm.
+    /// clamped to the table's ends. It is linear in the simplex of five neighbours that holds it (Kasson, Nin, Plouffe
+    /// and Hafner 1995), in what the index lets out, the share's root, the dive's steepness and the dispersion's
+    /// logarithm.
     #[inline(always)]
     pub fn between(&self, n: f32, rho: f32, sin_dive: f32, dispersion_deg: f32) -> HalfSpaceNode {
         let (a, fa) = locate(&self.indices, confined(n));

@@ -60,10 +60,11 @@ impl Stem {
         stem
     }
 
-    /// The stem that a scanner measured, in the file format of the scanned log: `pith` as rows of x, y and height [mm];
-    /// `radii` as sections from the first to the last height of the pith in equal steps, each with the distances from
-    /// the pith to the outline [mm] at azimuths that fall from 0 in equal steps of a turn; `knots` as rows of A to I:
-    /// width r (A + B r^(1/4)), height C + D sqrt r + E r, azimuth F + G ln r, end H and death I, all in mm and rad.
+    /// The stem that a scanner measured, in the file format of the scanned log. `pith` has rows of x, y and height
+    /// [mm]. `radii` has sections from the first to the last height of the pith in equal steps, each with the distances
+    /// from the pith to the outline [mm] at azimuths that fall from 0 in equal steps of a turn. `knots` has rows of A
+    /// to I: width r (A + B r^(1/4)), height C + D sqrt r + E r, azimuth F + G ln r, end H and death I, all in mm and
+    /// rad.
     pub fn measured(pith: &[[f64; 3]], radii: &[Vec<f64>], knots: &[[f64; 9]]) -> Result<Self, StemError> {
         measured::check(pith, radii, knots)?;
         let ends = [pith[0][2], pith[pith.len() - 1][2]];

@@ -5,12 +5,12 @@
 //! Between whorls branches sit anywhere, as a Poisson process. Buds keep apart around the stem: each takes, of five
 //! azimuths drawn evenly, the one farthest from the buds within 60 mm below it (best candidate, Mitchell 1991). Source:
 //! the 108 knots of the scanned log of Larsson et al. (2022). With knots within 45 mm of the next in one cluster, it
-//! has 34 clusters, 21 of them of three or more: 4.19 knots each, 184 mm apart (standard deviation 100 mm), 43 mm high,
-//! their azimuths with a mean resultant length of 0.26, where independent ones have 0.45 +- 0.05, and gaps that spread
-//! by 0.40 of their mean where those spread by 0.78 +- 0.06: buds repel. Pairs of knots are most frequent 0 to 20 mm
-//! and 140 to 170 mm apart, so a year is shorter than the distance of those clusters, in which some years are missing
-//! and others are two in one. The parameters' defaults were fitted to these numbers together. Limits: shoots do not
-//! remember the years before; no trend with age; no forks, no broken tops.
+//! has 34 clusters, 21 of them of three or more. These have 4.19 knots each, lie 184 mm apart (standard deviation 100
+//! mm) and are 43 mm high. Their azimuths have a mean resultant length of 0.26, where independent ones have 0.45 +-
+//! 0.05, and gaps that spread by 0.40 of their mean where those spread by 0.78 +- 0.06: buds repel. Pairs of knots are
+//! most frequent 0 to 20 mm and 140 to 170 mm apart, so a year is shorter than the distance of those clusters, in which
+//! some years are missing and others are two in one. The parameters' defaults were fitted to these numbers together.
+//! Limits: shoots do not remember the years before; no trend with age; no forks, no broken tops.
 
 use std::f64::consts::TAU;
 

@@ -1,7 +1,7 @@
 //! Next-event estimation: the light that a collision would send straight to the lens.
 //!
 //! A lens far away in direction v sees radiance L = sum of w p(w -> v') exp(-depth) T dOmega'/dOmega / cos(v) per
-//! photon, with v' the direction inside that refraction turns into v, depth the optical depth on the way up, T the
+//! photon. Here v' is the direction inside that refraction turns into v, depth the optical depth on the way up, T the
 //! transmittance of the planes passed and dOmega'/dOmega = n^2 cos(v) / (n'^2 cos(v')) (n outside, n' at the
 //! collision). The radiance factor is pi L / E.
 

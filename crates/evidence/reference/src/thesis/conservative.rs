@@ -11,8 +11,8 @@
 //! stay.
 //!
 //! Light that comes out is sum_m w_m u(tau_m) over path lengths tau_m (quantised diffusion, d'Eon and Irving
-//! 2011), with w_m = dtau [z0 e^(-z0^2 / 4 D_zz tau) + z2 e^(-z2^2 / 4 D_zz tau)] / (4 sqrt(pi D_zz) tau^(3/2)) of the
-//! medium at the exit, and e^(-mu_a dt) of the medium on the way, which the long last steps need: the implicit
+//! 2011). Here w_m = dtau [z0 e^(-z0^2 / 4 D_zz tau) + z2 e^(-z2^2 / 4 D_zz tau)] / (4 sqrt(pi D_zz) tau^(3/2)) of the
+//! medium at the exit, and e^(-mu_a dt) of the medium on the way, which the long last steps need. The implicit
 //! 1 / (1 + mu_a dt) absorbs too little there. Beyond the edges of picture and body nothing flows.
 //! With four steps from path to path the light beyond 0.5, 1 and 2 mm of a line is within 3 % of the exact Gaussians'.
 //! Neglected: the entry direction's memory (light near the line is too wide), the source's own z0, the shift of diving

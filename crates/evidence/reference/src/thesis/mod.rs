@@ -1,7 +1,7 @@
 //! Light that spreads in a picture: the method of Kihl and Källberg (2021), kept to compare with.
 //!
 //! Their model: a photograph of the surface is overlaid by a map of colours that say along which line the light of a
-//! pixel spreads (Figure 3.9), and the picture of the laser is spread along it, by drawing lines or by Stam's (2003)
+//! pixel spreads (Figure 3.9). The picture of the laser is spread along it, by drawing lines or by Stam's (2003)
 //! diffusion with coefficients that depend on the pixel. What is absorbed is the map's alpha. Beside it stands what
 //! such a diffusion in the plane should be, [`SpreadMethod::Conservative`]: a symmetric stencil with the tensor of
 //! cylinder scattering, summed over the lengths of paths with which light comes back to the surface.

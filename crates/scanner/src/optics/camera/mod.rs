@@ -2,10 +2,10 @@
 //!
 //! Radiometry: a mm of the line carries what [`Laser`] says; a Lambertian patch sends the share Omega cos(theta) / pi
 //! of it into the lens, Omega = pi (D / 2)^2 cos(phi) / distance^2. Photon energy h c / lambda.
-//! docs/theory/instrument.md holds the derivation. A point's spread has the variances of the lens's aberrations, of
-//! diffraction (Airy's core as a Gaussian of 0.42 lambda N', N' = N v0 / f, Zhang, Zerubia and Olivo-Marin 2007), of
-//! crosstalk (2 x in either direction for a share x to each neighbour), of the pixel's box, and of defocus (`defocus`).
-//! Neglected: the rings of Airy's disc, 16 % of its light, none brighter than 1.8 % of its middle.
+//! docs/theory/instrument.md holds the derivation. A point's spread adds variances: of the lens's aberrations, of
+//! diffraction (Airy's core as a Gaussian of 0.42 lambda N', N' = N v0 / f, Zhang, Zerubia and Olivo-Marin 2007).
+//! Others are those of crosstalk (2 x in either direction for a share x to each neighbour), of the pixel's box, and of
+//! defocus (`defocus`). Neglected: the rings of Airy's disc, 16 % of its light, none brighter than 1.8 % of its middle.
 
 pub(crate) mod circle_of_confusion;
 mod defocus;

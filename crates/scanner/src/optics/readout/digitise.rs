@@ -444,9 +444,9 @@ mod tests {
     use super::*;
     use crate::optics::speckle::{PatternCache, SpeckleConditions};
 
-    /// Of rows that are not drawn it is told, without their numbers, whether one of these comes to the level: as often
-    /// as when they are drawn in even light, sensors and levels from among the noise to far above drawn at random; a
-    /// column is asked for at a time.
+    /// For skipped rows the hash alone decides whether any pixel would reach the level, as often as when they are drawn
+    /// in even light. Sensors and levels, from among the noise to far above, are drawn at random; a column is asked for
+    /// at a time.
     #[test]
     fn noise_is_told_without_its_numbers() {
         let mut rng = Stream::root(77).rng();

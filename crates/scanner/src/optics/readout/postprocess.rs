@@ -12,7 +12,7 @@
 //!
 //! and the end is clipped and rounded. The pattern follows Bergmann et al. 2016 (after Duncan and Kirkpatrick 2008): a
 //! disc of random phases out of a square, Fourier transformed, squared; its root for the Rayleigh law. The disc's
-//! centre moves on a circle of its own radius about the square's middle, by pi a / D from profile to profile, with D
+//! centre moves on a circle of its own radius about the square's middle, by pi a / D from profile to profile. D is
 //! the pupil and a = step (d / h + 1 - sin^2 tilt) the shift of the field there (appendix A of the thesis: camera at
 //! distance d, laser at height h). Kept as the thesis has it: the pattern lies on the sensor, not on the object; its
 //! pitch of a fifth of a pixel takes 1.22 lambda N (1 + m) for lambda N (1 + m), so speckles are 22 % too large

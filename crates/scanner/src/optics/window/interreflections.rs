@@ -6,9 +6,9 @@
 //! seen between is linear. The card lights a pocket's walls that way, and walls the card about them: light that comes
 //! from far and falls wide, which no width of the film's own spread holds. What has crossed a pocket is told by the
 //! pocket ([`super::pocket_light`]). Neglected: what stands between two patches that face each other, exchanges after
-//! the second, light from beyond the tiles next to a tile's own or beyond the line's own window, how far light spreads
-//! in films before it leaves, which way they prefer to scatter, what lies open in holes, bodies of wood, and the
-//! conveyor.
+//! the second, light from beyond the tiles next to a tile's own or beyond the line's own window. Neglected too: how far
+//! light spreads in films before it leaves, which way they prefer to scatter, what lies open in holes, bodies of wood,
+//! and the conveyor.
 
 use std::ops::Range;
 

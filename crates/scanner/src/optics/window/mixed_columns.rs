@@ -12,7 +12,7 @@ use crate::optics::light::{MixedColumn, ROWS, window_start};
 use crate::optics::speckle::TILE;
 
 /// Whether the windows about lines at `centre` are such that each mixed column of the tile takes light of its neighbour
-/// row by row, or none of it, and is cut once: no row then needs one that stands elsewhere in a window, and none is
+/// row by row, or none of it, and is cut once. No row then needs one that stands elsewhere in a window, and none is
 /// brighter than the brighter of both columns.
 pub(crate) fn share_rows_or_none(mixed: &[MixedColumn], tile: usize, centre: &[f32; TILE]) -> bool {
     let first = tile * TILE;

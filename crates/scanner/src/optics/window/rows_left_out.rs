@@ -20,7 +20,7 @@ use transport::kernel::BASIS;
 const STEPPED: f32 = 1.000_2;
 
 /// A bound on the light in a column's pixels that lie outside the rows `drawn`, of a line that is one Gaussian across
-/// and what spreads from it [e-]: light of each width leaves there by `exits` at most, and speckle makes it no
+/// and what spreads from it [e-]. Light of each width leaves there by `exits` at most, and speckle makes it no
 /// brighter than `brightest`, from the surface and from below.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 pub(crate) fn light_beyond(

@@ -3,9 +3,9 @@
 //! Each layer answers for itself ([`table`]: films, measured by Monte Carlo; the half space's own table: tablets), and
 //! light that passes from one to the next loses its direction: it leaves by Lambert's law. In the space of frequencies
 //! q along the motion (`spectrum`) spreads one after the other are products, and all bounces between film and what lies
-//! below are a geometric series (van de Hulst 1980). With T0 the straight light that a film lets through, R and T what
-//! it reflects and lets through turned (small letters: of Lambert light), h and g the spread of light from the film and
-//! of Lambert light over the gap, B what a tablet sends out again, m the share that a surface mirrors:
+//! below are a geometric series (van de Hulst 1980). Let T0 be the straight light that a film lets through, R and T
+//! what it reflects and lets through turned (small letters: of Lambert light). With h and g the spread of light from
+//! the film and of Lambert light over the gap, B what a tablet sends out again, m the share that a surface mirrors:
 //!
 //! ```text
 //! down   A = T0 / (1 - rho m0), rho what the film's two surfaces throw down again of straight light from below

@@ -264,7 +264,7 @@ fn gather(of: MeasuredHalfSpace, batches: &[HalfSpaceSums], photons: f64) -> Pat
 /// The table's entries for all half spaces, in their order.
 ///
 /// How far light that the background turned has moved, and how it goes to views, changes slowly with index and
-/// dispersion: these numbers are taken from a fit over all indices and dispersions of a share and a dive, quadratic in
+/// dispersion. These numbers are taken from a fit over all indices and dispersions of a share and a dive, quadratic in
 /// the index and in the dispersion's logarithm, which halves their noise.
 pub fn table(all: &[PathStatistics]) -> Vec<[f32; NODE]> {
     let mut nodes: Vec<[f32; NODE]> = all.iter().map(condense).collect();
@@ -391,7 +391,7 @@ fn condense(paths: &PathStatistics) -> [f32; NODE] {
 }
 
 /// The path c by which light that diffuses leaves later than from an open plane, from what left in the last walked bin
-/// between the paths `from` and `to`: it grows with the light that the surface throws back and with the free paths
+/// between the paths `from` and `to`. It grows with the light that the surface throws back and with the free paths
 /// along straight fibres, to more than `to` [mean free paths].
 fn lateness(paths: &PathStatistics, from: f64, to: f64) -> f64 {
     let left_last: f64 = paths.bins.iter().map(|kind| kind[WALKED_BINS - 1].weight).sum();

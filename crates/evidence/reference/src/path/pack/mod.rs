@@ -1,6 +1,6 @@
 //! Monte Carlo of light in a pack: film, air, tablets and foil in their true shape.
 //!
-//! Model: the film is a body of its own between two height fields, its upper side and its lower one ([`shape`]); light
+//! Model: the film is a body of its own between two height fields, its upper side and its lower one ([`shape`]). Light
 //! walks in it as in a layer, leaves it by Fresnel's law through either side, flies straight through the air and meets
 //! film, tablets and foil where they stand. Tablets are walked in like layers. No plane layers, no diffuse gaps,
 //! no tables: nothing is shared with the kernel but coefficients.
