@@ -14,7 +14,7 @@ use crate::stack::STACK;
 pub const FORMAT: &str = "sheetlight-dataset";
 
 /// Version of everything in this crate: a new major number where old readers would misread, a new minor number where
-/// something was added: that of the newest column, or [`NEWEST_OTHER`].
+/// something was added: that of the newest column, or `NEWEST_OTHER`.
 pub const SCHEMA_VERSION: [u32; 2] =
     [1, newest(&ROW, newest(&OBJECT, newest(&CALIBRATION, newest(&STACK, NEWEST_OTHER))))];
 

@@ -1,7 +1,7 @@
 //! Where the files are that a recipe names.
 //!
 //! A name is relative to the recipe's own file; a file that exists wins over one that is built in. A folder of pictures
-//! is one file too, where a key allows it ([`crate::slice_tar`]). A dataset keeps a copy of each, so that its samples
+//! is one file too, where a key allows it (`slice_tar`). A dataset keeps a copy of each, so that its samples
 //! can be made again from the folder alone.
 
 use std::io::{self, ErrorKind};

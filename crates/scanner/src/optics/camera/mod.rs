@@ -1,6 +1,6 @@
 //! Camera: where a point of the lit line is imaged, how sharp and how bright.
 //!
-//! Radiometry: a mm of the line carries what [`Laser`] says; a Lambertian patch sends the share Omega cos(theta) / pi
+//! Radiometry: a mm of the line carries what `Laser` says; a Lambertian patch sends the share Omega cos(theta) / pi
 //! of it into the lens, Omega = pi (D / 2)^2 cos(phi) / distance^2. Photon energy h c / lambda.
 //! docs/theory/instrument.md holds the derivation. A point's spread adds variances: of the lens's aberrations, of
 //! diffraction (Airy's core as a Gaussian of 0.42 lambda N', N' = N v0 / f, Zhang, Zerubia and Olivo-Marin 2007).
