@@ -10,10 +10,9 @@
 //! l_c = 1 / (s + k cos(dive)),  z0 = cos^2(dive) l_c + sin^2(dive) / s
 //! ```
 //!
-//! R falls steadily with mu_a, from T at 0, so the inverse is found by halving.
-//! Source: docs/theory/physics.md, which derives it; A(n) after Contini, Martelli and Zaccanti (1997). It is what the
-//! class table of docs/theory/wood.md was chosen by. Limits: those of diffusion; of clear wood 0.743 against 0.7445 of
-//! the reference Monte Carlo.
+//! R falls steadily with mu_a, from T at 0, so the inverse is found by halving. Source: docs/theory/physics.md, which
+//! derives it; A(n) after Contini, Martelli and Zaccanti (1997). It is what the class table of docs/theory/wood.md was
+//! chosen by. Limits: those of diffusion; of clear wood 0.743 against 0.7445 of the reference Monte Carlo.
 
 use procedural::Medium;
 

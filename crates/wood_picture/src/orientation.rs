@@ -19,9 +19,13 @@
 //!
 //! Solved by conjugate gradients, twice, the second time turned back by the first answer. Where texture tells rho of
 //! information a square mm [rad^-2 mm^-2], the variance that is left follows from the field's spectrum:
-//! v = s^2 k^2 / r arctan(r / k^2),  r = sqrt(4 pi rho) s k. Texture: in each place the scale of streaks that tells
-//! more; rings add what a lasting error over [`RINGS_REACH_MM`] leaves. Limits: streaks are related over a fibre's
-//! length and count as [`INDEPENDENT`]; the field takes no jumps.
+//!
+//! ```text
+//! v = s^2 k^2 / r arctan(r / k^2),  r = sqrt(4 pi rho) s k
+//! ```
+//!
+//! Texture: in each place the scale of streaks that tells more; rings add what a lasting error over [`RINGS_REACH_MM`]
+//! leaves. Limits: streaks are related over a fibre's length and count as [`INDEPENDENT`]; the field takes no jumps.
 
 use std::f32::consts::PI;
 

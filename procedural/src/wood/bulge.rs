@@ -2,14 +2,24 @@
 //!
 //! Models: t is the radius that the trunk had when a point grew [mm]; annual rings are its level sets. Far from knots t
 //! is the distance r from the pith. Near a knot trunk and branch merge by a smooth minimum of their times,
-//! smin(1, x) = (1 + x^-k)^(-1/k),  k = 3.25 - 0.8 (x - 1) / (x - 0.7). Here x is the distance from the axis over the
-//! knot's half width, 1 on its outline and beyond it measured 1.6 times shorter along the grain, and
-//! t = r - f h w (1 - smin),  w = (1 - u^2)^3,  u = (x - 1) / 3,  h = 2.5 half widths. The slope of t, which is the
-//! fibre's dive on a flat-sawn face, falls steadily from 21 deg at the knot to 3 deg three half widths along the grain
-//! from its outline, and without a step to 0 at x = 4. After the branch's death f falls from 1 to -1/2: rings stop
-//! bulging outwards and bend in around the stub. Source: Larsson et al. (2022) for the merging and f. Their k falls by
-//! 1.75 instead of 0.8, and their bulge scales with the trunk's radius; here it scales with the knot's and ends sooner,
-//! so that small knots bend few rings. Limits: inside a knot the branch's own rings replace this field.
+//!
+//! ```text
+//! smin(1, x) = (1 + x^-k)^(-1/k),  k = 3.25 - 0.8 (x - 1) / (x - 0.7)
+//! ```
+//!
+//! Here x is the distance from the axis over the knot's half width, 1 on its outline and beyond it measured 1.6 times
+//! shorter along the grain, and
+//!
+//! ```text
+//! t = r - f h w (1 - smin),  w = (1 - u^2)^3,  u = (x - 1) / 3,  h = 2.5 half widths
+//! ```
+//!
+//! The slope of t, which is the fibre's dive on a flat-sawn face, falls steadily from 21 deg at the knot to 3 deg three
+//! half widths along the grain from its outline, and without a step to 0 at x = 4. After the branch's death f falls
+//! from 1 to -1/2: rings stop bulging outwards and bend in around the stub. Source: Larsson et al. (2022) for the
+//! merging and f. Their k falls by 1.75 instead of 0.8, and their bulge scales with the trunk's radius; here it scales
+//! with the knot's and ends sooner, so that small knots bend few rings. Limits: inside a knot the branch's own rings
+//! replace this field.
 
 /// Largest distance from the axis at which a knot disturbs wood [half widths across, 1.6 times as many along].
 pub(super) const REACH: f32 = 4.0;

@@ -9,10 +9,10 @@
 //! psi = y + m [atan2(y, x + b) - atan2(y, x - b)],  m = 1 / (2 atan b)
 //! ```
 //!
-//! and the oval ends at sqrt(b^2 + 2 m b). As b falls to 0 it becomes the circle with a doublet.
-//! Sources: Goodman and Bodig (1978) for the analogy; Foley (2001) for its use in growth surfaces; the strength for a
-//! given half width follows from psi = 0 at (0, 1).
-//! Limits: plane and without swirl; between the knot and the tips of the oval fibres are interpolated.
+//! and the oval ends at sqrt(b^2 + 2 m b). As b falls to 0 it becomes the circle with a doublet. Sources: Goodman and
+//! Bodig (1978) for the analogy; Foley (2001) for its use in growth surfaces; the strength for a given half width
+//! follows from psi = 0 at (0, 1). Limits: plane and without swirl; between the knot and the tips of the oval fibres
+//! are interpolated.
 
 use glam::Vec2;
 

@@ -1,15 +1,20 @@
 //! One knot: the branch that the trunk grew around.
 //!
 //! Models: a branch whose skeleton runs outwards from the pith, at the distance r from it at
-//! l(r) = C + D sqrt r + E r  along the log and  phi(r) = F + G ln r  about it, and whose width grows as r (A + B
-//! r^(1/4)) while it lives. A dead branch keeps its width; bark takes the outer part of it. A point belongs to the
-//! skeleton point at its own distance from the pith (Larsson et al. 2022). A branch of a stem (`stem`) may end inside:
-//! over the last half width its outline rounds off to nothing as an ellipsoid, and what it does to the growth layers
-//! fades from there to four half widths beyond the end, in a smooth step. Sources: form of the skeleton and spread of
-//! its numbers from the 108 knots of the scanned log of Larsson et al. (2022); dead branches are cylinders (Trincado
-//! and Burkhart 2008). The rounding and the healing of an end are engineering estimates. Limits: knots that are placed
-//! on a face never end before it; no swelling at the base; no pocket of bark or resin at an end, over which the slope
-//! of the growth layers has a faint kink at 0.8 half widths from the axis, elsewhere hidden in the branch.
+//!
+//! ```text
+//! l(r) = C + D sqrt r + E r  along the log and  phi(r) = F + G ln r  about it
+//! ```
+//!
+//! and whose width grows as r (A + B r^(1/4)) while it lives. A dead branch keeps its width; bark takes the outer part
+//! of it. A point belongs to the skeleton point at its own distance from the pith (Larsson et al. 2022). A branch of a
+//! stem (`stem`) may end inside: over the last half width its outline rounds off to nothing as an ellipsoid, and what
+//! it does to the growth layers fades from there to four half widths beyond the end, in a smooth step. Sources: form of
+//! the skeleton and spread of its numbers from the 108 knots of the scanned log of Larsson et al. (2022); dead branches
+//! are cylinders (Trincado and Burkhart 2008). The rounding and the healing of an end are engineering estimates.
+//! Limits: knots that are placed on a face never end before it; no swelling at the base; no pocket of bark or resin at
+//! an end, over which the slope of the growth layers has a faint kink at 0.8 half widths from the axis, elsewhere
+//! hidden in the branch.
 
 use glam::Vec2;
 use rand::RngExt;

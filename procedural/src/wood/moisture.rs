@@ -2,15 +2,25 @@
 //!
 //! Model: a patch is an ellipse along the grain with a wandering outline, fullest in its middle. A share s of the
 //! lumina is full. Cylinder scattering is that of the lumina: what light is turned by at a wall goes with the square of
-//! the step in index (a small angle at each wall). The step from wood's substance (1.55) to water (1.33) is 0.22
-//! where that to air is 0.55:
-//! k(s) = k (1 - s (1 - (0.22 / 0.55)^2)) = k (1 - 0.84 s). Scattering between the fibres is half that of pores, half
-//! that of walls (a guess): sigma_i(s) = sigma_i (1 - 0.42 s). The effective index grows by that of water over air
-//! times the share of the volume that lumina take, 0.72 at 420 kg/m3:
-//! n_eff(s) = n_eff + 0.72 * 0.33 s, up to 1.55. Absorption stays: that of water is 0.0003 /mm at 660 nm (Pope and Fry
-//! 1997, *Appl. Opt.* 36, 8710). Sources: that scattering at dry pores dominates in wood and moisture takes it away is
-//! Konagaya et al. 2016, *Opt. Express* 24, 9561; the laws above are estimates from indices and have not been measured.
-//! Limits: no gloss of wet wood, no swelling; a patch is as deep as the board; one law for all wood.
+//! the step in index (a small angle at each wall). The step from wood's substance (1.55) to water (1.33) is 0.22 where
+//! that to air is 0.55:
+//!
+//! ```text
+//! k(s) = k (1 - s (1 - (0.22 / 0.55)^2)) = k (1 - 0.84 s)
+//! ```
+//!
+//! Scattering between the fibres is half that of pores, half that of walls (a guess): sigma_i(s) = sigma_i (1 - 0.42
+//! s). The effective index grows by that of water over air times the share of the volume that lumina take, 0.72 at 420
+//! kg/m3:
+//!
+//! ```text
+//! n_eff(s) = n_eff + 0.72 * 0.33 s, up to 1.55
+//! ```
+//!
+//! Absorption stays: that of water is 0.0003 /mm at 660 nm (Pope and Fry 1997, *Appl. Opt.* 36, 8710). Sources: that
+//! scattering at dry pores dominates in wood and moisture takes it away is Konagaya et al. 2016, *Opt. Express* 24,
+//! 9561; the laws above are estimates from indices and have not been measured. Limits: no gloss of wet wood, no
+//! swelling; a patch is as deep as the board; one law for all wood.
 
 use glam::Vec2;
 use rand::RngExt;

@@ -3,15 +3,20 @@
 //! Models: a year lays a coat of even thickness over a stem that is already there, and short bends fill up. The layer
 //! at the distance r from the pith stands about the pith smoothed along the stem by a Gaussian of standard deviation
 //! kappa r. With
-//! q(l, r) = (pith smoothed over kappa r)(l) - pith(l) the time of growth is t0 = |r e - q(l, r)| with e outwards. Its
-//! slopes outwards, around and along, at constant place in the log's coordinates, are n (e - q_r), n a and -n q_l,
-//! with n = (r e - q) / t0 and a around. The field q is a table over the place along the log and the root of r, linear
-//! along it and a quadratic B-spline outwards, so that fibres turn steadily. Where the pith bends so sharply that
-//! |q_r| would exceed 0.5, all of q shrinks: time then rises outwards by at least (1 - |q_r|) on average of a ray and nowhere falls.
-//! Source: the scanned log of Larsson et al. (2022), whose outline, 123 mm from the pith, has a middle that in one
-//! direction goes best with the pith over 100 mm (correlation of the slopes 0.63, of the bare pith 0.39) and in the
-//! other with the bare pith. kappa = 0.8 is therefore a guess. Limits: boards of stems alone; that they follow the
-//! outline is for `oval` to say; branches keep their distances from the pith itself.
+//!
+//! ```text
+//! q(l, r) = (pith smoothed over kappa r)(l) - pith(l)
+//! ```
+//!
+//! the time of growth is t0 = |r e - q(l, r)| with e outwards. Its slopes outwards, around and along, at constant place
+//! in the log's coordinates, are n (e - q_r), n a and -n q_l, with n = (r e - q) / t0 and a around. The field q is a
+//! table over the place along the log and the root of r, linear along it and a quadratic B-spline outwards, so that
+//! fibres turn steadily. Where the pith bends so sharply that the size of q_r would exceed 0.5, all of q shrinks: time
+//! then rises outwards by at least (1 - |q_r|) on average of a ray and nowhere falls. Source: the scanned log of
+//! Larsson et al. (2022), whose outline, 123 mm from the pith, has a middle that in one direction goes best with the
+//! pith over 100 mm (correlation of the slopes 0.63, of the bare pith 0.39) and in the other with the bare pith. kappa
+//! = 0.8 is therefore a guess. Limits: boards of stems alone; that they follow the outline is for `oval` to say;
+//! branches keep their distances from the pith itself.
 
 use glam::Vec2;
 

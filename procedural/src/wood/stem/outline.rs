@@ -4,15 +4,16 @@
 //! about its own straight axis, o away from the pith, which wanders in it:
 //!
 //! ```text
-//! radius = o e + sqrt(rho^2 - (o x e)^2),  e towards the azimuth,
+//! radius = o e + sqrt(rho^2 - (o x e)^2),  e towards the azimuth
+//! rho = R(h) (1 + b_0(h) + q cos(2 (azimuth - d(h))) + sum_k lobes of order 3 to 6)
 //! ```
 //!
-//! rho = R(h) (1 + b_0(h) + q cos(2 (azimuth - d(h))) + sum_k lobes of order 3 to 6), with R falling along the stem
-//! (taper), q = (oval - 1) / (oval + 1), and b_0, d and the lobes as noise along the stem. Source: Fourier terms of the
-//! scanned log of Larsson et al. (2022), root mean squares over its sections. They are 6.1 percent of the mean radius
-//! at the first order (the pith off the middle, 4.7 percent on average and the rest its wander), 2.5 at the second,
-//! whose direction stays, and 1.2, 0.8, 0.5 and 0.7 at the third to sixth. They change over 200 to 400 mm. The mean
-//! radius leaves its line by 1.1 percent. Limits: no swelling at whorls or at the butt, no scars.
+//! with R falling along the stem (taper), q = (oval - 1) / (oval + 1), and b_0, d and the lobes as noise along the
+//! stem. Source: Fourier terms of the scanned log of Larsson et al. (2022), root mean squares over its sections. They
+//! are 6.1 percent of the mean radius at the first order (the pith off the middle, 4.7 percent on average and the rest
+//! its wander), 2.5 at the second, whose direction stays, and 1.2, 0.8, 0.5 and 0.7 at the third to sixth. They change
+//! over 200 to 400 mm. The mean radius leaves its line by 1.1 percent. Limits: no swelling at whorls or at the butt, no
+//! scars.
 
 use std::f64::consts::TAU;
 

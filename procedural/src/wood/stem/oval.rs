@@ -1,13 +1,17 @@
 //! Growth layers that follow the outline of the stem: oval with it, off its middle, and falling with its taper.
 //!
-//! Models: with t0(r) the time of growth along the ray of azimuth phi and place l (`layers`), rho the distance of the
+//! Models: let t0(r) be the time of growth along the ray of azimuth phi and place l (`layers`), rho the distance of the
 //! outline there and R the mean radius of the stem at its middle. The layers of stem wood of the share f are
-//! t = t0 G,   G(phi, l) = 1 + f (R / t0(rho) - 1). With f = 1 the outline is the layer t = R all over, and
-//! every inner ring a smaller copy of it about the pith. G does not depend on r: where t0 rises outwards, t does. G is
-//! a quadratic B-spline over azimuth and place, whose slopes are continuous, as fibres need. Source: geometry: the
-//! cambium lays the last ring under the bark. That inner rings are copies of the outline is a guess; in trees the inner
-//! ones are rounder, and eccentricity changes with the years. Limits: bark has no thickness; rings are as wide as R
-//! says, whatever the height.
+//!
+//! ```text
+//! t = t0 G,   G(phi, l) = 1 + f (R / t0(rho) - 1)
+//! ```
+//!
+//! With f = 1 the outline is the layer t = R all over, and every inner ring a smaller copy of it about the pith. G does
+//! not depend on r: where t0 rises outwards, t does. G is a quadratic B-spline over azimuth and place, whose slopes are
+//! continuous, as fibres need. Source: geometry: the cambium lays the last ring under the bark. That inner rings are
+//! copies of the outline is a guess; in trees the inner ones are rounder, and eccentricity changes with the years.
+//! Limits: bark has no thickness; rings are as wide as R says, whatever the height.
 
 use std::f32::consts::TAU;
 

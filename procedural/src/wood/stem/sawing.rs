@@ -3,11 +3,15 @@
 //! Models: the board is sawn along the stem's heights. The middle of its upper face lies `board_radius_mm` from the
 //! pith at the azimuth `board_azimuth_deg`, and its normal is turned by `face_deg` against that direction. With alpha
 //! the azimuth of the normal, the log's axes are
-//! upwards = (cos alpha, sin alpha),  sideways = (-sin alpha, cos alpha),  along = height. The log keeps its turn and
-//! its dive against the board (`log`), and every branch its own numbers. The upper face is asked where a branch shows:
-//! the axis crosses it, or the outline does at a point of a grid within the height of ripple and roughness. Sources:
-//! geometry. Limits: parts of an outline smaller than the grid may lie in the face without an instance; their label is
-//! clear wood. The dive against the board shears the sections, as in `pith`.
+//!
+//! ```text
+//! upwards = (cos alpha, sin alpha),  sideways = (-sin alpha, cos alpha),  along = height
+//! ```
+//!
+//! The log keeps its turn and its dive against the board (`log`), and every branch its own numbers. The upper face is
+//! asked where a branch shows: the axis crosses it, or the outline does at a point of a grid within the height of
+//! ripple and roughness. Sources: geometry. Limits: parts of an outline smaller than the grid may lie in the face
+//! without an instance; their label is clear wood. The dive against the board shears the sections, as in `pith`.
 
 use std::sync::Arc;
 
