@@ -1,10 +1,10 @@
 //! Fitting a recipe to scans of a real camera: simulation-based inference over the summary statistics of scans.
 //!
 //! ```text
-//! recipe -> keys with priors -> scores -> simulated scans -> statistics --. real scans -> statistics, spreads of
-//! halves ----------------------------+-> Emulator -> Posterior -> scores of the next round
-//!                                                                          '-> Fit: keys, statistics before and after,
-//! misfit
+//! recipe -> keys with priors -> scores -> simulated scans -> statistics --.
+//! real scans -> statistics, spreads of halves ----------------------------+-> Emulator -> Posterior
+//!                                                       Posterior -> scores of the next round
+//!                                                                 '-> Fit: keys, statistics, misfit
 //! ```
 //!
 //! The first round draws scores from the prior, that is, from the recipe's own distributions; each further round draws
