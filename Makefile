@@ -104,8 +104,9 @@ test-long:
 	cargo test $(ALL) --doc
 	cargo test $(ALL) --test reference --test tools --test figures --test ellipses
 
+# Threads of PyTorch that wait must not spin: two cores have other work.
 test-python: venv
-	cargo test $(ALL) --test python
+	OMP_WAIT_POLICY=passive cargo test $(ALL) --test python
 
 test-installed: venv
 	$(MAKE) --no-print-directory test-wheel
