@@ -12,6 +12,7 @@ What is measured:
 * columns: lines of Rust and Markdown over 120 columns; tables and lines with an address may be longer.
 * sentences: words between full stops in Markdown and in comments of Rust; code and tables don't count.
 * pages: bytes of Markdown, without pages and tables that a program writes.
+* tiers: test programs that neither tier of the Makefile runs.
 * size: lines of .rs that are neither blank, comment nor under `cfg(test)`, outside tests/, benches/, examples/, fuzz/.
 """
 
@@ -392,6 +393,15 @@ def without_literal_tests(name):
     return re.split(r"#\[cfg\(test\)\]", read(name))[0]
 
 
+def tests_in_no_tier():
+    """Test programs that neither `make check` nor `make check-rest` runs."""
+    makefile = read("Makefile")
+    first = re.search(r"^FIRST = (.*)$", makefile, re.MULTILINE)[1].split()
+    run = {*first, *re.findall(r"--test ([a-z_]+)", makefile)}
+    found = [re.search(r"(?:^|/)tests/([a-z_]+)(?:/main)?\.rs$", name) for name in files(".rs")]
+    return sorted({match[1] for match in found if match} - run - {"tests"})
+
+
 def check():
     sources = production()
     loops = circles(sources)
@@ -403,6 +413,7 @@ def check():
         "lines over 120 columns": wide_lines(),
         "sentences over 50 words": long_sentences(),
         "parts of tests/ in the program": linked_tests(),
+        "tests in no tier": tests_in_no_tier(),
     }
     counts = {what: len(places) for what, places in lists.items()}
     counts["bytes of Markdown"] = page_bytes()
