@@ -1,9 +1,9 @@
 //! Cost of each effect of the instrument: rows and exposure of the full scan's recipe with one effect more, one core,
 //! to be held against `none`. One line in [`EFFECTS`] an effect.
 
-use bench::settings::{Fan, Filter, Hdr, LineShape, Scheimpflug, SpeckleLaw};
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
+use optical_bench::settings::{Fan, Filter, Hdr, LineShape, Scheimpflug, SpeckleLaw};
 use recipe::{Recipe, Scene};
 use scanner::frame::Frame;
 use scanner::optics::speckle::PatternCache;

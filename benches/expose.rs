@@ -1,10 +1,10 @@
 //! Profiles a second on the recipe of the full scan, 2560 columns, every effect on, one core: the light of the rows,
 //! exposure and extraction apart and together. `make bench` prints it; docs/theory/performance.md reads it.
 
-use bench::settings::{Extraction, PeakChoice, PeakMethod, RangeForm, SearchDirection};
+use base::Body;
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
-use procedural::Body;
+use optical_bench::settings::{Extraction, PeakChoice, PeakMethod, RangeForm, SearchDirection};
 use procedural::blister::{Blister, Pack};
 use recipe::{Recipe, Scene};
 use scanner::extract::{MeasuredProfile, extract};
@@ -162,7 +162,7 @@ fn pack(bencher: Bencher, film_sigma_per_mm: f64) {
     scene.size.profiles = 1000;
     let mut blister = Blister::from_values(&mut |parameter| parameter.default);
     blister.web.sigma_per_mm = film_sigma_per_mm;
-    let body = Body::Pack(Box::new(Pack::form(scene.stream.child("pack"), &blister)));
+    let body = Body::new(Pack::form(scene.stream.child("pack"), &blister));
     let patterns = PatternCache::new(0);
     bencher
         .counter(ItemsCount::new(scene.size.profiles))

@@ -2,9 +2,9 @@
 //! against rows, exposure and extraction of the same profiles, on one core. A whole board's fields are to stay under
 //! half of its rendering; docs/theory/performance.md has the figures.
 
+use base::Body;
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
-use procedural::Body;
 use recipe::{Recipe, Scene};
 use scanner::extract::MeasuredProfile;
 use scanner::frame::Frame;

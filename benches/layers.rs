@@ -1,9 +1,9 @@
 //! Cost of a surface point under a film in the kernel: a row of equal media, and one where each tablet differs.
 
+use base::{Film, Gloss, Medium};
 use divan::Bencher;
 use divan::counter::ItemsCount;
 use glam::Vec3;
-use procedural::{Film, Gloss, Medium};
 use transport::kernel::film_stack::{FilmStack, FilmStackKernel};
 
 /// Surface points of a row.

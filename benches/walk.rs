@@ -1,11 +1,11 @@
 //! Photons a second of the reference on one core: a slab of Henyey and Greenstein's law, clear wood, and a plate of
 //! clear wood walked as a body. `make bench` prints it; docs/theory/performance.md reads it.
 
+use base::{Body, Medium};
 use divan::Bencher;
 use divan::counter::ItemsCount;
 use glam::DVec3;
 use procedural::flat::Flat;
-use procedural::{Body, Medium};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use reference::path::line_response::line_response_with_balance;
 use reference::path::{Effort, solve};
@@ -45,7 +45,7 @@ fn clear_wood(bencher: Bencher) {
 #[divan::bench(sample_count = 5, sample_size = 1)]
 fn plate(bencher: Bencher) {
     let flat = Flat { height_mm: 15.0, slope_x: 0.0, slope_y: 0.0, width_mm: 100.0, length_mm: 60.0, medium: CLEAR };
-    let (body, view): (_, DVec3) = (Body::Flat(flat), Question::default().view);
+    let (body, view): (_, DVec3) = (Body::new(flat), Question::default().view);
     let (x, power) = ([-20.0, 0.0, 20.0], [0.0, 1.0, 0.0]);
     let line = LineSource { body: &body, y: 30.0, line_mm: 0.05, x: &x, power: &power, view, row_mm: 0.1, rows: 40 };
     let (pool, effort) = (one_core(), Effort { photons: 12_800, seed: 0 });

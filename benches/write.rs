@@ -4,7 +4,6 @@
 //! One sample of 2560 x 500 with the noise of a scan: the numbers behind `crates/dataset/src/png.rs`, `exr.rs` and
 //! `shard_size.rs`.
 
-use bench::settings::{Output, SensorStack, Size};
 use dataset::record::{Below, Record};
 use dataset::{
     ChannelValues, Dataset, ExrChannel, Grey, ShardWriter, encode, estimated_bytes_per_sample, read_exr, read_png,
@@ -14,6 +13,7 @@ use divan::Bencher;
 use divan::counter::BytesCount;
 use exr::prelude::Compression;
 use image::codecs::png::{CompressionType, FilterType};
+use optical_bench::settings::{Output, SensorStack, Size};
 use test_support::records;
 
 const SIZE: Size = Size { columns: 2560, rows: 512, profiles: 500 };

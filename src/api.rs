@@ -197,7 +197,7 @@ impl Simulator {
     /// # Errors
     /// What differs, where the sample is not one of this recipe.
     pub fn row(&self, sample: Record) -> Result<RowBatch, String> {
-        let output = bench::settings::Output { exr: Vec::new(), truth_maps: false, ..self.recipe.output() };
+        let output = optical_bench::settings::Output { exr: Vec::new(), truth_maps: false, ..self.recipe.output() };
         let encoded = dataset::encode(sample, &output);
         let head = self.head();
         dataset::row_batch(&Arc::new(row_schema(head)), head, &encoded).map(RowBatch::of)

@@ -12,6 +12,7 @@ use std::path::PathBuf;
 use std::sync::mpsc::{self, Receiver, Sender, SyncSender};
 use std::sync::{Mutex, PoisonError};
 
+use base::Class;
 use output_schema::dataset::{Generator, RecipeHead, SplitShares};
 use output_schema::file::asset_path;
 use output_schema::{AssetHead, DatasetHead, FORMAT, NumberColumn, RigWarning, SCHEMA_VERSION, SubjectFiles};
@@ -21,7 +22,6 @@ use dataset::shares::Shortfall;
 use dataset::{self, Claim, Dataset, Encoded, Fault, GENERATOR_VERSION, ShardWriter, differences, number_column};
 use evidence::reference::line_solver;
 use pipeline::{self, Equipment, effective};
-use procedural::Class;
 use recipe::Recipe;
 use recipe::asset::Asset;
 use recipe::asset_source::{AssetSource, KeptAsset};

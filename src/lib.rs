@@ -12,7 +12,7 @@
 //! - `tools`: what is done with a dataset: check, export, compare, report
 //! - `rig`: the rig of a recipe in the words of data sheets
 //! - `evidence`: the models that the kernel is held to, studies, and the gap to real scans, behind one door
-//! - `bench`, `numerics`, `yaml`, `drawing`: what several of them stand on
+//! - `base`, `optical_bench`, `numerics`, `yaml`, `drawing`: what several of them stand on
 //! - [`generate`]: a recipe and a number of samples -> a dataset folder
 //! - [`preview`]: one sample -> a picture for a person
 //! - [`cli`]: the command line

@@ -3,15 +3,15 @@
 mod exposure;
 mod legend;
 
+use base::Class;
 use image::{Rgb, RgbImage};
-use procedural::Class;
 
 pub use self::exposure::expose_profile;
 use self::legend::Legend;
 use crate::generate::equipment;
-use bench::settings::SensorStack;
 use dataset::record::Record;
 use drawing::{LETTER, MARGIN, Page, Ramp, ScaleEnds, class_colour, viridis};
+use optical_bench::settings::SensorStack;
 use pipeline;
 use recipe::{Recipe, Scene, Subject};
 use scanner::optics::speckle::PatternCache;

@@ -4,32 +4,36 @@ use std::fs::{self, DirEntry};
 use std::path::PathBuf;
 
 /// Crate, and the crates of this workspace that it may use. What is not here may use all.
-const CRATES: [(&str, &[&str]); 21] = [
-    ("procedural", &[]),
+const CRATES: [(&str, &[&str]); 22] = [
+    ("crates/base", &[]),
+    ("procedural", &["base"]),
     ("output_schema", &[]),
     ("crates/numerics", &[]),
     ("crates/files", &[]),
     ("crates/yaml", &["files"]),
-    ("crates/bench", &["procedural"]),
-    ("crates/drawing", &["procedural"]),
-    ("crates/transport", &["numerics", "procedural"]),
-    ("crates/wood_picture", &["numerics", "procedural"]),
-    ("crates/scanner", &["bench", "numerics", "procedural", "transport"]),
-    ("crates/recipe", &["bench", "files", "numerics", "output_schema", "procedural", "wood_picture", "yaml"]),
-    ("crates/dataset", &["bench", "files", "output_schema", "procedural"]),
-    ("crates/tools", &["bench", "dataset", "drawing", "files", "output_schema", "procedural", "recipe", "yaml"]),
-    ("crates/pipeline", &["bench", "dataset", "procedural", "recipe", "scanner", "transport"]),
-    ("crates/rig", &["bench", "dataset", "pipeline", "recipe", "scanner"]),
+    ("crates/optical_bench", &["base"]),
+    ("crates/drawing", &["base"]),
+    ("crates/transport", &["base", "numerics"]),
+    ("crates/wood_picture", &["base", "numerics", "procedural"]),
+    ("crates/scanner", &["base", "numerics", "optical_bench", "transport"]),
+    (
+        "crates/recipe",
+        &["base", "files", "numerics", "optical_bench", "output_schema", "procedural", "wood_picture", "yaml"],
+    ),
+    ("crates/dataset", &["base", "files", "optical_bench", "output_schema"]),
+    ("crates/tools", &["base", "dataset", "drawing", "files", "optical_bench", "output_schema", "recipe", "yaml"]),
+    ("crates/pipeline", &["base", "dataset", "optical_bench", "procedural", "recipe", "scanner", "transport"]),
+    ("crates/rig", &["dataset", "optical_bench", "pipeline", "recipe", "scanner"]),
     (
         "crates/fit",
         &[
-            "bench",
+            "base",
             "dataset",
             "drawing",
             "numerics",
+            "optical_bench",
             "output_schema",
             "pipeline",
-            "procedural",
             "recipe",
             "scanner",
             "tools",
@@ -39,14 +43,15 @@ const CRATES: [(&str, &[&str]); 21] = [
     ("crates/python", &["sheetlight"]),
     ("crates/evidence", &["gap", "reference", "study"]),
     ("crates/evidence/gap", &["dataset", "tools"]),
-    ("crates/evidence/reference", &["bench", "files", "numerics", "procedural", "transport", "yaml"]),
+    ("crates/evidence/reference", &["base", "files", "numerics", "optical_bench", "procedural", "transport", "yaml"]),
     (
         "crates/evidence/study",
         &[
-            "bench",
+            "base",
             "dataset",
             "drawing",
             "numerics",
+            "optical_bench",
             "pipeline",
             "procedural",
             "recipe",
@@ -112,7 +117,7 @@ const FORBIDDEN: [(&str, &[&str]); 13] = [
     // Labels come from the truth, never from what was measured.
     ("crates/pipeline/src/labels.rs", &["scanner::frame", "scanner::extract", "scanner::optics"]),
     ("crates/pipeline/src", &["dataset::Dataset", "dataset::ShardWriter", "dataset::validate"]),
-    ("crates/scanner/src/frame.rs", &["crate", "procedural", "transport"]),
+    ("crates/scanner/src/frame.rs", &["base", "crate", "transport"]),
     ("crates/scanner/src/specimen.rs", &["crate::extract", "crate::optics"]),
     ("crates/scanner/src/specimen", &["crate::extract", "crate::optics"]),
     // Light is data. What makes a line's light knows no sensor rows, what draws these no numbers, and each phase the
@@ -135,7 +140,7 @@ const FORBIDDEN: [(&str, &[&str]); 13] = [
 const PYTHON_MAY: [&str; 2] = ["sheetlight::api", "sheetlight::cli::run_from"];
 
 /// All that extraction may know: frames and how they shall be read. It would read real frames unchanged.
-const EXTRACT_MAY: [&str; 4] = ["crate::frame", "crate::extract", "bench::settings", "bench::lens"];
+const EXTRACT_MAY: [&str; 4] = ["crate::frame", "crate::extract", "optical_bench::settings", "optical_bench::lens"];
 
 fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
@@ -372,7 +377,7 @@ fn openings_are_found() {
 #[test]
 fn extraction_sees_frames_alone() {
     for (file, text) in sources("crates/scanner/src/extract") {
-        let parts = ["crate", "procedural", "transport", "bench", "numerics"];
+        let parts = ["crate", "base", "transport", "optical_bench", "numerics"];
         let known = paths(&text).into_iter().filter(|path| parts.iter().any(|part| within(path, part)));
         let beyond: Vec<_> = known.filter(|path| !EXTRACT_MAY.iter().any(|name| within(path, name))).collect();
         assert!(beyond.is_empty(), "{file} names {beyond:?}");

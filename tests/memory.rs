@@ -5,9 +5,9 @@ use std::ffi::{OsStr, OsString};
 use std::path::Path;
 use std::process::Command;
 
-use bench::settings::{Output, SensorStack, Size};
 use dataset::validate::{ValidationOptions, validate};
 use dataset::{Dataset, ShardWriter};
+use optical_bench::settings::{Output, SensorStack, Size};
 use recipe::Recipe;
 use sheetlight::generate::{DatasetRequest, MemoryEstimate, generate};
 use test_support::records::{self, head, output};

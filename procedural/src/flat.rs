@@ -2,10 +2,8 @@
 //!
 //! Height is linear: z = height + slope_x x + slope_y y, over a rectangle that starts at y = 0 and is centred on x = 0.
 
+use base::{BodyKind, Class, Matter, Medium, Mesh, Slice, Surface};
 use glam::Vec3;
-
-use crate::truth::{Class, Matter, Surface};
-use crate::{Medium, Mesh};
 
 /// A tilted plane of one medium.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,31 +24,31 @@ pub struct Flat {
 
 /// A flat target cut at one scan position.
 #[derive(Debug, Clone, Copy)]
-pub struct FlatSlice<'a> {
+struct FlatSlice<'a> {
     flat: &'a Flat,
     y: f32,
 }
 
 impl Flat {
-    /// The cut at `y` [mm].
-    pub fn slice(&self, y: f32) -> FlatSlice<'_> {
-        FlatSlice { flat: self, y }
-    }
-
     fn height(&self, x: f32, y: f32) -> f32 {
         self.height_mm + self.slope_x * x + self.slope_y * y
     }
+}
 
-    /// Lowest and highest corner of a box around the plate [mm].
-    pub fn bounds(&self) -> (Vec3, Vec3) {
+impl BodyKind for Flat {
+    fn slice(&self, y: f32) -> Box<dyn Slice + '_> {
+        Box::new(FlatSlice { flat: self, y })
+    }
+
+    fn bounds(&self) -> (Vec3, Vec3) {
         let half = 0.5 * self.width_mm;
         let near = self.height(-half, 0.0).max(self.height(half, 0.0));
         let far = self.height(-half, self.length_mm).max(self.height(half, self.length_mm));
         (Vec3::new(-half, 0.0, 0.0), Vec3::new(half, self.length_mm, near.max(far)))
     }
 
-    /// The plate down to the conveyor [mm].
-    pub fn hull(&self) -> Mesh {
+    /// The plate down to the conveyor.
+    fn hull(&self) -> Mesh {
         let half = 0.5 * self.width_mm;
         let corners = [(-half, 0.0), (half, 0.0), (half, self.length_mm), (-half, self.length_mm)];
         let mut positions: Vec<Vec3> = corners.iter().map(|&(x, y)| Vec3::new(x, y, self.height(x, y))).collect();
@@ -65,16 +63,14 @@ impl Flat {
     }
 }
 
-impl FlatSlice<'_> {
-    /// The plane above `x` [mm], where the target is.
-    pub fn surface(&self, x: f32) -> Option<Surface> {
+impl Slice for FlatSlice<'_> {
+    fn surface(&self, x: f32) -> Option<Surface> {
         let flat = self.flat;
         let inside = x.abs() <= 0.5 * flat.width_mm && (0.0..=flat.length_mm).contains(&self.y);
         inside.then(|| Surface { z: flat.height(x, self.y), slope_x: flat.slope_x, slope_y: flat.slope_y })
     }
 
-    /// The one medium, without defect.
-    pub fn matter(&self) -> Matter {
+    fn matter(&self, _: f32, _: f32) -> Matter {
         Matter { medium: self.flat.medium, film: None, class: Class::Clear, instance: 0 }
     }
 }
@@ -82,7 +78,7 @@ impl FlatSlice<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Gloss;
+    use base::Gloss;
 
     #[test]
     fn the_box_touches_the_highest_corner_of_a_tilted_plate() {

@@ -13,15 +13,12 @@
 //! Hash: the two-multiply integer mixer "lowbias32" (Wellons 2018).
 //! Limits: below a quarter of the cell it is a polynomial; over more than 2^22 cells f32 no longer resolves a cell.
 
+use base::{BLOCK, Stream};
 use glam::{Mat3, Vec2, Vec3};
 use multiversion::multiversion;
 
-use crate::Stream;
-
 /// Share of the variance that the quintic keeps along one dimension, twice the integral of its square [1].
 const KEPT: f32 = 181.0 / 231.0;
-/// Places that are worked out together, as vector code.
-pub const BLOCK: usize = 16;
 /// From a hash read as a signed word to a uniform number of unit variance: sqrt 3 / 2^31 [1].
 const UNIT: f32 = 1.732_050_8 / 2_147_483_648.0;
 /// 1.5 * 2^23: what is added to it is rounded to a whole number, which stands in its last bits.

@@ -3,10 +3,8 @@
 //! Strips follow each other along x and run along y through the whole plate, which starts at y = 0 and is centred on x
 //! = 0. The surface is level; a strip that is sunk is a crack, with upright walls and the strip's matter as its floor.
 
+use base::{BodyKind, Class, Gloss, Matter, Medium, Mesh, Slice, Surface};
 use glam::Vec3;
-
-use crate::truth::{Class, Matter, Surface};
-use crate::{Gloss, Medium, Mesh};
 
 /// One strip of a plate.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,17 +32,12 @@ pub struct Strips {
 
 /// A plate of strips cut at one scan position.
 #[derive(Debug, Clone, Copy)]
-pub struct StripsSlice<'a> {
+struct StripsSlice<'a> {
     plate: &'a Strips,
     y: f32,
 }
 
 impl Strips {
-    /// The cut at `y` [mm].
-    pub fn slice(&self, y: f32) -> StripsSlice<'_> {
-        StripsSlice { plate: self, y }
-    }
-
     fn half(&self) -> f32 {
         0.5 * self.strips.iter().map(|strip| strip.width_mm).sum::<f32>()
     }
@@ -63,15 +56,20 @@ impl Strips {
     fn at(&self, x: f32) -> Option<&Strip> {
         self.spans().find(|&(_, end, _)| x < end).map(|(.., strip)| strip).or(self.strips.last())
     }
+}
 
-    /// Lowest and highest corner of a box around the plate [mm].
-    pub fn bounds(&self) -> (Vec3, Vec3) {
+impl BodyKind for Strips {
+    fn slice(&self, y: f32) -> Box<dyn Slice + '_> {
+        Box::new(StripsSlice { plate: self, y })
+    }
+
+    fn bounds(&self) -> (Vec3, Vec3) {
         let half = self.half();
         (Vec3::new(-half, 0.0, 0.0), Vec3::new(half, self.length_mm, self.height_mm))
     }
 
-    /// The strips as boxes down to the conveyor [mm].
-    pub fn hull(&self) -> Mesh {
+    /// The strips as boxes down to the conveyor.
+    fn hull(&self) -> Mesh {
         let mut mesh = Mesh::default();
         for (start, end, strip) in self.spans() {
             let first = mesh.positions.len() as u32;
@@ -91,17 +89,16 @@ impl Strips {
     }
 }
 
-impl StripsSlice<'_> {
-    /// The surface above `x` [mm], where the plate is.
-    pub fn surface(&self, x: f32) -> Option<Surface> {
+impl Slice for StripsSlice<'_> {
+    fn surface(&self, x: f32) -> Option<Surface> {
         let plate = self.plate;
         let inside = x.abs() <= plate.half() && (0.0..=plate.length_mm).contains(&self.y);
         let strip = plate.at(x).filter(|_| inside)?;
         Some(Surface { z: plate.height_mm - strip.sunk_mm, slope_x: 0.0, slope_y: 0.0 })
     }
 
-    /// Medium and class of the strip at `x` [mm].
-    pub fn matter(&self, x: f32) -> Matter {
+    /// Medium and class of the strip.
+    fn matter(&self, x: f32, _: f32) -> Matter {
         let (medium, class) = match self.plate.at(x) {
             Some(strip) => (strip.medium, strip.class),
             None => (Medium::opaque(Gloss::NONE), Class::Background),
@@ -126,7 +123,7 @@ mod tests {
         let plate = plate();
         assert_eq!(plate.bounds(), (Vec3::new(-5.0, 0.0, 0.0), Vec3::new(5.0, 20.0, 8.0)));
         let slice = plate.slice(3.0);
-        let look = |x: f32| (slice.surface(x).map(|s| s.z), slice.matter(x).class);
+        let look = |x: f32| (slice.surface(x).map(|s| s.z), slice.matter(x, 0.0).class);
         assert_eq!(look(-4.9), (Some(8.0), Class::Clear));
         assert_eq!(look(-0.5), (Some(5.0), Class::Rot));
         assert_eq!(look(0.5), (Some(8.0), Class::DeadKnot));

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use base::Class;
 use output_schema::{MAX_SAMPLES, MAX_SHARDS, RigWarning};
 use serde_json::{Map, Value, json};
 
@@ -15,10 +16,9 @@ use crate::generate::{
     DatasetRequest, GenerateEstimate, GenerateSummary, MemoryEstimate, dataset_head, dataset_warnings, generate,
     unlikely_values,
 };
-use bench::settings::Transport;
 use dataset::Dataset;
 use dataset::shares::Shortfall;
-use procedural::Class;
+use optical_bench::settings::Transport;
 use recipe::Recipe;
 
 /// Most threads for each core, and on a machine of few cores; each takes room for a band of rows.

@@ -13,8 +13,8 @@ use super::progress::{Progress, counted, describe_bytes};
 use super::{CommandResult, DONE, FAULTS, UsageError, output, whole};
 use crate::generate::{recipe_of, render_sample};
 use crate::preview::expose_profile;
-use bench::settings::Transport;
 use dataset::Dataset;
+use optical_bench::settings::Transport;
 use scanner::optics::speckle::PatternCache;
 use tools::report::{ExposedProfile, RenderTiming, Renderer, ReportOptions, report};
 

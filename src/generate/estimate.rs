@@ -6,8 +6,8 @@ use output_schema::DatasetHead;
 use rayon::prelude::*;
 
 use super::{DatasetRequest, dataset_head, in_flight, render_sample};
-use bench::settings::Transport;
 use dataset::{self, DOCUMENTS_BYTES, Dataset, ROW_BYTES, TABLES_BYTES, estimated_bytes_per_sample};
+use optical_bench::settings::Transport;
 use recipe::Recipe;
 use scanner::optics::speckle::PatternCache;
 

@@ -3,10 +3,10 @@
 use output_schema::{DatasetHead, RigWarning};
 
 use super::{DatasetRequest, dataset_head, equipment, recipe_of, render_sample, rig_warnings};
-use bench::settings::{Order, Transport};
 use dataset::record::AskedRows;
 use dataset::validate::{DerivedSample, ExpectedRow, RowChoice, TakeFrame, UnlitRow};
 use dataset::{Dataset, Encoded, encode_numbers};
+use optical_bench::settings::{Order, Transport};
 use pipeline;
 use recipe::Recipe;
 use scanner::optics::speckle::PatternCache;

@@ -11,7 +11,7 @@ use dataset::Fault;
 use recipe::Recipe;
 
 use super::{FRAME_BYTES, TRIANGLE_BYTES, in_flight_of};
-use bench::settings::Output;
+use optical_bench::settings::Output;
 use scanner::optics::speckle::{MAX_CACHED_BYTES, bytes_of_stack};
 
 /// Bytes of a pixel while it is rendered: three measured maps, class and instance.

@@ -1,7 +1,7 @@
 //! One exposure of a profile: the sensor frame around the laser line, and the line that extraction finds in it.
 
 use crate::generate::equipment;
-use bench::settings::RangeForm;
+use optical_bench::settings::RangeForm;
 use pipeline;
 use recipe::Scene;
 use scanner::extract::{MeasuredProfile, extract};

@@ -1,7 +1,7 @@
 //! Legend of a label image: the colours and names of the pixel classes that it shows.
 
+use base::Class;
 use image::RgbImage;
-use procedural::Class;
 
 use drawing::{INK, LETTER, Page, class_colour};
 

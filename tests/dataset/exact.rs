@@ -1,7 +1,7 @@
 //! What numbers become on disk: PNG rounding and saturation, half floats that are exact, attributes in ASCII.
 
-use bench::settings::{Channel, Output};
 use dataset::{ChannelValues, ExrChannel, Grey, encode, read_exr, read_png, write_exr, write_png};
+use optical_bench::settings::{Channel, Output};
 use test_support::records::{SIZE, output, record};
 
 fn exr(samples: ChannelValues, cols: usize) -> ExrChannel {

@@ -2,8 +2,8 @@
 
 use std::fs;
 
-use bench::settings::{Output, SensorStack, Size};
 use dataset::{Claim, Dataset, ShardWriter, estimated_bytes_per_sample, samples_per_shard};
+use optical_bench::settings::{Output, SensorStack, Size};
 use recipe::Recipe;
 use test_support::records::{SIZE, encoded, head, output, tree, write_dataset, write_shard};
 

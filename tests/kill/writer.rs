@@ -4,8 +4,8 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use bench::settings::{Channel, Output, SensorStack, Size};
 use dataset::{Claim, Dataset, ShardWriter, encode};
+use optical_bench::settings::{Channel, Output, SensorStack, Size};
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use test_support::program::until;
 use test_support::records::{SIZE, encoded, head, output, record, tree, write_dataset};

@@ -1,7 +1,7 @@
 //! Purpose: exact tests of laws give the chances that they say: against tables, other ways of computing them,
 //! simulation.
 
-use procedural::Stream;
+use base::Stream;
 use rand::RngExt;
 
 use numerics::chance::{

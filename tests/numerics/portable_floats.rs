@@ -1,7 +1,7 @@
 //! Purpose: nothing that decides a sample asks the system's mathematical library, whose last bits depend on the CPU.
 //!
 //! Addition, multiplication, division, square roots and rounding are exact everywhere; for the rest there are the crate
-//! libm, `procedural::atan2`, `procedural::normal` and `lanes`.
+//! libm, `base::atan2`, `base::normal` and `lanes`.
 
 use std::path::{Path, PathBuf};
 

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use procedural::Stream;
+use base::Stream;
 use rand::RngExt;
 use recipe::{Recipe, Scene};
 use scanner::optics::speckle::PatternCache;

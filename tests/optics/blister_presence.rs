@@ -1,8 +1,8 @@
 //! What Scatter is for: on 120 packs of one film and one exposure, a plain threshold on a pocket's mean Scatter finds
 //! the missing tablets, and one on its mean Range does not; the more pigment in the film, the less is left of it.
 
+use base::{Class, Instance};
 use dataset::record::Record;
-use procedural::{Class, Instance};
 use rayon::prelude::*;
 use recipe::{Plan, Recipe};
 use test_support::target;

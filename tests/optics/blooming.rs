@@ -1,8 +1,8 @@
 //! Blooming as frames show it: charge above the full well is there again, beside where it was too much, and nowhere
 //! else.
 
+use base::{Body, Gloss, Medium};
 use procedural::flat::Flat;
-use procedural::{Body, Gloss, Medium};
 use recipe::Scene;
 use scanner::frame::Frame;
 use scanner::optics::{Band, ROWS, Scratch, Sensor, TileOfProfile};
@@ -27,7 +27,7 @@ fn quiet() -> Scene {
 
 fn sensor(scene: &Scene) -> (Sensor, Band) {
     let medium = Medium::opaque(Gloss { matte: 1.0, ..Gloss::NONE });
-    let body = Body::Flat(Flat { height_mm: 0.01, slope_x: 0.0, slope_y: 0.0, width_mm: 6.0, length_mm: 40.0, medium });
+    let body = Body::new(Flat { height_mm: 0.01, slope_x: 0.0, slope_y: 0.0, width_mm: 6.0, length_mm: 40.0, medium });
     let (sensor, specimen) = pipeline::set_up(scene, body, patterns());
     let band = sensor.band(&specimen, PROFILE..PROFILE + 1);
     (sensor, band)

@@ -1,7 +1,8 @@
 //! Motion blur and its bookkeeping: the light of an exposure is the mean over the way moved, whoever asks in what
 //! order.
 
-use procedural::{Body, Gloss, Medium, flat::Flat};
+use base::{Body, Gloss, Medium};
+use procedural::flat::Flat;
 use recipe::{Plan, Scene};
 use scanner::optics::{Band, ROWS, Scratch, Sensor, TILE};
 use test_support::target::{expose, nominal, patterns, plate, scene};
@@ -41,7 +42,7 @@ fn edges_of_reflectance_are_spread_over_the_way() {
     let last = 50;
     let stripe = || {
         let length_mm = (last as f32 + 0.5) * 0.068;
-        Body::Flat(Flat { height_mm: 0.05, slope_x: 0.0, slope_y: 0.0, width_mm: 400.0, length_mm, medium: grey() })
+        Body::new(Flat { height_mm: 0.05, slope_x: 0.0, slope_y: 0.0, width_mm: 400.0, length_mm, medium: grey() })
     };
     let lights = |scene: &Scene| {
         let (sensor, band) = expose(scene, stripe(), 45..56);

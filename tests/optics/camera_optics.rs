@@ -1,7 +1,8 @@
 //! The camera's effects measured on the light of production's exposure, against closed forms.
 
-use bench::settings::{Filter, LensModel, Scheimpflug};
-use procedural::{Body, Gloss, Medium, flat::Flat};
+use base::{Body, Gloss, Medium};
+use optical_bench::settings::{Filter, LensModel, Scheimpflug};
+use procedural::flat::Flat;
 use recipe::Scene;
 use scanner::optics::{Band, ROWS, Scratch, Sensor, TILE};
 use test_support::target::{ceramic, expose, moments, plate, render, scene};
@@ -223,7 +224,7 @@ fn ambient_light_follows_the_reflectance() {
     (scene.bench.exposure.row_noise_dn, scene.bench.exposure.row_pattern_dn) = (0.0, 0.0);
     let low = |medium: Medium| {
         let flat = Flat { height_mm: 0.1, slope_x: 0.0, slope_y: 0.0, width_mm: 400.0, length_mm: 400.0, medium };
-        Body::Flat(flat)
+        Body::new(flat)
     };
     let (sensor, band) = expose(&scene, low(grey()), 60..61);
     let (e, dark) = (&scene.bench.exposure, scene.bench.exposure.dark_level_dn);

@@ -1,7 +1,7 @@
 //! Columns of a sensor with a line in them, and what is read from them.
 
-use bench::lens::{Distortion, image_distance, scheimpflug};
-use bench::settings::{Extraction, PeakMethod, RangeForm};
+use optical_bench::lens::{Distortion, image_distance, scheimpflug};
+use optical_bench::settings::{Extraction, PeakMethod, RangeForm};
 use recipe::Recipe;
 use scanner::extract::{MeasuredProfile, extract};
 use scanner::frame::{Calibration, Frame, Rig};

@@ -16,8 +16,8 @@
 
 use std::collections::BTreeMap;
 
+use base::Class;
 use dataset::record::Record;
-use procedural::Class;
 use procedural::wood::Wood;
 use recipe::{Plan, Recipe, Scene};
 use test_support::target::patterns;

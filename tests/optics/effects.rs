@@ -1,12 +1,12 @@
 //! Every number of the bench and every setting of the extraction changes what comes out, one by one.
 
-use bench::parameters::{Bench, CameraParameters, ExposureParameters, MotionParameters, SpeckleParameters};
-use bench::settings::{
+use base::Parameter;
+use dataset::record::Record;
+use optical_bench::parameters::{Bench, CameraParameters, ExposureParameters, MotionParameters, SpeckleParameters};
+use optical_bench::settings::{
     Filter, LensModel, Movement, Optics, PeakChoice, PeakMethod, RangeForm, ScatterDark, ScatterMode, Scheimpflug,
     SearchDirection,
 };
-use dataset::record::Record;
-use procedural::Parameter;
 use recipe::{Plan, Scene};
 use test_support::target::{nominal, patterns, scene};
 
@@ -63,7 +63,7 @@ fn changed(parameter: &'static Parameter) -> Bench {
 }
 
 fn nominal_with(value: &mut dyn FnMut(&'static Parameter) -> f64) -> Bench {
-    Bench::from_values(value, bench::settings::Optics::default())
+    Bench::from_values(value, optical_bench::settings::Optics::default())
 }
 
 /// The scene in which a number of the camera or of the movement is awake: beside the setting that asks for it, or with
@@ -159,7 +159,7 @@ fn every_setting_of_the_camera_has_an_effect() {
 fn every_setting_of_the_extraction_has_an_effect() {
     let base = base();
     let plain = render(&base);
-    type Change = fn(&mut bench::settings::Extraction);
+    type Change = fn(&mut optical_bench::settings::Extraction);
     type Map = fn(&Record) -> &Vec<f32>;
     let changes: [(&str, Change, Map); 16] = [
         ("method parabola", |e| e.method = PeakMethod::Parabola, |r| &r.maps.range),

@@ -1,8 +1,8 @@
 //! What an extractor makes of a column, by hand: peaks, plateaus, windows, edges, Scatter.
 
 use crate::columns::{SENSOR, by, column, frame, read, read_both, settings};
-use bench::settings::{Extraction, PeakChoice, PeakMethod, ScatterDark, ScatterMode, SearchDirection};
-use procedural::Stream;
+use base::Stream;
+use optical_bench::settings::{Extraction, PeakChoice, PeakMethod, ScatterDark, ScatterMode, SearchDirection};
 use rand::RngExt;
 use scanner::extract::{margin, scatter_pixels};
 use scanner::frame::Frame;

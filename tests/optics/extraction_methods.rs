@@ -1,8 +1,8 @@
 //! Bias and spread of every method on lines of known place: the table of the project's physics notes, measured anew.
 
 use crate::columns::{by, column, frame, read};
-use bench::settings::PeakMethod;
-use procedural::Stream;
+use base::Stream;
+use optical_bench::settings::PeakMethod;
 use rand::RngExt;
 
 /// Greatest number of a line [DN], so large that rounding is nothing.

@@ -1,8 +1,8 @@
 //! The edges of the field: a body that reaches beyond the sensor's columns is lit there too, and its light comes in.
 
+use base::{Body, Class, Gloss, Medium, Stream, WOOD_DISPERSION_DEG};
 use glam::Vec3;
 use procedural::strips::{Strip, Strips};
-use procedural::{Body, Class, Gloss, Medium, Stream, WOOD_DISPERSION_DEG};
 use rand::RngExt;
 use scanner::optics::{ROWS, Scratch, TILE};
 use test_support::target;
@@ -54,7 +54,7 @@ fn columns_at_the_edge_have_the_light_of_those_inside() {
         let strip =
             |width_mm: f32, mu_a: f32| Strip { width_mm, sunk_mm: 0.0, medium: medium(mu_a), class: Class::Clear };
         let strips = (0..40).map(|_| strip(draw(2.0, 4.0), mu_a * draw(1.0, 2.0))).collect();
-        let striped = Body::Strips(Strips { height_mm: 22.0, length_mm: 20.0, strips });
+        let striped = Body::new(Strips { height_mm: 22.0, length_mm: 20.0, strips });
         for (name, body, most) in [("even", even, 0.01), ("striped", striped, 0.08)] {
             let (narrow, wide) = (columns(&body, 256), columns(&body, 512));
             for (column, own) in narrow.iter().enumerate() {

@@ -1,6 +1,6 @@
 //! Light of rows between key rows is interpolated: images must be what they are with every row worked out.
 
-use procedural::Stream;
+use base::Stream;
 use rand::RngExt;
 use recipe::{Plan, Recipe, Scene};
 use scanner::optics::{CENTRE, Scratch, Sensor, TILE};

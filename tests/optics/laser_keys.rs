@@ -2,9 +2,9 @@
 
 use std::io::Cursor;
 
-use bench::parameters::LaserParameters;
-use bench::settings::LineShape;
-use procedural::{Body, Gloss, Medium, Parameter};
+use base::{Body, Gloss, Medium, Parameter};
+use optical_bench::parameters::LaserParameters;
+use optical_bench::settings::LineShape;
 use recipe::{Plan, Recipe, Scene};
 use scanner::optics::{Band, ROWS, Scratch, Sensor, TILE};
 use test_support::target::{expose, patterns, plate, scene};

@@ -2,8 +2,8 @@
 
 use std::f64::consts::PI;
 
-use bench::settings::{Fan, LineShape};
-use procedural::{Body, Gloss, Medium};
+use base::{Body, Gloss, Medium};
+use optical_bench::settings::{Fan, LineShape};
 use recipe::Scene;
 use scanner::optics::{ROWS, Scratch, Sensor, TILE};
 use test_support::target::{patterns, plate, scene};

@@ -1,7 +1,7 @@
 //! Where light of each kind of laser stands: bowed lines, second lines, stepped points, hairs beside the line.
 
-use bench::settings::LineShape;
-use procedural::{Body, Gloss, Medium};
+use base::{Body, Gloss, Medium};
+use optical_bench::settings::LineShape;
 use recipe::{Plan, Scene};
 use scanner::optics::{Band, ROWS, Scratch, Sensor, TILE, TileOfProfile};
 use test_support::target::{ceramic, expose, moments, plate, render, scene};

@@ -1,7 +1,7 @@
 //! Pixels across an edge: a column that the edge cuts sees both sides, each with its part of the column's width.
 
+use base::{Body, Class, Stream};
 use procedural::strips::{Strip, Strips};
-use procedural::{Body, Class, Stream};
 use rand::RngExt;
 use scanner::optics::{ROWS, Scratch, TILE};
 use test_support::target;
@@ -31,7 +31,7 @@ fn step(edge_mm: f32, sunk_mm: f32) -> Body {
         |width_mm: f32, sunk_mm: f32| Strip { width_mm, sunk_mm, medium: target::ceramic(), class: Class::Clear };
     // The plate is centred: the border lies where half of the difference of both widths says.
     let strips = vec![strip(40.0 + edge_mm, 0.0), strip(40.0 - edge_mm, sunk_mm)];
-    Body::Strips(Strips { height_mm: 22.0, length_mm: 20.0, strips })
+    Body::new(Strips { height_mm: 22.0, length_mm: 20.0, strips })
 }
 
 /// A step of some rows at places drawn at random: the light of its low side in the cut column is the part of the

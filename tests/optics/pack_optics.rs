@@ -1,9 +1,9 @@
 //! What camera and laser make of blister packs: domes hide what lies behind them, clear film shows tablets and foil,
 //! facets that face both saturate, walls mirror the line onto the film at their feet.
 
+use base::{Body, Stream};
 use glam::{DVec3, Vec3};
 use procedural::blister::{Blister, Pack};
-use procedural::{Body, Stream};
 use recipe::Scene;
 use scanner::specimen::{Hit, height_below};
 use test_support::target::{expose, moments, render, scene};
@@ -24,7 +24,7 @@ fn blister(change: impl Fn(&mut Blister)) -> Blister {
 
 fn body(blister: &Blister) -> (Pack, Body) {
     let pack = Pack::form(Stream::root(7), blister);
-    (pack.clone(), Body::Pack(Box::new(pack)))
+    (pack.clone(), Body::new(pack))
 }
 
 /// The nominal bench over `columns` columns.

@@ -1,7 +1,7 @@
 //! A column read from two windows of rows is read as from the whole sensor, as long as they hold all of its light.
 
-use bench::lens::{Distortion, image_distance, scheimpflug};
-use procedural::Stream;
+use base::Stream;
+use optical_bench::lens::{Distortion, image_distance, scheimpflug};
 use rand::RngExt;
 use recipe::Recipe;
 use scanner::extract::{MeasuredProfile, extract};

@@ -1,9 +1,9 @@
 //! Range as heights, as sensor rows, and on an even grid: the same scan three times.
 
 use crate::columns::rig;
-use bench::lens::{Distortion, image_distance, scheimpflug};
-use bench::settings::RangeForm;
 use dataset::record::Record;
+use optical_bench::lens::{Distortion, image_distance, scheimpflug};
+use optical_bench::settings::RangeForm;
 use recipe::Scene;
 use scanner::extract::{MeasuredProfile, RectifiedGrid, rectify};
 use scanner::frame::{Calibration, Locator, Rig};

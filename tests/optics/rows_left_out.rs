@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use bench::settings::{Extraction, PeakChoice, PeakMethod, SearchDirection};
+use base::{Mesh, Stream};
 use glam::Vec3;
-use procedural::{Mesh, Stream};
+use optical_bench::settings::{Extraction, PeakChoice, PeakMethod, SearchDirection};
 use rand::{Rng, RngExt};
 use recipe::{Plan, Recipe};
 use scanner::extract::{MeasuredProfile, extract};

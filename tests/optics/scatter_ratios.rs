@@ -1,8 +1,8 @@
 //! What a Scatter image must show on rendered boards: knots, dead knots and rot darker than clear wood by the published
 //! ratios (docs/theory/physics.md), at nominal coefficients.
 
+use base::Class;
 use dataset::record::{Below, Record, TruthMaps};
-use procedural::Class;
 use procedural::wood::Wood;
 use recipe::{Plan, Recipe, Scene};
 use scanner::extract::scatter_pixels;

@@ -1,8 +1,8 @@
 //! The sensor by EMVA 1288, read off digital numbers: gain, dark law, what stays with pixels, rows and columns, slopes.
 
-use bench::settings::{Hdr, Readout};
+use base::{Body, Gloss, Medium};
+use optical_bench::settings::{Hdr, Readout};
 use procedural::flat::Flat;
-use procedural::{Body, Gloss, Medium};
 use recipe::Scene;
 use rustfft::FftPlannerScalar;
 use rustfft::num_complex::Complex64;
@@ -25,7 +25,7 @@ fn white(profiles: usize) -> Scene {
 
 fn sensor(scene: &Scene) -> (Sensor, Band) {
     let medium = Medium::opaque(Gloss::NONE);
-    let body = Body::Flat(Flat { height_mm: 0.01, slope_x: 0.0, slope_y: 0.0, width_mm: 1.0, length_mm: 1.0, medium });
+    let body = Body::new(Flat { height_mm: 0.01, slope_x: 0.0, slope_y: 0.0, width_mm: 1.0, length_mm: 1.0, medium });
     let (sensor, specimen) = pipeline::set_up(scene, body, patterns());
     let band = sensor.band(&specimen, BARE..scene.size.profiles);
     (sensor, band)

@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
-use bench::settings::Transport;
+use base::{Class, Medium};
 use dataset::record::Record;
+use optical_bench::settings::Transport;
 use pipeline::Equipment;
 use procedural::wood::Media;
-use procedural::{Class, Medium};
 use recipe::{Plan, Recipe, Scene, WoodVolume};
 use scanner::extract::scatter_pixels;
 use test_support::target::{nominal, patterns};

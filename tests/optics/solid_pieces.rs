@@ -1,8 +1,8 @@
 //! Saw-teeth and parts under the bench: heights, teeth, and what is hidden from laser and lens, against closed forms.
 
+use base::{Body, Class, Mesh};
 use glam::Vec3;
 use procedural::solid::{Material, Part, Piece, Placing, Sawtooth};
-use procedural::{Body, Class, Mesh};
 use recipe::{Plan, Recipe, Scene};
 use test_support::target::{expose, moments, render, scene};
 
@@ -22,7 +22,7 @@ fn quiet(mut scene: Scene) -> Scene {
 }
 
 fn part(mesh: &Mesh, placing: impl Fn(Placing) -> Placing) -> Body {
-    Body::Part(Box::new(Part::new(mesh, &placing(Placing::from_values(&mut |p| p.default)), &metal())))
+    Body::new(Part::new(mesh, &placing(Placing::from_values(&mut |p| p.default)), &metal()))
 }
 
 fn cuboid(size: Vec3) -> Mesh {
@@ -98,7 +98,7 @@ fn flanks_are_hidden_where_their_angles_say() {
         scene.bench.laser.fan_height_mm = if i % 2 == 0 { 300.0 } else { 600.0 };
         let sizes = Piece { length_mm: 200.0, teeth: 20.0, depth_mm: 4.0, ..piece() };
         let piece = Piece { rise_share, lead_in_mm: 0.5, base_mm: 5.0, ..sizes };
-        let body = || Body::Sawtooth(Box::new(Sawtooth::new(&piece, &metal())));
+        let body = || Body::new(Sawtooth::new(&piece, &metal()));
         let (sensor, band) = expose(&scene, body(), 46..52);
         let rig = &sensor.camera().rig;
         let lens = rig.distance * libm::cos(rig.tilt);

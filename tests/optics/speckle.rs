@@ -1,10 +1,10 @@
 //! What speckle does to the line's centre, in production's own Range, and what law and patterns do to its contrast.
 
-use bench::settings::SpeckleLaw;
+use base::{Body, Gloss, Medium, Mesh};
 use dataset::record::Record;
 use glam::Vec3;
+use optical_bench::settings::SpeckleLaw;
 use procedural::solid::{Material, Part, Placing};
-use procedural::{Body, Gloss, Medium, Mesh};
 use recipe::Scene;
 use scanner::frame::Frame;
 use scanner::optics::speckle::coherence::{coherence_per_mm, path_contrast};
@@ -128,7 +128,7 @@ fn ridged(x: f32) -> Body {
         mesh.triangles.extend(quads.map(corners).iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]));
     }
     let placing = Placing { lead_in_mm: 0.5, ..Placing::from_values(&mut |p| p.default) };
-    Body::Part(Box::new(Part::new(&mesh, &placing, &Material::from_values(&mut |p| p.default))))
+    Body::new(Part::new(&mesh, &placing, &Material::from_values(&mut |p| p.default)))
 }
 
 /// A narrow ridge in the middle of a tile leaves the speckle of the plate beside it as it is.

@@ -1,11 +1,11 @@
 //! An object on a turntable: slopes, heights, shadows, areas and speckle of the turned body.
 
-use bench::settings::Movement;
+use base::{Body, Gloss, Medium, Mesh};
 use glam::Vec3;
+use optical_bench::settings::Movement;
 use pipeline::set_up;
 use procedural::flat::Flat;
 use procedural::solid::{Material, Part, Piece, Placing, Sawtooth};
-use procedural::{Body, Gloss, Medium, Mesh};
 use recipe::Scene;
 use scanner::frame::Frame;
 use scanner::optics::{Scratch, TileOfProfile};
@@ -24,7 +24,7 @@ fn table(profiles: usize, axis: [f64; 2], radius: f64, step: f64) -> Scene {
 
 fn block(size_mm: f32, height_mm: f32, slope_x: f32) -> Body {
     let medium = Medium::opaque(Gloss::wood(1.0));
-    Body::Flat(Flat { height_mm, slope_x, slope_y: 0.0, width_mm: size_mm, length_mm: size_mm, medium })
+    Body::new(Flat { height_mm, slope_x, slope_y: 0.0, width_mm: size_mm, length_mm: size_mm, medium })
 }
 
 /// What the columns see in profile `profile`.
@@ -119,7 +119,7 @@ fn a_turned_saw_tooth_is_measured_where_it_is() {
         let (sin, cos) = libm::sincos(degrees.to_radians());
         let lead_in_mm = 20.0 - 20.0 * (sin.abs() + cos.abs());
         let piece = Piece { turn_deg: degrees, lead_in_mm, ..sizes };
-        Body::Sawtooth(Box::new(Sawtooth::new(&piece, &material())))
+        Body::new(Sawtooth::new(&piece, &material()))
     });
 }
 
@@ -138,7 +138,7 @@ fn a_turned_part_is_measured_where_it_is() {
         let (sin, cos) = libm::sincos(degrees.to_radians());
         let lead_in_mm = 20.0 - 18.0 * (sin.abs() + cos.abs());
         let placing = Placing { rotate_z_deg: degrees, lead_in_mm, ..Placing::from_values(&mut |p| p.default) };
-        Body::Part(Box::new(Part::new(&mesh, &placing, &material())))
+        Body::new(Part::new(&mesh, &placing, &material()))
     });
 }
 

@@ -1,8 +1,8 @@
 //! Clear wood shows no lattice: how much the pixels of a row differ must not repeat from row to row, and likewise for
 //! columns.
 
+use base::Class;
 use dataset::record::Record;
-use procedural::Class;
 use recipe::{Plan, Recipe};
 use test_support::target::patterns;
 

@@ -1,7 +1,7 @@
 //! Purpose: what a recipe says of the camera has an effect or is refused, and what cannot be together is told.
 
 use crate::support::{GOOD, only};
-use bench::settings::{Filter, LensModel, Scheimpflug};
+use optical_bench::settings::{Filter, LensModel, Scheimpflug};
 use recipe::Recipe;
 
 #[test]

@@ -2,8 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use bench::split::Split;
-use procedural::{Parameter, Stream};
+use base::{Parameter, Stream};
+use optical_bench::split::Split;
 use rand::RngExt;
 use recipe::{Distribution, Recipe, Scene, Subject, differences};
 

@@ -6,7 +6,7 @@
 use std::collections::BTreeMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
 
-use procedural::{Body, Parameter, Stream};
+use base::{Body, Parameter, Stream};
 use rand::RngExt;
 use recipe::{Plan, Recipe, SampleNeeds, Scene, Subject};
 

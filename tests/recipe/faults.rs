@@ -2,7 +2,7 @@
 //! panic.
 
 use crate::support::{GOOD, faults, only, whole};
-use procedural::Stream;
+use base::Stream;
 use rand::RngExt;
 use recipe::{Recipe, RecipeError};
 

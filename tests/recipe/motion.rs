@@ -1,7 +1,7 @@
 //! Purpose: numbers of the movement that have no effect, or no meaning together, are refused with a remedy.
 
 use crate::support::{GOOD, only, whole};
-use bench::settings::{Movement, SpeckleLaw};
+use optical_bench::settings::{Movement, SpeckleLaw};
 use recipe::Recipe;
 
 #[test]

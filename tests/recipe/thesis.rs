@@ -1,7 +1,7 @@
 //! The recipes of the thesis have its tables' numbers; keys that its scripts know nothing of are refused, not passed
 //! over.
 
-use bench::settings::{Order, SpeckleLaw};
+use optical_bench::settings::{Order, SpeckleLaw};
 use recipe::Recipe;
 
 /// Tables 3.1 to 3.3.

@@ -1,6 +1,6 @@
 //! Purpose: `transport` says the same in its short and its long form, and nothing that it says is without effect.
 
-use bench::settings::{ThesisMethod, Transport, TransportName};
+use optical_bench::settings::{ThesisMethod, Transport, TransportName};
 use recipe::{Recipe, RecipeError, YamlFault, differences, reference_markdown, schema};
 use serde_json::{Value, json};
 

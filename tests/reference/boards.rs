@@ -6,8 +6,8 @@ use std::collections::BTreeMap;
 
 use super::borders::{Column, bench_of, columns};
 use super::kept::Kept;
-use bench::settings::Transport;
-use procedural::{Body, Medium};
+use base::{Body, Medium};
+use optical_bench::settings::Transport;
 use recipe::{Recipe, Scene};
 use transport::answer::Estimate;
 

@@ -5,10 +5,10 @@ use std::collections::BTreeMap;
 use std::fmt::Debug;
 
 use super::kept::Kept;
-use bench::settings::Transport;
+use base::{Body, Class, Medium};
 use glam::Vec3;
+use optical_bench::settings::Transport;
 use procedural::strips::{Strip, Strips};
-use procedural::{Body, Class, Medium};
 use recipe::Scene;
 use scanner::optics::{ROWS, Scratch, TILE};
 use test_support::target;
@@ -22,8 +22,8 @@ const BIN: usize = 8;
 
 pub fn wood(mu_a: f32, sigma_i: f32, k: f32, n_eff: f32, dive_deg: f32) -> Medium {
     let (up, flat) = dive_deg.to_radians().sin_cos();
-    let (fibre, dispersion_deg) = (Vec3::new(0.0, flat, up), procedural::WOOD_DISPERSION_DEG);
-    Medium { mu_a, sigma_i, k, n_eff, fibre, dispersion_deg, gloss: procedural::Gloss::NONE, coat: 1.0 }
+    let (fibre, dispersion_deg) = (Vec3::new(0.0, flat, up), base::WOOD_DISPERSION_DEG);
+    Medium { mu_a, sigma_i, k, n_eff, fibre, dispersion_deg, gloss: base::Gloss::NONE, coat: 1.0 }
 }
 
 fn clear() -> Medium {
@@ -35,7 +35,7 @@ fn strip(width_mm: f32, medium: Medium) -> Strip {
 }
 
 fn plate(strips: Vec<Strip>) -> Body {
-    Body::Strips(Strips { height_mm: 22.0, length_mm: 20.0, strips })
+    Body::new(Strips { height_mm: 22.0, length_mm: 20.0, strips })
 }
 
 /// What the light of a line depends on but for the body: a parameter that recipes get for their objects asks nothing

@@ -4,8 +4,8 @@
 use std::f64::consts::LN_2;
 
 use super::kept::Kept;
+use base::{Film, Gloss, Medium, Stream};
 use glam::{DVec3, Vec3};
-use procedural::{Film, Gloss, Medium, Stream};
 use rand::RngExt;
 use reference::media::WOODS;
 use reference::path::{Effort, PATH_STEPS, seen_paths, step_path_mm};

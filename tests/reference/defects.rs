@@ -4,7 +4,7 @@
 use super::boards::{BIN, PHOTONS, WALKS, bins, figures, matter, reference};
 use super::borders::bench_of;
 use super::kept::Kept;
-use bench::settings::Transport;
+use optical_bench::settings::Transport;
 use procedural::wood::Wood;
 use recipe::{Plan, Recipe, Scene};
 

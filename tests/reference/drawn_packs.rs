@@ -2,8 +2,8 @@
 //! against the reference.
 
 use super::kept::Kept;
+use base::Stream;
 use glam::DVec3;
-use procedural::Stream;
 use rand::RngExt;
 use reference::path::{Effort, solve};
 use transport::answer::{Answer, Estimate, Question};

@@ -2,9 +2,9 @@
 
 use crate::rays::object::Facet;
 use crate::rays::scenes::{Trial, box_of, matte, plane, scene};
+use base::{Body, Class};
 use procedural::flat::Flat;
 use procedural::strips::{Strip, Strips};
-use procedural::{Body, Class};
 use recipe::Scene;
 
 const GREY: f32 = 0.6;
@@ -25,7 +25,7 @@ fn plate<'a>(name: &'a str, scene: &'a Scene, height_mm: f32, slope: [f32; 2], f
     Trial {
         name,
         scene,
-        body: Body::Flat(flat),
+        body: Body::new(flat),
         profile: 200,
         facets: plane(f64::from(height_mm), exact, f64::from(GREY)),
         heights: [middle - span, middle + span],
@@ -98,7 +98,7 @@ fn steps() {
     let trial = Trial {
         name: "steps of 3 to 12 mm",
         scene: &scene,
-        body: Body::Strips(body),
+        body: Body::new(body),
         profile: 200,
         facets,
         heights: [8.0, 20.0],

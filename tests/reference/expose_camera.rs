@@ -2,8 +2,8 @@
 
 use crate::rays::eye::Eye;
 use crate::rays::scenes::{Trial, matte, plane, scene};
-use bench::settings::{LensModel, Scheimpflug};
-use procedural::Body;
+use base::Body;
+use optical_bench::settings::{LensModel, Scheimpflug};
 use procedural::flat::Flat;
 use recipe::Scene;
 use scanner::optics::camera::rig;
@@ -15,7 +15,7 @@ fn plate<'a>(name: &'a str, scene: &'a Scene, height: f64, first_col: usize) -> 
     Trial {
         name,
         scene,
-        body: Body::Flat(flat),
+        body: Body::new(flat),
         profile: 200,
         facets: plane(height, [0.0; 2], 0.6),
         heights: [height; 2],

@@ -3,8 +3,8 @@
 use crate::rays::light::{Across, Draw, Light, bowed, cylindrical, draws, gaussian, half_width, powell, slit};
 use crate::rays::scenes::{Trial, matte, plane, scene};
 use crate::rays::verdict::Verdict;
-use bench::settings::{Fan, LineShape};
-use procedural::Body;
+use base::Body;
+use optical_bench::settings::{Fan, LineShape};
 use procedural::flat::Flat;
 use recipe::Scene;
 
@@ -15,7 +15,7 @@ fn plate<'a>(name: &'a str, scene: &'a Scene, first_col: usize, cols: usize, ray
     Trial {
         name,
         scene,
-        body: Body::Flat(flat),
+        body: Body::new(flat),
         profile: 200,
         facets: plane(20.0, [0.0; 2], 0.6),
         heights: [20.0; 2],

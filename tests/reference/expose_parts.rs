@@ -4,11 +4,11 @@
 use crate::rays::object::Facet;
 use crate::rays::scenes::{Trial, scene};
 use crate::rays::shapes::{ball, facets, raised};
+use base::{Body, Mesh};
 use glam::DVec3;
 use procedural::solid::part::Placing;
 use procedural::solid::sawtooth::Piece;
 use procedural::solid::{Material, Part, Sawtooth};
-use procedural::{Body, Mesh};
 
 /// Grey paint without gloss, and nothing from below.
 fn paint() -> Material {
@@ -26,7 +26,7 @@ fn share(body: &Body) -> f64 {
 fn part(mesh: &Mesh) -> Body {
     let mut placing = Placing::from_values(&mut |p| p.default);
     (placing.lead_in_mm, placing.lift_mm) = (5.0, 0.0);
-    Body::Part(Box::new(Part::new(mesh, &placing, &paint())))
+    Body::new(Part::new(mesh, &placing, &paint()))
 }
 
 /// The triangles that production has, for the reference; its own rays meet them.
@@ -45,7 +45,7 @@ fn saw_teeth() {
     let mut scene = scene(2560);
     scene.bench.motion.conveyor_reflectance = CONVEYOR;
     let piece = Piece::from_values(&mut |p| p.default);
-    let body = Body::Sawtooth(Box::new(Sawtooth::new(&piece, &paint())));
+    let body = Body::new(Sawtooth::new(&piece, &paint()));
     let (low, high) = body.bounds();
     println!("saw-tooth from {low} to {high}");
     let profile = (0.5 * f64::from(low.y + high.y) / scene.bench.motion.step_mm) as usize;
@@ -111,7 +111,7 @@ fn a_part_that_hides_itself() {
     let mesh = raised([80.0, 112.0], [0.0, 40.0], [160, 1], profile_of);
     let mut placing = Placing::from_values(&mut |p| p.default);
     (placing.lead_in_mm, placing.offset_mm) = (0.0, 96.0);
-    let body = Body::Part(Box::new(Part::new(&mesh, &placing, &paint())));
+    let body = Body::new(Part::new(&mesh, &placing, &paint()));
     let facets = triangles(&body);
     let trial = Trial {
         name: "part with a rib and a groove",

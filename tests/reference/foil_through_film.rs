@@ -8,8 +8,8 @@
 use super::borders::bench_of;
 use super::kept::Kept;
 use crate::expose;
-use bench::settings::Transport;
-use procedural::{Body, Matter, Surface};
+use base::{Body, Matter, Surface};
+use optical_bench::settings::Transport;
 use recipe::{Recipe, Scene};
 use scanner::optics::ScanLine;
 use scanner::optics::{Band, Scratch, Sensor, TILE};

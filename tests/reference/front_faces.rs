@@ -1,9 +1,9 @@
 //! Light that leaves through a board's front face, by the kernel against the reference: random clear wood with the line
 //! at random distances behind the front edge, free of noise and speckle.
 
-use bench::settings::Transport;
+use base::{Body, Class};
+use optical_bench::settings::Transport;
 use procedural::strips::{Strip, Strips};
-use procedural::{Body, Class};
 use rand::RngExt;
 use scanner::optics::CENTRE;
 use test_support::target;
@@ -24,14 +24,14 @@ const ROWS_BEFORE: [(f64, f64); 2] = [(1.0, 5.0), (5.0, 12.0)];
 /// in the rows that Scatter reads.
 #[test]
 fn front_faces_show_what_the_reference_sees() {
-    let mut rng = procedural::Stream::root(78).rng();
+    let mut rng = base::Stream::root(78).rng();
     let (mut kept, mut logs, mut faults) = (Kept::of("front_faces"), Vec::new(), Vec::new());
     for case in 0..CASES {
         let behind_mm = rng.random_range(0.15..1.8f64);
         let mut log = |low: f32, high: f32| low * (high / low).powf(rng.random::<f32>());
         let medium = wood(log(0.05, 0.2), log(1.4, 2.8), log(7.0, 14.0), 1.18, 0.0);
         let strip = Strip { width_mm: 16.0, sunk_mm: 0.0, medium, class: Class::Clear };
-        let body = Body::Strips(Strips { height_mm: 22.0, length_mm: 20.0, strips: vec![strip] });
+        let body = Body::new(Strips { height_mm: 22.0, length_mm: 20.0, strips: vec![strip] });
         let mut scene = target::scene(300);
         let step_mm = scene.bench.motion.step_mm;
         scene.size.profiles = 2 * (behind_mm / step_mm).round().max(1.0) as usize;

@@ -6,8 +6,8 @@
 use std::sync::LazyLock;
 
 use super::kept::Kept;
+use base::Stream;
 use glam::{DVec3, Vec3};
-use procedural::Stream;
 use rand::RngExt;
 use reference::path::{self, Effort};
 use transport::answer::{Answer, Estimate, Question};

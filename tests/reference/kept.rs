@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use std::fmt::Debug;
 use std::path::PathBuf;
 
-use procedural::Stream;
+use base::Stream;
 
 /// Relative difference of figures that are the same: sums of other builds may end in other digits.
 const SAME: f64 = 1e-6;

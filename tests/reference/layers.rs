@@ -1,7 +1,7 @@
 //! Purpose: foil and coats against closed forms, and the kernel's films against the reference on plane stacks.
 
+use base::{Film, Gloss, Medium, Stream};
 use glam::{DVec3, Vec3};
-use procedural::{Film, Gloss, Medium, Stream};
 use reference::path::{Effort, solve};
 use transport::answer::{Answer, Estimate, LineSide, Question};
 use transport::fresnel::gloss;

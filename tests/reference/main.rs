@@ -21,8 +21,8 @@ mod table;
 
 use std::ops::Range;
 
+use base::Body;
 use pipeline::Equipment;
-use procedural::Body;
 use recipe::Scene;
 use scanner::optics::{Band, Sensor};
 use test_support::target;

@@ -2,8 +2,8 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
+use base::Stream;
 use glam::DVec3;
-use procedural::Stream;
 use reference::path::{Effort, solve};
 use transport::answer::{Answer, Estimate, Question};
 use transport::stack::{CylinderPhase, Layer, Scattering, Stack, Substrate, WOOD_DISPERSION};

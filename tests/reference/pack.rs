@@ -2,9 +2,9 @@
 //! tilted. Rows are 0.101 mm, as the reference camera sees them, and both sides of the line count together.
 
 use super::kept::Kept;
+use base::{Body, BodyKind, Instance, Stream};
 use glam::Vec3;
 use procedural::blister::{Blister, Pack};
-use procedural::{Body, Instance, Stream};
 use reference::path::Effort;
 use reference::path::line_response::line_response_with_balance;
 use transport::answer::{Estimate, Question};
@@ -56,7 +56,7 @@ fn window(rows: &[Estimate], from: usize, to: usize) -> Estimate {
 /// The reference in the middle 4.5 mm of the middle pocket, which is lit across `columns` of 1.5 mm, an odd number.
 fn by_reference(pack: &Pack, columns: usize) -> Vec<Estimate> {
     let at = middle(pack);
-    let (body, half) = (Body::Pack(Box::new(pack.clone())), columns / 2);
+    let (body, half) = (Body::new(pack.clone()), columns / 2);
     let x: Vec<f32> = (0..columns).map(|i| (at.x_mm + 1.5 * (i as f64 - half as f64)) as f32).collect();
     let line = LineSource {
         body: &body,
@@ -86,7 +86,7 @@ fn by_reference(pack: &Pack, columns: usize) -> Vec<Estimate> {
 fn produced(pack: &Pack) -> Vec<Estimate> {
     let at = middle(pack);
     let slice = pack.slice(at.y_mm as f32);
-    let (matter, surface) = (slice.matter(at.x_mm as f32), slice.surface(at.x_mm as f32).expect("film"));
+    let (matter, surface) = (slice.matter(at.x_mm as f32, 0.0), slice.surface(at.x_mm as f32).expect("film"));
     let film = matter.film.expect("film");
     let view = Question::default().view.as_vec3();
     let normal = Vec3::new(-surface.slope_x, -surface.slope_y, 1.0).normalize();

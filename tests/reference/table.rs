@@ -2,7 +2,7 @@
 //! back.
 
 use super::kept::Kept;
-use procedural::Stream;
+use base::Stream;
 use rand::RngExt;
 use reference::media::{WOODS, WoodMedium};
 use reference::path::{self, Effort};

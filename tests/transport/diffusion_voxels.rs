@@ -1,8 +1,8 @@
 //! Purpose: diffusion on voxels against closed forms, and the properties that the equation has and the grid must keep.
 
+use base::{Body, Medium};
 use glam::{DMat3, DVec2, DVec3};
 use procedural::flat::Flat;
-use procedural::{Body, Medium};
 use reference::diffusion::line_response::{DiffusionSettings, line_response_with_report};
 use reference::diffusion::solver::solve;
 use reference::diffusion::tensor::{Diffusive, uniaxial};
@@ -25,7 +25,7 @@ fn medium(mu_a: f32, sigma_i: f32, k: f32, fibre: DVec3) -> Medium {
         n_eff: 1.2,
         fibre: fibre.as_vec3(),
         dispersion_deg: 5.0,
-        gloss: procedural::Gloss::NONE,
+        gloss: base::Gloss::NONE,
         coat: 1.0,
     }
 }
@@ -36,7 +36,7 @@ fn diffusive(medium: &Medium) -> Diffusive {
 }
 
 fn plate(medium: Medium, slope_x: f32, slope_y: f32) -> Body {
-    Body::Flat(Flat { height_mm: 20.0, slope_x, slope_y, width_mm: 40.0, length_mm: 40.0, medium })
+    Body::new(Flat { height_mm: 20.0, slope_x, slope_y, width_mm: 40.0, length_mm: 40.0, medium })
 }
 
 /// A line over 1 mm of `body` with 1 W in it, which keeps away from its sides.

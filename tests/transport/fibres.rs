@@ -1,7 +1,7 @@
 //! The diffusion tensor of a bundle of fibres against a walk without boundaries.
 
+use base::Stream;
 use glam::DVec3;
-use procedural::Stream;
 use rand::Rng;
 use rayon::prelude::*;
 use reference::path::tracker::Photon;

@@ -1,7 +1,7 @@
 //! A dataset as the writer makes it has no fault, and is what it would be if it were rendered again.
 
-use bench::settings::{Channel, Output, SensorStack};
 use dataset::validate::{ValidationOptions, validate};
+use optical_bench::settings::{Channel, Output, SensorStack};
 use test_support::records::{encoded, output, write_dataset};
 
 #[test]
@@ -34,9 +34,9 @@ fn a_small_output_is_clean() {
 
 #[test]
 fn pixel_classes_are_those_of_the_labels() {
-    let names: Vec<&str> = procedural::Class::ALL.iter().map(|class| class.name()).collect();
+    let names: Vec<&str> = base::Class::ALL.iter().map(|class| class.name()).collect();
     assert_eq!(names, output_schema::PIXEL_CLASSES);
-    for (value, class) in procedural::Class::ALL.iter().enumerate() {
+    for (value, class) in base::Class::ALL.iter().enumerate() {
         assert_eq!(*class as usize, value);
     }
     let subjects: Vec<&str> = output_schema::SUBJECTS.iter().map(|subject| subject.name).collect();

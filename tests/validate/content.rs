@@ -1,10 +1,10 @@
 //! Samples that are wrong in themselves are reported as that kind of fault.
 
 use crate::damaged::{MANIFEST, after, check, edit_json, exr, png, with};
-use bench::settings::Channel;
+use base::Class;
 use dataset::validate::{Code, ValidationOptions, validate};
 use dataset::{ChannelValues, Encoded, ExrChannel, Grey, write_png};
-use procedural::Class;
+use optical_bench::settings::Channel;
 use serde_json::Value;
 use test_support::records::{encoded, output, write_dataset};
 

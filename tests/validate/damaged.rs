@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use bench::settings::Channel;
 use dataset::validate::{Code, ValidationOptions, ValidationReport, validate};
 use dataset::{Dataset, Encoded, ExrChannel, Grey, ShardWriter, read_exr, read_png, write_exr, write_png};
+use optical_bench::settings::Channel;
 use tempfile::TempDir;
 
 pub use crate::damage::*;

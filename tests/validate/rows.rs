@@ -1,7 +1,7 @@
 //! Which rows are exposed again: with the chance that is promised, and every row and frame has its turn.
 
-use bench::settings::Size;
 use dataset::validate::RowChoice;
+use optical_bench::settings::Size;
 use output_schema::DatasetHead;
 use test_support::records::{self, output};
 

@@ -10,7 +10,7 @@ use serde_json::Value;
 
 use super::limits::limits;
 use super::recipe_words::{is_entered_by_light, objects_in_words};
-use bench::split::Split;
+use optical_bench::split::Split;
 
 /// Samples of each class in each split.
 pub(crate) type ClassCounts = BTreeMap<(String, String), u64>;

@@ -23,7 +23,7 @@ use super::limits::limits;
 use super::reader::to_document;
 use super::recipe_words::is_entered_by_light;
 use super::{GENERATOR_DATE, card};
-use bench::split::Split;
+use optical_bench::split::Split;
 
 /// `croissant.json` of a dataset whose `present` splits have files; `document` is `dataset.json` as it is on disk.
 pub(super) fn croissant(head: &DatasetHead, present: &[Split], document: &[u8]) -> Vec<u8> {

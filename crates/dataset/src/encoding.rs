@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::png::{range_numbers, rounded8, rounded16};
 use super::{Encoded, Grey, channel_name, encode_numbers, exr, write_exr, write_png};
 use crate::record::{Labels, Maps, Record};
-use bench::settings::{Channel, Output};
+use optical_bench::settings::{Channel, Output};
 
 /// A record as it will be on disk; the float maps end here.
 ///

@@ -30,7 +30,7 @@ use super::lock::Lock;
 use super::reader::{read_head, to_document, unusable};
 use super::table_reader::is_id;
 use super::{Dataset, Fault, card, croissant, differences, enclosed, largest};
-use bench::split::Split;
+use optical_bench::split::Split;
 
 /// Directories of a dataset folder.
 pub(super) const DIRECTORIES: [&str; 4] = ["data", "exr", "stacks", "shards"];

@@ -68,7 +68,7 @@ pub use table_reader::{JsonRow, ObjectRow, RowBatch, RowQuery, Rows, StoredImage
 
 use output_schema::{Images, NumberColumn};
 
-use bench::settings::{Output, RangeForm, SensorStack, Size};
+use optical_bench::settings::{Output, RangeForm, SensorStack, Size};
 
 /// Version of the program; another version may give other numbers.
 pub const GENERATOR_VERSION: &str = env!("CARGO_PKG_VERSION");
@@ -78,13 +78,13 @@ pub const GENERATOR_VERSION: &str = env!("CARGO_PKG_VERSION");
 pub(crate) const GENERATOR_DATE: &str = "2026-11-21";
 
 /// The declaration of a parameter as a column.
-pub fn number_column(parameter: &procedural::Parameter) -> NumberColumn {
+pub fn number_column(parameter: &base::Parameter) -> NumberColumn {
     NumberColumn::new(parameter.group, parameter.name, parameter.doc)
 }
 
 /// What a recipe's sizes and output say about the images.
 pub fn images(output: &Output, size: &Size, range: RangeForm) -> Images {
-    let names = |channels: &[bench::settings::Channel]| {
+    let names = |channels: &[optical_bench::settings::Channel]| {
         let mut channels = channels.to_vec();
         channels.sort_unstable();
         channels.dedup();

@@ -17,7 +17,7 @@ use super::sample_rows::frame_numbers;
 use super::table_reader::{RowBatch, RowQuery, Table, guarded, is_id};
 use super::{ExrChannel, ExrSize, Fault, TableBounds, differences, enclosed, hex, largest, read_exr, read_exr_of};
 use crate::record::StackFrame;
-use bench::split::Split;
+use optical_bench::split::Split;
 
 /// What to do about a `dataset.json` that cannot be used.
 const BRING_BACK: &str = "choose another folder, or bring the file back";
@@ -34,7 +34,7 @@ const VALIDATE: &str = "run gen validate: it says what is wrong with the dataset
 /// use std::path::Path;
 ///
 /// use dataset::{Dataset, Fault, RowQuery};
-/// use bench::split::Split;
+/// use optical_bench::split::Split;
 ///
 /// /// Widest board of a split, and the samples that were looked at.
 /// fn widest(folder: &Path, split: Split) -> Result<(f64, usize), Fault> {

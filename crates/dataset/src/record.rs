@@ -2,10 +2,9 @@
 
 use std::ops::Range;
 
-use procedural::{Class, Instance};
-
-use bench::settings::RangeForm;
-use bench::split::Split;
+use base::{Class, Instance};
+use optical_bench::settings::RangeForm;
+use optical_bench::split::Split;
 
 /// What the instrument measured, `[rows = profiles, cols]`, row-major.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -22,7 +21,7 @@ pub struct Maps {
 /// What is true on the same grid as [`Maps`].
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Labels {
-    /// Value of `procedural::Class` of each pixel.
+    /// Value of `base::Class` of each pixel.
     pub class: Vec<u8>,
     /// Number of the [`Instance`] of each pixel; 0 for none.
     pub instance: Vec<u16>,

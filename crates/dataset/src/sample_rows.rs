@@ -11,16 +11,16 @@ use arrow_array::{
 };
 use arrow_buffer::OffsetBuffer;
 use arrow_schema::{ArrowError, DataType, Field, Fields, SchemaRef};
+use base::Class;
 use output_schema::row::CALIBRATION;
 use output_schema::{DatasetHead, PIXEL_CLASSES};
-use procedural::Class;
 use sha2::{Digest, Sha256};
 
 use super::atomic_file::hex;
 use crate::record::{Object, Record, StackFrame};
 use crate::shares::SampleShares;
-use bench::settings::{Channel, Readout};
-use bench::split::Split;
+use optical_bench::settings::{Channel, Readout};
+use optical_bench::split::Split;
 
 /// One sample, ready to be written.
 #[derive(Debug, Clone, PartialEq)]

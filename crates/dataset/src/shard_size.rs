@@ -4,7 +4,7 @@
 //! written and synced beside the first, and trusted when it is read.
 
 use super::table_writer::ROW_GROUP_BYTES;
-use bench::settings::{Channel, Output, SensorStack, Size, Splits};
+use optical_bench::settings::{Channel, Output, SensorStack, Size, Splits};
 
 /// Largest shard that is aimed at [bytes]: it fits a download and a restart.
 const TARGET_SHARD_BYTES: u64 = 500_000_000;

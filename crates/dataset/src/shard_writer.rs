@@ -19,7 +19,7 @@ use super::sample_rows::{row_batch, stack_batch};
 use super::shard_size::TABLES_BYTES;
 use super::table_writer::TableWriter;
 use super::{Dataset, Encoded, Fault};
-use bench::split::Split;
+use optical_bench::split::Split;
 
 /// A shard in the making. Dropped before [`ShardWriter::finish`], it removes what it wrote.
 #[derive(Debug)]

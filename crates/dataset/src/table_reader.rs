@@ -21,7 +21,7 @@ use parquet::arrow::arrow_reader::{ParquetRecordBatchReader, RowSelection};
 use serde_json::{Map, Number, Value};
 
 use super::{Fault, Grey, TableBounds, check_lengths, enclosed, own_remedy, read_png_of};
-use bench::split::Split;
+use optical_bench::split::Split;
 
 /// Rows that are read at once where they have no images.
 const ROWS_AT_ONCE: usize = 256;

@@ -1,7 +1,7 @@
 //! Pixel classes as colours, the same in every picture.
 
+use base::Class;
 use image::Rgb;
-use procedural::Class;
 
 /// Colour of a pixel class: calm where all is well, and far from its neighbours where it is not.
 pub fn class_colour(class: u8) -> Rgb<u8> {

@@ -15,9 +15,9 @@
 //! **Several scans.** Scores of the bench are one for all scans, scores of matter each scan's own, unless all scans are
 //! of one object.
 
+use base::{Stream, normal};
 use hammer_and_sample::{DifferentialEvolution, MinChainLen, Mixture, Model, Serial, Stretch, sample};
 use nalgebra::{DMatrix, DVector};
-use procedural::{Stream, normal};
 
 use crate::emulator::{Directions, Emulator, cholesky};
 use crate::prior::MOST_SCORE;

@@ -4,8 +4,8 @@
 //! law, its value is F^-1(G(u)). Beforehand all scores are then independent standard normal numbers, whatever the
 //! recipe's distributions are, and no value leaves the bounds of its distribution.
 
+use base::Parameter;
 use numerics::chance::{normal_below, normal_quantile};
-use procedural::Parameter;
 use recipe::{Distribution, Recipe};
 
 /// Sections that describe the bench.

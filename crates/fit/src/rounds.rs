@@ -5,8 +5,8 @@ mod findings;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
+use base::{Stream, normal};
 use dataset::Fault;
-use procedural::{Stream, normal};
 use rand::RngExt;
 use rayon::prelude::*;
 use recipe::Recipe;

@@ -1,9 +1,9 @@
 //! Simulated scans: values of keys in, statistics of a scan out.
 
-use bench::settings::{RangeForm, SensorStack, Transport};
+use base::Class;
 use dataset::Fault;
 use dataset::record::{Record, StackFrame};
-use procedural::Class;
+use optical_bench::settings::{RangeForm, SensorStack, Transport};
 use recipe::Recipe;
 use scanner::optics::speckle::PatternCache;
 use tools::compare::summary::{SummaryStatistic, summary};

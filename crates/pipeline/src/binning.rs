@@ -1,7 +1,6 @@
 //! Binning of images: groups of pixels that become one, measured maps, labels and truth each by a rule of its own.
 
-use procedural::{Class, atan2};
-
+use base::{Class, atan2};
 use dataset::record::{Below, Labels, Maps, TruthMaps};
 
 /// Binning: groups of pixels that become one.

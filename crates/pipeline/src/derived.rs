@@ -3,13 +3,12 @@
 
 use std::collections::BTreeSet;
 
-use procedural::{Class, Instance};
-
 use super::exposed_rows::{expose_frames, exposed_rows};
 use super::{Equipment, Scan, binning, body, grid, set_up, truth_maps, truth_row};
 use crate::labels;
-use bench::settings::Movement;
+use base::{Class, Instance};
 use dataset::record::{AskedRows, ExposedRows, Labels, Maps, Record, StackFrame, TrueRow};
+use optical_bench::settings::Movement;
 use recipe::Scene;
 use scanner::optics::Sensor;
 use scanner::specimen::{Hit, Specimen, height_below};

@@ -1,10 +1,10 @@
 //! Effective physics: numbers that follow from a scene's draws and that a reader of the images wants to know.
 
+use base::{Gloss, Medium};
 use procedural::blister::Blister;
 use procedural::wood::Media;
-use procedural::{Gloss, Medium};
 
-use bench::settings::ScatterDark;
+use optical_bench::settings::ScatterDark;
 use recipe::{LogBoard, Plan, Recipe, Scene, Subject};
 use scanner::extract;
 use scanner::frame::Rig;

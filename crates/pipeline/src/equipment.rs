@@ -1,8 +1,7 @@
 //! What renders take beside a scene: patterns of speckle, and the models that answer one line at a time.
 
-use procedural::Stream;
-
-use bench::settings::Transport;
+use base::Stream;
+use optical_bench::settings::Transport;
 use scanner::optics::speckle::PatternCache;
 use transport::line::LineSolver;
 

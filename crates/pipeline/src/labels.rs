@@ -1,7 +1,6 @@
 //! Labels from the truth alone: noise-free hits and the body's own instances, never a measured map.
 
-use procedural::{Class, Instance, Matter, atan2};
-
+use base::{Class, Instance, Matter, atan2};
 use dataset::record::{Labels, Object};
 use scanner::specimen::Hit;
 

@@ -13,16 +13,16 @@ use std::sync::Arc;
 
 use std::ops::Range;
 
+use base::{Body, Mesh};
 use procedural::blister::Pack;
 use procedural::solid::{self, Sawtooth};
 use procedural::wood::{BoardStreams, Plank, Stem};
-use procedural::{Body, Mesh};
 use rayon::prelude::*;
 
 use crate::binning::Binning;
 use crate::effective::{calibration_numbers, effective, typical};
-use bench::settings::{LogSource, RangeForm, SensorStack, Transport};
 use dataset::record::{Below, Labels, Maps, Record, StackFrame, TruthMaps};
+use optical_bench::settings::{LogSource, RangeForm, SensorStack, Transport};
 use recipe::{Plan, Scene, Subject};
 use scanner::extract::{MAX_SURFACE_SLOPE, MeasuredProfile, RectifiedGrid, extract, rectify};
 use scanner::frame::{Calibration, Frame, Rig};
@@ -57,7 +57,7 @@ pub fn body(scene: &Scene) -> Body {
         Plan::Wood(wood) => {
             let stream = scene.stream.child("plank");
             let streams = BoardStreams { board: stream, log: scene.log_stream.child("plank") };
-            Body::Plank(Box::new(match scene.log {
+            Body::new(match scene.log {
                 LogSource::Placed => Plank::grow(stream, wood),
                 LogSource::Stem | LogSource::Measured => match scene.measured.as_deref() {
                     Some(measured) => Plank::saw_of_log(streams, wood, measured),
@@ -72,14 +72,14 @@ pub fn body(scene: &Scene) -> Body {
                     let slices = scene.slices.as_ref().expect("the recipe was refused without slices");
                     Plank::lay(stream, wood, Arc::new(slices.cut(wood)))
                 }
-            }))
+            })
         }
-        Plan::Blister(blister) => Body::Pack(Box::new(Pack::form(scene.stream.child("pack"), blister))),
-        Plan::Sawtooth(piece, material) => Body::Sawtooth(Box::new(Sawtooth::new(piece, material))),
+        Plan::Blister(blister) => Body::new(Pack::form(scene.stream.child("pack"), blister)),
+        Plan::Sawtooth(piece, material) => Body::new(Sawtooth::new(piece, material)),
         Plan::Mesh(placing, material) => {
             // A recipe about meshes has one; a scene made by hand without one lays nothing down.
             let none = Mesh::default();
-            Body::Part(Box::new(solid::Part::new(scene.mesh.as_deref().unwrap_or(&none), placing, material)))
+            Body::new(solid::Part::new(scene.mesh.as_deref().unwrap_or(&none), placing, material))
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Scale of Range: what its whole numbers mean, and the grid of a rectified scan.
 
-use bench::settings::RangeForm;
+use optical_bench::settings::RangeForm;
 use recipe::Scene;
 use scanner::extract::RectifiedGrid;
 use scanner::frame::Rig;

@@ -16,9 +16,9 @@
 //! **Groups.** Samples that must stay on one side of the splits, because they show one log ([`super::log_group`]), are
 //! one unit here: what is said of samples and indices then holds for logs and their numbers.
 
-use bench::settings::Splits;
-use bench::split::Split;
-use procedural::Stream;
+use base::Stream;
+use optical_bench::settings::Splits;
+use optical_bench::split::Split;
 
 /// 2^64 over the golden ratio, odd: the step of the rotation.
 const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;

@@ -28,8 +28,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use base::Parameter;
 use numerics::chance::DrawLaw;
-use procedural::Parameter;
 use serde_json::{Value as Json, json};
 
 use super::class::SampleClass;

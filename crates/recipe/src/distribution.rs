@@ -27,7 +27,7 @@
 //! `schema.rs` has its arguments, `canonical.rs` its canonical form. `every_form` of the tests holds its quantile to
 //! its law.
 
-use procedural::{Parameter, Stream, normal};
+use base::{Parameter, Stream, normal};
 use rand::{Rng, RngExt};
 
 use super::keys::unit;

@@ -14,8 +14,8 @@
 
 use std::collections::BTreeMap;
 
+use base::{Parameter, Stream};
 use numerics::chance::{normal_below, normal_quantile};
-use procedural::{Parameter, Stream};
 use rand::Rng;
 use uuid::Uuid;
 
@@ -24,8 +24,8 @@ use super::distribution::Distribution;
 use super::log_group::{self, LogBoard};
 use super::sampling::{self, Sampling};
 use super::{Plan, Recipe, SampleClass, Scene, keys};
-use bench::parameters::Bench;
-use bench::split::Split;
+use optical_bench::parameters::Bench;
+use optical_bench::split::Split;
 
 /// The namespace of all sample ids; drawn once, at random.
 const NAMESPACE: Uuid = Uuid::from_u128(0x7d0b_5c1e_93a4_4f6b_8e27_51c6_d20f_a938);

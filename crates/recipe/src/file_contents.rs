@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use procedural::Mesh;
+use base::Mesh;
 use procedural::wood::Stem;
 use wood_picture::{BoardPicture, WoodVolume};
 
@@ -12,7 +12,7 @@ use crate::keys::setting_type::NamedFile;
 use crate::keys::settings::Settings;
 use crate::subject::Subject;
 use crate::{measured_log, mesh, picture, slices};
-use bench::settings::LogSource;
+use optical_bench::settings::LogSource;
 use yaml::YamlReader;
 
 /// The objects that files give; none where the recipe needs no such file, or where the file is at fault.

@@ -34,8 +34,8 @@ mod subject;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use base::{Mesh, Parameter, Stream};
 use procedural::wood::Stem;
-use procedural::{Mesh, Parameter, Stream};
 
 use self::correlation::ScoreMixture;
 use self::file_contents::FileContents;
@@ -43,11 +43,11 @@ use self::keys::settings::Settings;
 use self::sampling::Sampling;
 use crate::asset::Asset;
 use crate::asset_source::AssetSource;
-use bench::parameters::Bench;
-use bench::settings::{
+use optical_bench::parameters::Bench;
+use optical_bench::settings::{
     Extraction, LaserLine, LogSource, Movement, Output, Postprocess, Readout, Size, SpeckleLaw, Splits, Transport,
 };
-use bench::split::Split;
+use optical_bench::split::Split;
 
 pub use self::canonical::differences;
 pub use self::changes::{Change, changed_text};

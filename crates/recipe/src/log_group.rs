@@ -19,7 +19,7 @@ use procedural::wood::{LogRoom, Stem, least_pieces, sawn_at};
 use super::Plan;
 use super::constraints::bounds::DrawBounds;
 use super::keys::settings::Settings;
-use bench::settings::LogSource;
+use optical_bench::settings::LogSource;
 use yaml::YamlReader;
 
 /// The key of a recipe that says how many boards of one log there are.

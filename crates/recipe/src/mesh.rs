@@ -1,4 +1,4 @@
-//! Mesh files: OBJ, STL (both forms) and PLY (all three forms) -> `procedural::Mesh`, in the file's own units.
+//! Mesh files: OBJ, STL (both forms) and PLY (all three forms) -> `base::Mesh`, in the file's own units.
 //!
 //! The ending of the name says which; other crates read them, and what they take is looked at again: numbers are
 //! finite, corners exist, something has an area. Triangles without area and corners that no triangle has are left out.
@@ -14,8 +14,8 @@ mod tests;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
+use base::Mesh;
 use glam::Vec3;
-use procedural::Mesh;
 
 use self::soup::TriangleSoup;
 use crate::asset::{Asset, AssetFault};

@@ -10,17 +10,17 @@
 
 use std::io::Cursor;
 
+use base::Class;
 use exr::meta::MetaData;
 use exr::prelude::{ReadChannels, ReadLayers, read};
 use files::Cache;
 use image::{DynamicImage, ImageFormat, ImageReader, Limits};
-use procedural::Class;
 use wood_picture::{BoardPicture, Depth, Encoding, Face, FibreMap, PictureAnalysis, PictureFault};
 
 use crate::asset::{Asset, AssetFault};
 use crate::keys::settings::PictureSettings;
 use analysed::fibres_of;
-use bench::settings::{FirstRow, PictureDepth, PictureEncoding, PictureFace};
+use optical_bench::settings::{FirstRow, PictureDepth, PictureEncoding, PictureFace};
 
 mod analysed;
 

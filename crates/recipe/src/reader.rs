@@ -15,7 +15,7 @@ use super::log_group::{self, BOARDS_PER_LOG};
 use super::sampling::{SAMPLING, Sampling};
 use super::subject::Subject;
 use crate::asset_source::AssetSource;
-use bench::settings::{TransportName, Words};
+use optical_bench::settings::{TransportName, Words};
 use yaml::{Mapping, NumberRange, YamlFaults, YamlNode, YamlReader, YamlValue, clipped_text, number_text, parse_yaml};
 
 /// Largest share of a class; shares are relative, so this is no limit in practice.

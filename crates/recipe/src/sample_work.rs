@@ -4,7 +4,7 @@
 //! ever. Its figures are rounded ones of the machine of docs/theory/performance.md and docs/guide/scale.md, within a
 //! factor of three of every recipe that ships. Neglected: kept frames, effects, and what other machines do.
 
-use bench::settings::{Order, Size, Transport};
+use optical_bench::settings::{Order, Size, Transport};
 
 use crate::Subject;
 

@@ -1,6 +1,6 @@
 //! The JSON Schema of recipes, from the same tables; editors complete and check recipes with it.
 
-use procedural::Parameter;
+use base::Parameter;
 use serde_json::{Map, Value, json};
 
 use super::changes::{SET, SET_DOC};
@@ -13,7 +13,7 @@ use super::keys::{RecipeSection, SECTIONS, TRANSPORT, TRANSPORT_DOC, tidy};
 use super::reader::MAX_SHARE;
 use super::sampling::{SAMPLING, SAMPLING_DOC, Sampling};
 use super::subject::Subject;
-use bench::settings::{ThesisMethod, TransportName};
+use optical_bench::settings::{ThesisMethod, TransportName};
 
 /// JSON Schema (draft 2020-12) of a recipe.
 pub fn schema() -> Value {

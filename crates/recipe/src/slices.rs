@@ -72,9 +72,9 @@ fn volume(own: &SlicesSettings, file: &SliceStack) -> Result<WoodVolume, AssetFa
     let down = own.pixel_mm;
     let voxel_mm = [own.slice_mm.unwrap_or(down), down, own.pixel_across_mm.unwrap_or(down)].map(|mm| mm as f32);
     let fibres = match own.fibres {
-        bench::settings::FibreAxis::Through => FibreAxis::Through,
-        bench::settings::FibreAxis::Down => FibreAxis::Down,
-        bench::settings::FibreAxis::Across => FibreAxis::Across,
+        optical_bench::settings::FibreAxis::Through => FibreAxis::Through,
+        optical_bench::settings::FibreAxis::Down => FibreAxis::Down,
+        optical_bench::settings::FibreAxis::Across => FibreAxis::Across,
     };
     let mut stack = DensityStack::new([slices.len(), rows, cols], voxel_mm, fibres).map_err(told)?;
     let density = |grey: u16| {

@@ -1,11 +1,11 @@
 //! Subject: what the objects of a recipe are, and the numbers that one draw gives such an object.
 
-use procedural::Parameter;
+use base::Parameter;
 use procedural::blister::Blister;
 use procedural::solid::{Material, Piece, Placing};
 use procedural::wood::Wood;
 
-use bench::words;
+use optical_bench::words;
 
 words! {
     /// What the objects are.

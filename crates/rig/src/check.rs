@@ -18,8 +18,8 @@ use std::cell::LazyCell;
 use rayon::prelude::*;
 
 use super::{BRIGHT_PEAK, DIM_PEAK, Facts, figure, percent};
-use bench::settings::{LineShape, Movement, SensorStack, Transport};
 use dataset::shares::{FEW_SOUND, LEAST_IN_VIEW, SampleShares, Shortfall};
+use optical_bench::settings::{LineShape, Movement, SensorStack, Transport};
 use pipeline::{body, field, profile_hits, render_profiles, set_up};
 use recipe::{Recipe, Scene, Subject};
 use scanner::extract::margin;

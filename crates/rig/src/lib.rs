@@ -19,7 +19,7 @@ use std::f64::consts::PI;
 
 use serde_json::{Map, Value, json};
 
-use bench::settings::{RangeForm, Script, Transport};
+use optical_bench::settings::{RangeForm, Script, Transport};
 use pipeline::{body, set_up};
 use recipe::Scene;
 use scanner::extract::margin;

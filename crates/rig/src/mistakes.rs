@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 
 use super::check::{RigFault, RigWarning, samples_of_classes};
 use super::{DIM_PEAK, white_peak};
-use bench::settings::Filter;
+use optical_bench::settings::Filter;
 use recipe::{Recipe, Scene};
 use scanner::optics::camera::{Camera, Sight};
 

@@ -11,7 +11,7 @@
 
 use std::f64::consts::PI;
 
-use bench::parameters::Bench;
+use optical_bench::parameters::Bench;
 
 /// Steps of the integrals over a pixel, and lags in a pixel and in all that are kept.
 const PIXEL_STEPS: usize = 120;

@@ -24,10 +24,8 @@ mod room;
 pub(crate) mod surface_grid;
 pub mod turntable;
 
+use base::{BLOCK, Body, Class, Film, Matter, Medium, Relief, Slice, Surface};
 use glam::{Vec2, Vec3};
-use procedural::body::Slice;
-use procedural::noise::BLOCK;
-use procedural::{Body, Class, Film, Matter, Medium, Surface};
 
 use self::cavity::Pocket;
 use self::outline::ConvexOutline;
@@ -180,7 +178,7 @@ impl Specimen {
 
     /// Whether the body throws mirror images of the line onto itself, as film does; rough walls of wood do not.
     pub fn can_mirror_itself(&self) -> bool {
-        matches!(self.body, Body::Pack(_))
+        matches!(self.body.relief(), Relief::Film { .. })
     }
 
     /// Whether the lens sees `point` below a film with the laser at scan position `y`, the film itself ignored [mm].
@@ -239,9 +237,9 @@ impl Specimen {
         // Hits are large: what stands there already is not written again.
         hits.resize(columns.len(), bare(conveyor));
         if let Some(upper) = &self.upper {
-            self.look_into(upper, &slice, y, columns, conveyor, hits);
+            self.look_into(upper, &*slice, y, columns, conveyor, hits);
         } else {
-            self.look_onto(&slice, columns, conveyor, hits);
+            self.look_onto(&*slice, columns, conveyor, hits);
         }
         for (column, hit) in hits.iter_mut().enumerate().filter(|(_, hit)| hit.is_bare()) {
             hit.x = columns.of(column).at(0.0);
@@ -253,7 +251,7 @@ impl Specimen {
     }
 
     /// What `columns` see of a level surface; the others become bare.
-    fn look_onto(&self, slice: &Slice<'_>, columns: &Sightlines, conveyor: Medium, hits: &mut [Hit]) {
+    fn look_onto(&self, slice: &dyn Slice, columns: &Sightlines, conveyor: Medium, hits: &mut [Hit]) {
         let mut guess = self.triangles.high.z;
         for (block, hits) in hits.chunks_mut(BLOCK).enumerate() {
             let line = |n: usize| columns.of((block * BLOCK + n).min(columns.len() - 1));
@@ -277,7 +275,7 @@ impl Specimen {
             }
             let seen = hits.len();
             let places = std::array::from_fn(|n| Some(Vec2::new(x[n], found[n].filter(|_| n < seen)?.z)));
-            slice.matters(&places, |n, matter| hits[n].matter = matter);
+            slice.matters(&places, &mut |n, matter| hits[n].matter = matter);
             guess = found.iter().flatten().last().map_or(guess, |surface| surface.z);
         }
     }
@@ -286,7 +284,7 @@ impl Specimen {
     fn look_into(
         &self,
         upper: &SurfaceGrid,
-        slice: &Slice<'_>,
+        slice: &dyn Slice,
         y: f32,
         columns: &Sightlines,
         conveyor: Medium,
@@ -529,10 +527,10 @@ fn approach(
 
 /// The upper surface of a body that can occlude itself, and the surface below its film where that is clear.
 fn surface_grids(body: &Body, lens: Vec3) -> (Option<SurfaceGrid>, Option<SurfaceGrid>) {
-    let clearest = match body {
-        Body::Pack(pack) => pack.clearest(),
-        Body::Plank(plank) if plank.is_open() => f32::INFINITY,
-        _ => return (None, None),
+    let clearest = match body.relief() {
+        Relief::Film { clearest } => clearest,
+        Relief::Openings => f32::INFINITY,
+        Relief::Smooth => return (None, None),
     };
     let (low, high) = body.bounds();
     let upper = SurfaceGrid::new(low, high, lens, |y, x, row| {

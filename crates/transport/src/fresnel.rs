@@ -5,8 +5,8 @@
 //! microfacets with the GGX law (Walter et al. 2007), Smith shadowing left out, which at the 25 degrees of a
 //! triangulation camera is under 3 %. Neglected: polarisation, absorption in the facet.
 
+use base::Gloss;
 use glam::Vec3;
-use procedural::Gloss;
 
 /// Share of light from all sides that enters matter of index 1.5 [1].
 pub const ENTERS_FROM_ALL_SIDES: f32 = 0.91;

@@ -2,8 +2,8 @@
 
 use std::fmt::Debug;
 
+use base::Body;
 use glam::DVec3;
-use procedural::Body;
 
 /// Cosine towards the lens that film counts with at least: [`LineSource::power`] holds it, and what light of film that
 /// looks away is worth to the lens is its inverse [1].

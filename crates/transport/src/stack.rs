@@ -18,8 +18,8 @@
 //! A new law is a variant of [`Scattering`], its sampling and density in `phase.rs`, its keys in `medium/reader.rs` of
 //! the crate `reference`.
 
+use base::{Medium, WOOD_DISPERSION_DEG};
 use glam::DVec3;
-use procedural::{Medium, WOOD_DISPERSION_DEG};
 
 /// Dispersion of wood's fibres about their mean axis, [`WOOD_DISPERSION_DEG`] [rad].
 pub const WOOD_DISPERSION: f64 = WOOD_DISPERSION_DEG as f64 * std::f64::consts::PI / 180.0;

@@ -11,8 +11,8 @@
 //! by a millimetre below the face, so that fine streaks are stronger in the wood than in the picture; gloss and uneven
 //! lamps count as well.
 
+use base::Medium;
 use glam::Vec2;
-use procedural::Medium;
 use procedural::wood::Media;
 
 use crate::raster::{Beyond, around, quantile, smooth};

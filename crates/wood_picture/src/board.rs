@@ -14,9 +14,9 @@
 
 use std::f32::consts::FRAC_PI_2;
 
+use base::{Class, Instance, Medium};
 use glam::{Vec2, Vec3};
 use procedural::wood::{GivenMatter, GivenWood, Wood};
-use procedural::{Class, Instance, Medium};
 
 use crate::absorption::{LEVELS, absorption_of, clear_light, means};
 use crate::components::{Patch, patches};

@@ -3,7 +3,7 @@
 //! Model: pixels that share a side and a class are one patch; clear wood is none. Patches are numbered by their first
 //! pixel, row by row.
 
-use procedural::Class;
+use base::Class;
 
 /// A patch.
 #[derive(Debug, Clone, Copy, PartialEq)]

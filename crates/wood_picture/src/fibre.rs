@@ -221,7 +221,7 @@ pub fn fibre_map(
     for pixel in 0..grey.len() {
         let near = around(cells.size, cells.at(map.place_mm(pixel)));
         let doubled: Vec2 = near.iter().map(|&(cell, weight)| weight * twice[cell]).sum();
-        map.azimuth_rad[pixel] = wrap(0.5 * procedural::atan2(doubled.y, doubled.x));
+        map.azimuth_rad[pixel] = wrap(0.5 * base::atan2(doubled.y, doubled.x));
         map.dive_rad[pixel] = near.iter().map(|&(cell, weight)| weight * guess.dive[cell]).sum();
         let variance: f32 = near.iter().map(|&(cell, weight)| weight * seen.variance[cell]).sum();
         map.confidence[pixel] = libm::expf(-2.0 * (variance + lasting * lasting));
@@ -345,8 +345,7 @@ impl Guess {
             }
             let fibre = KnotSurroundings::fibre(stream, slope);
             let flat = fibre.x * along + fibre.y * across;
-            let added =
-                procedural::atan2(flat.dot(direction(guess.azimuth[cell] + 0.5 * std::f32::consts::PI)), fibre.x);
+            let added = base::atan2(flat.dot(direction(guess.azimuth[cell] + 0.5 * std::f32::consts::PI)), fibre.x);
             guess.azimuth[cell] += added;
             guess.spread[cell] += FLOW_SHARE * added.abs();
             let turn = if flat.y < 0.0 { -1.0 } else { 1.0 };

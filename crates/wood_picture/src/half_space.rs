@@ -14,7 +14,7 @@
 //! derives it; A(n) after Contini, Martelli and Zaccanti (1997). It is what the class table of docs/theory/wood.md was
 //! chosen by. Limits: those of diffusion; of clear wood 0.743 against 0.7445 of the reference Monte Carlo.
 
-use procedural::Medium;
+use base::Medium;
 
 /// Absorption beyond which nothing is told apart from black [mm^-1]: R is below 0.01.
 const MOST_MU_A: f64 = 50.0;

@@ -96,7 +96,7 @@ pub(crate) fn direction(azimuth: f32) -> Vec2 {
 
 /// Azimuth of a direction in (-pi, pi] [rad].
 pub(crate) fn azimuth(direction: Vec2) -> f32 {
-    procedural::atan2(direction.x, direction.y)
+    base::atan2(direction.x, direction.y)
 }
 
 /// A patch below a level.
@@ -222,7 +222,7 @@ fn shaped(ground: &Ground, patch: &[usize], level: f32, least_mm: f32) -> Option
     let (mean, half) = (0.5 * (xx + yy), libm::hypotf(0.5 * (yy - xx), xy));
     // An ellipse has a quarter of a half axis' square.
     let half_axes = [2.0 * (mean + half).sqrt(), 2.0 * (mean - half).max(own).sqrt()];
-    let azimuth = 0.5 * procedural::atan2(2.0 * xy, yy - xx);
+    let azimuth = 0.5 * base::atan2(2.0 * xy, yy - xx);
     let fill = n * ground.cells.side_mm.powi(2) / (PI * half_axes[0] * half_axes[1]);
     if fill < LEAST_FILL || half_axes[0] > MOST_ASPECT * half_axes[1] || 2.0 * half_axes[1] < least_mm {
         return None;

@@ -77,7 +77,7 @@ pub(crate) fn in_window(texture: &CellTexture, cells: &Cells, width_mm: f32) -> 
         let (c, s) = ((re * re - im * im) / (length * length), 2.0 * re * im / (length * length));
         let across = 0.5 * (second[0][cell] - second[1][cell] * c - second[2][cell] * s);
         let error = (factor * across.max(0.0)).sqrt() / (2.0 * length);
-        (0.5 * procedural::atan2(im, re), error.min(LOST_RAD))
+        (0.5 * base::atan2(im, re), error.min(LOST_RAD))
     };
     (0..cells.count()).map(at).collect()
 }

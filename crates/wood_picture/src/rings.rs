@@ -112,5 +112,5 @@ fn lines(log_light: &[f32], size: [usize; 2], pixel_mm: [f32; 2], cells: &Cells,
     }
     let width = WINDOW_MM / cells.side_mm;
     let [re, im] = sums.map(|sum| smooth(&sum, cells.size, [width; 2], Beyond::Zero));
-    re.iter().zip(im).map(|(&re, im)| crate::knots::direction(0.5 * procedural::atan2(im, re))).collect()
+    re.iter().zip(im).map(|(&re, im)| crate::knots::direction(0.5 * base::atan2(im, re))).collect()
 }

@@ -20,9 +20,9 @@ use std::sync::Arc;
 
 pub use self::air::StackPlace;
 
+use base::{Class, Instance};
 use glam::{Vec2, Vec3};
 use procedural::wood::{GivenMatter, GivenWood, Wood};
-use procedural::{Class, Instance};
 
 use crate::density_law::AIR_KG_PER_M3;
 use crate::{DensityLaw, KindDensities, VolumeFault};

@@ -5,6 +5,7 @@
 //! share of the pocket's floor and never higher than what leaves it room. Sizes: docs/theory/blister.md.
 //! Neglected: bent fibres, powder on top of tablets.
 
+use base::{Class, Gloss, Medium};
 use glam::{Mat3, Vec2, Vec3};
 use rand::RngExt;
 
@@ -12,7 +13,6 @@ use super::Pack;
 use super::plan::{PlannedDefect, graded};
 use super::solid::{Solid, SolidShape};
 use crate::noise::{Noise, smoothstep};
-use crate::{Class, Gloss, Medium};
 
 /// Places tried for each size.
 const TRIES: usize = 40;

@@ -5,13 +5,13 @@
 //! asked width without matter, its halves unmoved. Neglected: rough faces of fracture, and that they lack the coat; a
 //! broken tablet lies as the whole one would.
 
+use base::Class;
 use glam::Vec3;
 use rand::RngExt;
 
 use super::plan::{PlannedDefect, graded};
 use super::solid::CutPlane;
 use super::tablet::TabletForm;
-use crate::Class;
 
 /// Tablets that are this much longer than wide break across [1].
 const SLENDER: f32 = 1.3;
@@ -131,8 +131,8 @@ pub fn damage(form: &TabletForm, planned: &PlannedDefect, up: f32) -> Damage {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Stream;
     use crate::blister::parameters::Tablet;
+    use base::Stream;
 
     #[test]
     fn planes_take_the_asked_share_of_a_tablet() {

@@ -1,5 +1,6 @@
 //! From numbers to a filled pack.
 
+use base::{Class, Gloss, Instance, Medium, Stream};
 use glam::Vec2;
 
 use super::card_placement::CardPlacement;
@@ -13,7 +14,6 @@ use super::tablet_face::TabletFace;
 use super::tablet_placement::{BESIDE_MM, SHALLOW, deepest};
 use super::web::{FLANGE_MM, FormedWeb, highest_bump_mm};
 use super::{Pack, flange};
-use crate::{Class, Gloss, Instance, Medium, Stream};
 
 /// Forms and fills a pack.
 pub fn form(stream: Stream, blister: &Blister) -> Pack {

@@ -4,11 +4,11 @@
 //! its border, so that height and slope leave off smoothly. Film over a tablet on the flange follows the tablet's upper
 //! side, with a crease over its edge.
 
+use base::Class;
 use glam::Vec2;
 
 use super::outline::{Outline, OutlinePoint};
 use super::texture::hump;
-use crate::Class;
 
 /// What a mark does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -3,6 +3,7 @@
 //! Models: each is a [`FilmMark`] whose size grows with the severity; docs/theory/blister.md has the ranges. Those of
 //! the flange lie on the lines halfway between pockets, or between pocket and edge.
 
+use base::{Class, Medium, Stream};
 use glam::{Mat3, Vec2, Vec3};
 use rand::RngExt;
 
@@ -14,7 +15,6 @@ use super::plan::{PlannedDefect, graded};
 use super::pose::DrawnPose;
 use super::solid::Solid;
 use super::tablet::TabletForm;
-use crate::{Class, Medium, Stream};
 
 /// Room between a tablet on the flange and the film over it [mm].
 const OVER_MM: f32 = 0.05;

@@ -1,9 +1,9 @@
 //! A closed mesh of the pack: upper side of the film, lower side on the card's bottom, a wall around.
 
+use base::Mesh;
 use glam::Vec2;
 
 use super::card_placement::CardPlacement;
-use crate::Mesh;
 
 /// Distance between corners [mm].
 const PITCH_MM: f32 = 0.5;

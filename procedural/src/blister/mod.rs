@@ -32,6 +32,7 @@ mod tablet_placement;
 mod texture;
 mod web;
 
+use base::{BodyKind, Class, Gloss, Instance, Matter, Medium, Mesh, Relief, Slice, Stream, Surface};
 use glam::Vec3;
 
 use self::card_placement::CardPlacement;
@@ -42,7 +43,6 @@ pub use self::parameters::{Blister, Card, Defects, Foil, Pocket, Tablet, Web};
 pub use self::solid::Solid;
 use self::tablet_face::TabletFace;
 use self::web::FormedWeb;
-use crate::{Class, Gloss, Instance, Matter, Medium, Mesh, Stream, Surface};
 
 /// The film at a place.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -80,7 +80,7 @@ pub struct Pack {
 
 /// A pack cut at one scan position.
 #[derive(Debug, Clone, Copy)]
-pub struct PackSlice<'a> {
+struct PackSlice<'a> {
     pack: &'a Pack,
     y: f32,
 }
@@ -120,11 +120,6 @@ impl Pack {
         fill::form(stream, blister)
     }
 
-    /// The cut at scan position `y` [mm].
-    pub fn slice(&self, y: f32) -> PackSlice<'_> {
-        PackSlice { pack: self, y }
-    }
-
     /// The film above (x, y) [mm]; `None` where there is none: beside the card or in a hole.
     pub fn sheet(&self, x: f32, y: f32) -> Option<CardFilm> {
         self.film(&self.spot(x, y)?)
@@ -141,18 +136,18 @@ impl Pack {
         }
     }
 
-    /// Least reduced scattering times thickness of the film, anywhere [1].
-    pub fn clearest(&self) -> f32 {
-        self.web.medium(1.0).sigma_i * self.web.thinnest_mm()
-    }
-
     /// Everything between film and foil: convex solids, which may touch and do not overlap.
     pub fn solids(&self) -> &[Solid] {
         &self.solids
     }
+}
 
-    /// A closed coarse hull [mm].
-    pub fn hull(&self) -> Mesh {
+impl BodyKind for Pack {
+    fn slice(&self, y: f32) -> Box<dyn Slice + '_> {
+        Box::new(PackSlice { pack: self, y })
+    }
+
+    fn hull(&self) -> Mesh {
         hull::hull(&self.lay, |p| {
             // A little inwards, so that no corner falls off the card by rounding.
             let at = self.lay.conveyor(INWARDS * p);
@@ -160,26 +155,29 @@ impl Pack {
         })
     }
 
-    /// Lowest and highest corner of a box around the pack [mm].
-    pub fn bounds(&self) -> (Vec3, Vec3) {
+    fn bounds(&self) -> (Vec3, Vec3) {
         let (reach, middle) = self.lay.reach();
         ((middle - reach).extend(0.0), (middle + reach).extend(self.height))
     }
 
     /// Its pockets first, then its defects.
-    pub fn instances(&self) -> &[Instance] {
+    fn instances(&self) -> &[Instance] {
         &self.instances
+    }
+
+    fn relief(&self) -> Relief {
+        Relief::Film { clearest: self.web.medium(1.0).sigma_i * self.web.thinnest_mm() }
     }
 }
 
-impl PackSlice<'_> {
-    /// Upper surface above `x` [mm]: the film, or what lies open in a hole; `None` beside the card.
-    pub fn surface(&self, x: f32) -> Option<Surface> {
+impl Slice for PackSlice<'_> {
+    /// The film, or what lies open in a hole.
+    fn surface(&self, x: f32) -> Option<Surface> {
         self.pack.spot(x, self.y).map(|spot| self.pack.surface_at(&spot))
     }
 
-    /// Medium and truth at `x` of the cut, as light from above meets them [mm].
-    pub fn matter(&self, x: f32) -> Matter {
+    /// Medium and truth as light from above meets them.
+    fn matter(&self, x: f32, _: f32) -> Matter {
         match self.pack.spot(x, self.y) {
             Some(spot) => self.pack.matter_at(&spot),
             None => Matter { medium: Medium::opaque(Gloss::NONE), film: None, class: Class::Background, instance: 0 },

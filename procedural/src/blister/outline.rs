@@ -170,7 +170,7 @@ impl Outline {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Stream;
+    use base::Stream;
     use rand::RngExt;
 
     /// Ends of random lines, against a walk in steps of 0.01 mm.

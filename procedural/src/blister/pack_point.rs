@@ -1,12 +1,12 @@
 //! What stands at a place of a finished pack: film, what lies below it, and the truth about both.
 
+use base::{Class, Film, Gloss, Matter, Medium, Surface};
 use glam::{Vec2, Vec3};
 
 use super::film_mark::{FilmMark, MarkKind};
 use super::solid::{CutPlane, Solid};
 use super::web::WebFilm;
 use super::{CardFilm, Pack};
-use crate::{Class, Film, Gloss, Matter, Medium, Surface};
 
 /// Air that is left where film rests on something [mm].
 const TOUCH_MM: f32 = 0.002;

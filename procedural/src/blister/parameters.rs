@@ -2,8 +2,8 @@
 //!
 //! Sources: [T] Kihl and Källberg 2021; [L] the literature named in docs/theory/blister.md; [M] engineering estimate.
 
-use crate::Need::{self, Amount, Any, Outline, RoomToStand};
-use crate::parameters;
+use base::Need::{self, Amount, Any, Outline, RoomToStand};
+use base::parameters;
 
 /// Paths of the numbers that say how many of each defect a pack has.
 pub const DEFECT_COUNTS: [&str; 19] = [
@@ -249,7 +249,7 @@ pub struct Blister {
 
 impl Blister {
     /// Fills every field from `value`, asked once for each declaration, group by group.
-    pub fn from_values(value: &mut dyn FnMut(&'static crate::Parameter) -> f64) -> Self {
+    pub fn from_values(value: &mut dyn FnMut(&'static base::Parameter) -> f64) -> Self {
         Self {
             card: Card::from_values(value),
             pocket: Pocket::from_values(value),
@@ -261,7 +261,7 @@ impl Blister {
     }
 
     /// Every declaration with its value here, in the same order.
-    pub fn values(&self) -> Vec<(&'static crate::Parameter, f64)> {
+    pub fn values(&self) -> Vec<(&'static base::Parameter, f64)> {
         let groups = [
             self.card.values(),
             self.pocket.values(),

@@ -4,10 +4,10 @@
 //! of one kind moves another kind only where the two exclude each other. A pocket has at most one defect of its whole,
 //! at most one damage to its tablet, and at most one of every other kind.
 
+use base::{Class, Stream};
 use rand::RngExt;
 
 use super::parameters::Defects;
-use crate::{Class, Stream};
 
 /// A defect of a pocket.
 #[derive(Debug, Clone, Copy, PartialEq)]

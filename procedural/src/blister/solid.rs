@@ -5,9 +5,8 @@
 //! radius of that segment moved down or up. Scaled, that is a biconvex tablet, a flat one, an oval, a caplet, a hard
 //! capsule, an ellipsoid and a rod. Straight ways meet each part in a closed form.
 
+use base::{Class, Medium};
 use glam::{Mat3, Vec2, Vec3};
-
-use crate::{Class, Medium};
 
 /// The shape before it is scaled, turned and moved [mm].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -239,7 +238,7 @@ fn common(a: [f32; 2], b: [f32; 2]) -> Option<[f32; 2]> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Gloss, Stream};
+    use base::{Gloss, Stream};
     use rand::RngExt;
 
     /// Whether a place of the shape's coordinates is inside, straight from the definition.

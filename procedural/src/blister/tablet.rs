@@ -4,12 +4,12 @@
 //! (the same over a stadium), and hard capsules (a rod with round ends). A cap of height h over the half width b has
 //! the radius R = (h^2 + b^2) / 2h.
 
+use base::{Gloss, Medium};
 use glam::{Mat3, Vec3};
 
 use super::outline::Outline;
 use super::parameters::Tablet;
 use super::solid::SolidShape;
-use crate::{Gloss, Medium};
 
 /// Angles at which a tablet's surface is probed.
 const ANGLES: usize = 40;

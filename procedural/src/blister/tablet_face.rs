@@ -3,13 +3,13 @@
 //! Models: a groove across the tablet and two digits of dots, as depths below the face that is seen from above. They
 //! lower what light from above meets and tilt it; the solids themselves stay convex and do not have them.
 
+use base::Stream;
 use glam::{Vec2, Vec3};
 
 use super::parameters::Tablet;
 use super::solid::{Solid, SolidShape};
 use super::tablet::TabletForm;
 use super::texture::{digit, digits, hump};
-use crate::Stream;
 
 /// Half the width of the score over its depth, and the least one [1, mm].
 const SCORE: [f32; 2] = [1.2, 0.3];

@@ -3,6 +3,7 @@
 //! Models: one tablet a pocket, none, or a second one flat on the first; another product; the right one with the wrong
 //! coat. Film is formed deeper where what lies in a pocket would not have room, as a press does with a double.
 
+use base::{Class, Gloss, Medium, Stream, normal};
 use glam::{Mat3, Vec2, Vec3};
 use rand::RngExt;
 
@@ -15,7 +16,6 @@ use super::pose::{DrawnPose, Pose, TabletRoom};
 use super::solid::{CutPlane, Solid};
 use super::tablet::{self, TabletForm};
 use super::{Pack, flange};
-use crate::{Class, Gloss, Medium, Stream, normal};
 
 /// Least distance of a tablet from the film [mm].
 const MARGIN_MM: f32 = 0.01;

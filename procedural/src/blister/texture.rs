@@ -3,10 +3,10 @@
 //! Models: a diamond grid of pits with lines at +-45 degrees, digits of three by five dots that stand up from the foil,
 //! and rows of cuts halfway between pockets. All have continuous slopes; their profiles are s(t) = (1 - t^2)^2.
 
+use base::Stream;
 use glam::Vec2;
 
 use super::parameters::{Card, Web};
-use crate::Stream;
 
 /// Size of a dot of the code [mm].
 const DOT_MM: f32 = 0.55;

@@ -5,6 +5,7 @@
 //! grid. Formed film has smooth bumps and, along the level lines of a second noise, crevices of about their height.
 //! Neglected: the curvature of the film over its own thickness.
 
+use base::{Gloss, Medium, Stream};
 use glam::Vec2;
 
 use super::formed_pocket::FormedPocket;
@@ -12,7 +13,6 @@ use super::parameters::{Blister, Pocket};
 use super::tablet::TabletForm;
 use super::texture::{Texture, hump};
 use crate::noise::{Noise, smoothstep};
-use crate::{Gloss, Medium, Stream};
 
 /// Flange that is left between two pockets, or pocket and edge [mm].
 pub const FLANGE_MM: f32 = 0.6;

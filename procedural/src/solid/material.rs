@@ -3,11 +3,8 @@
 //! The default is blasted metal: it throws 40 % of the light back evenly, has a few facets that shine, and lets nothing
 //! in that would come back. Machining marks are a roughness that is less along them than across.
 
+use base::{Gloss, Medium, Need::Amount, TANGLED, parameters};
 use glam::Vec3;
-
-use crate::Need::Amount;
-use crate::medium::TANGLED;
-use crate::{Gloss, Medium, parameters};
 
 parameters! {
     /// What the piece is made of, alike all through.

@@ -6,11 +6,10 @@
 
 use std::sync::Arc;
 
+use base::{BodyKind, Class, Instance, Matter, Medium, Mesh, Slice, Surface, parameters};
 use glam::{DVec3, Vec3};
 
 use super::Material;
-use crate::truth::{Class, Instance, Matter, Surface};
-use crate::{Medium, Mesh, parameters};
 
 parameters! {
     /// How the part of the file lies on the conveyor.
@@ -72,7 +71,7 @@ pub struct Part {
 
 /// A part cut at one scan position.
 #[derive(Debug, Clone, Copy)]
-pub struct PartSlice<'a> {
+struct PartSlice<'a> {
     part: &'a Part,
     y: f32,
 }
@@ -108,32 +107,37 @@ impl Part {
             instance: [instance],
         }
     }
+}
 
-    /// The cut at `y` [mm].
-    pub fn slice(&self, y: f32) -> PartSlice<'_> {
-        PartSlice { part: self, y }
+impl BodyKind for Part {
+    fn slice(&self, y: f32) -> Box<dyn Slice + '_> {
+        Box::new(PartSlice { part: self, y })
     }
 
     /// The part, as one thing.
-    pub fn instances(&self) -> &[Instance] {
+    fn instances(&self) -> &[Instance] {
         &self.instance
     }
 
-    /// Its triangles [mm].
-    pub fn hull(&self) -> Mesh {
+    /// Its triangles.
+    fn hull(&self) -> Mesh {
         Mesh::clone(&self.mesh)
     }
 
-    /// Lowest and highest corner of a box around it; the conveyor belongs to it [mm].
-    pub fn bounds(&self) -> (Vec3, Vec3) {
+    /// The conveyor belongs to its box.
+    fn bounds(&self) -> (Vec3, Vec3) {
         (self.low.with_z(0.0), self.high)
+    }
+
+    fn is_its_hull(&self) -> bool {
+        true
     }
 }
 
-impl PartSlice<'_> {
-    /// The highest surface above `x` [mm]; `None` beside the part. Goes through all triangles: a scan asks rays
+impl Slice for PartSlice<'_> {
+    /// The highest surface above `x`. Goes through all triangles: a scan asks rays
     /// instead.
-    pub fn surface(&self, x: f32) -> Option<Surface> {
+    fn surface(&self, x: f32) -> Option<Surface> {
         let mesh = &self.part.mesh;
         let at = |corner: u32| mesh.positions[corner as usize];
         let above = |[a, b, c]: &[u32; 3]| {
@@ -150,8 +154,7 @@ impl PartSlice<'_> {
         mesh.triangles.iter().filter_map(above).max_by(|a, b| a.z.total_cmp(&b.z))
     }
 
-    /// The one material.
-    pub fn matter(&self) -> Matter {
+    fn matter(&self, _: f32, _: f32) -> Matter {
         Matter { medium: self.part.medium, film: None, class: Class::Object, instance: 1 }
     }
 }

@@ -8,11 +8,10 @@
 //! Source: RCAL-300 of SICK, 300 mm long with 15 teeth (Kihl and Källberg 2021, figure 3.13). Depth, width and base are
 //! estimates: no source gives them. Neglected: rounded edges, ends that are cut in the middle of a tooth.
 
+use base::{BodyKind, Class, Instance, Matter, Medium, Mesh, Slice, Surface, parameters};
 use glam::{Vec2, Vec3};
 
 use super::Material;
-use crate::truth::{Class, Instance, Matter, Surface};
-use crate::{Medium, Mesh, parameters};
 
 parameters! {
     /// The saw-tooth, and how it lies on the conveyor.
@@ -52,7 +51,7 @@ pub struct Sawtooth {
 
 /// A saw-tooth cut at one scan position.
 #[derive(Debug, Clone, Copy)]
-pub struct SawtoothSlice<'a> {
+struct SawtoothSlice<'a> {
     body: &'a Sawtooth,
     y: f32,
 }
@@ -89,16 +88,6 @@ impl Sawtooth {
         body
     }
 
-    /// The cut at `y` [mm].
-    pub fn slice(&self, y: f32) -> SawtoothSlice<'_> {
-        SawtoothSlice { body: self, y }
-    }
-
-    /// Its teeth, by number.
-    pub fn instances(&self) -> &[Instance] {
-        &self.instances
-    }
-
     /// Where the point `u` from the left end along the piece, `v` from its middle across, lies in the bench [mm].
     fn place(&self, u: f32, v: f32) -> Vec2 {
         let u = u - 0.5 * self.piece.length_mm as f32;
@@ -133,9 +122,20 @@ impl Sawtooth {
             (base + depth * (1.0 - f) / (1.0 - rise), -depth / ((1.0 - rise) * pitch))
         }
     }
+}
 
-    /// The piece itself: its surface is flat between its edges [mm].
-    pub fn hull(&self) -> Mesh {
+impl BodyKind for Sawtooth {
+    fn slice(&self, y: f32) -> Box<dyn Slice + '_> {
+        Box::new(SawtoothSlice { body: self, y })
+    }
+
+    /// Its teeth, by number.
+    fn instances(&self) -> &[Instance] {
+        &self.instances
+    }
+
+    /// The piece itself: its surface is flat between its edges.
+    fn hull(&self) -> Mesh {
         let piece = &self.piece;
         let (base, top) = (piece.base_mm as f32, (piece.base_mm + piece.depth_mm) as f32);
         let pitch = piece.length_mm / piece.teeth;
@@ -170,19 +170,21 @@ impl Sawtooth {
         mesh
     }
 
-    /// Lowest and highest corner of a box around it [mm].
-    pub fn bounds(&self) -> (Vec3, Vec3) {
+    fn bounds(&self) -> (Vec3, Vec3) {
         let half = 0.5 * Vec2::new(self.piece.length_mm as f32, self.piece.width_mm as f32);
         let (cos, sin) = (self.along.x.abs(), self.along.y.abs());
         let reach = Vec2::new(half.x * cos + half.y * sin, half.x * sin + half.y * cos);
         let top = (self.piece.base_mm + self.piece.depth_mm) as f32;
         ((self.middle - reach).extend(0.0), (self.middle + reach).extend(top))
     }
+
+    fn is_its_hull(&self) -> bool {
+        true
+    }
 }
 
-impl SawtoothSlice<'_> {
-    /// Upper surface above `x` [mm]; `None` beside the piece.
-    pub fn surface(&self, x: f32) -> Option<Surface> {
+impl Slice for SawtoothSlice<'_> {
+    fn surface(&self, x: f32) -> Option<Surface> {
         let body = self.body;
         let at = body.local(x, self.y);
         let inside =
@@ -191,8 +193,8 @@ impl SawtoothSlice<'_> {
         inside.then_some(Surface { z, slope_x: slope * body.along.x, slope_y: slope * body.along.y })
     }
 
-    /// The material, and the tooth that `x` belongs to [mm].
-    pub fn matter(&self, x: f32) -> Matter {
+    /// The material, and the tooth that `x` belongs to.
+    fn matter(&self, x: f32, _: f32) -> Matter {
         let (tooth, _) = self.body.tooth(self.body.local(x, self.y).x);
         Matter { medium: self.body.medium, film: None, class: Class::Tooth, instance: tooth + 1 }
     }

@@ -18,12 +18,12 @@
 //! lies below the face is as at the face; no tyloses, no perforated ends, no radial canals, no multiples of vessels;
 //! details below a pixel are seen at points, not averaged.
 
+use base::Stream;
 use glam::{Vec2, Vec3};
 
 use super::face_grain::FaceGrain;
 use super::parameters::Wood;
 use super::pith::LogPoint;
-use crate::Stream;
 use crate::noise::{Noise, smoothstep};
 
 /// Turn of the cells of tubes [1], of cosine and sine.

@@ -72,7 +72,7 @@ impl KnotSurroundings {
 mod tests {
     use super::*;
     use crate::wood::{Plank, Wood};
-    use crate::{Class, Stream};
+    use base::{BodyKind, Class, Stream};
 
     /// Purpose: a board grown around one upright knot has the fibres that are told here.
     #[test]

@@ -6,13 +6,13 @@
 //! docs/theory/wood.md, the rest are engineering estimates. Limits: coats scatter nothing themselves; they have no
 //! gloss of their own.
 
+use base::{Class, Instance, Stream, lognormal};
 use glam::Vec2;
 use rand::RngExt;
 
 use super::parameters::Wood;
 use super::zones::BoardFace;
 use crate::noise::{Noise, smoothstep};
-use crate::{Class, Instance, Stream, lognormal};
 
 /// Spread of the logarithm of sizes [1].
 const LOG_SD: f64 = 0.5;

@@ -9,6 +9,7 @@
 //! docs/theory/wood.md. Limits: one strip along the whole edge; heart rot does not taper; no cubical cracks, no zone
 //! lines inside.
 
+use base::{Class, Instance, KERNEL_INDICES, Stream, lognormal};
 use glam::Vec3;
 use rand::RngExt;
 
@@ -17,9 +18,7 @@ use super::growth::wrap;
 use super::parameters::Wood;
 use super::pith::{LogPoint, Trunk};
 use super::zones::BoardFace;
-use crate::medium::KERNEL_INDICES;
 use crate::noise::{Noise, smoothstep};
-use crate::{Class, Instance, Stream, lognormal};
 
 /// Cell of the front's noise across the fibre [mm].
 const CELL_MM: f32 = 12.0;

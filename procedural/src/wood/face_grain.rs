@@ -12,6 +12,7 @@
 //! knots themselves stay whole and sound; torn places neither shade nor hide unless decay sinks the face or it has
 //! openings.
 
+use base::{Stream, Surface};
 use glam::{Vec2, Vec3};
 use rand::RngExt;
 
@@ -20,7 +21,6 @@ use super::parameters::Wood;
 use super::pith::{LogPoint, Trunk};
 use super::zones::BoardFace;
 use crate::noise::{FIBRES_MOST, Noise, PLANE_MOST, smoothstep};
-use crate::{Stream, Surface};
 
 /// Distance of two nodes, where the board isn't so large that more than [`MOST_NODES`] would be needed [mm].
 const STEP_MM: f32 = 1.0;

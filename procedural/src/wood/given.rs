@@ -8,9 +8,8 @@
 
 use std::fmt::Debug;
 
+use base::{Class, Instance};
 use glam::{Vec2, Vec3};
-
-use crate::{Class, Instance};
 
 /// Wood of a board as something else knows it.
 pub trait GivenWood: Debug + Send + Sync {

@@ -14,9 +14,8 @@
 //! follows from psi = 0 at (0, 1). Limits: plane and without swirl; between the knot and the tips of the oval fibres
 //! are interpolated.
 
+use base::atan2;
 use glam::Vec2;
-
-use crate::atan2;
 
 /// Entries of the table of the outline.
 const STEPS: usize = 64;

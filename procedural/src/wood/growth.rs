@@ -12,6 +12,7 @@
 
 use std::sync::Arc;
 
+use base::Stream;
 use glam::{Vec2, Vec3};
 
 use super::bulge::{Bulge, BulgePlace, REACH, SHORTEN, height};
@@ -20,7 +21,6 @@ use super::knot::{Knot, KnotDistance, KnotSection};
 use super::parameters::Wood;
 use super::pith::LogPoint;
 use super::stem::Layers;
-use crate::Stream;
 use crate::noise::{Noise, smoothstep};
 
 /// Waviness of the growth layers over the distance from the pith, root mean square [1].

@@ -8,6 +8,7 @@
 //! are engineering estimates. Limits: pockets are full of resin, none has run out; bark pockets carry no callus; rings
 //! do not bend around any of them.
 
+use base::{Class, Instance, Stream, lognormal};
 use rand::RngExt;
 
 use super::growth::wrap;
@@ -16,7 +17,6 @@ use super::pith::{LogPoint, Trunk};
 use super::rings::Rings;
 use super::zones::BoardFace;
 use crate::noise::{Noise, smoothstep};
-use crate::{Class, Instance, Stream, lognormal};
 
 /// Spread of the logarithm of each size [1].
 const LOG_SD: f64 = 0.3;

@@ -16,12 +16,12 @@
 //! an end, over which the slope of the growth layers has a faint kink at 0.8 half widths from the axis, elsewhere
 //! hidden in the branch.
 
+use base::{Class, Stream, normal};
 use glam::Vec2;
 use rand::RngExt;
 
 use super::knot_inside::KnotInside;
 use super::stem::StemBranch;
-use crate::{Class, Stream, normal};
 
 /// Mean and spread of A over the scanned knots [rad].
 const OPENING: [f64; 2] = [0.29, 0.17];

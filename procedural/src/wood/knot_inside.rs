@@ -8,10 +8,10 @@
 //! widths, and all strengths here are engineering estimates. Limits: cracks have no depth in Range; their walls don't
 //! guide light; no resin.
 
+use base::Stream;
 use glam::{Vec2, Vec3};
 use rand::RngExt;
 
-use crate::Stream;
 use crate::noise::{Noise, smoothstep};
 
 /// Radius of a branch's pith [mm], and the absorption in its middle over that of the wood [1].

@@ -11,8 +11,9 @@
 //! edge knot is one at the margin of the face, not one that only the narrow side shows; a knot that leans across the
 //! board reaches further than half its width.
 
+use base::{Class, Instance, KnotNames, KnotPlace};
+
 use super::parameters::Board;
-use crate::{Class, Instance};
 
 /// A section longer than this times its width is that of a spike knot [1]; a guess.
 const SPIKE_LENGTHS: f64 = 4.0;
@@ -24,44 +25,6 @@ const EDGE_SHARE: f64 = 0.25;
 const CLUSTER_MM: f64 = 45.0;
 /// Fewest members of a cluster; as whorls of the scanned log are told apart.
 const CLUSTER_LEAST: usize = 3;
-
-/// Where a knot lies on the face.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum KnotPlace {
-    /// Away from the arrises.
-    Face,
-    /// In the outer quarter of the width.
-    Edge,
-    /// Cut by the arris.
-    Arris,
-}
-
-/// What a knot is called.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct KnotNames {
-    /// Where it lies.
-    pub place: KnotPlace,
-    /// Whether it is cut lengthwise.
-    pub is_spike: bool,
-    /// Whether it is small.
-    pub is_pin: bool,
-    /// Whether it is one of a cluster.
-    pub is_clustered: bool,
-}
-
-impl KnotNames {
-    /// The names with spaces between them: the place, then what else holds.
-    pub fn text(&self) -> String {
-        let place = match self.place {
-            KnotPlace::Face => "face",
-            KnotPlace::Edge => "edge",
-            KnotPlace::Arris => "arris",
-        };
-        let others = [(self.is_spike, "spike"), (self.is_pin, "pin"), (self.is_clustered, "cluster")];
-        let others = others.into_iter().filter_map(|(holds, name)| holds.then_some(name));
-        std::iter::once(place).chain(others).collect::<Vec<_>>().join(" ")
-    }
-}
 
 /// Names the knots among `instances` of a board.
 pub(super) fn name(instances: &mut [Instance], board: &Board) {

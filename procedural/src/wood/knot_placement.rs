@@ -6,6 +6,7 @@
 //! ones alone, and the knots of one kind only move where those of the other are in their way.
 //! Limits: no whorls; the number, not the forest, decides how many knots a board has. `stem` is the other way.
 
+use base::{Class, Instance, Stream};
 use glam::{Vec2, Vec3};
 use rand::RngExt;
 
@@ -13,7 +14,6 @@ use super::bulge::{ASPECT, REACH};
 use super::knot::{Knot, KnotDistance, KnotDraw, KnotPoint};
 use super::parameters::Wood;
 use super::pith::Trunk;
-use crate::{Class, Instance, Stream};
 
 /// Places that a knot proposes.
 const PROPOSALS: usize = 96;

@@ -46,6 +46,7 @@ mod zones;
 
 use std::sync::Arc;
 
+use base::{BLOCK, BodyKind, Class, Gloss, Instance, Matter, Medium, Mesh, Relief, Slice, Stream, Surface};
 use glam::{Vec2, Vec3};
 
 use self::anatomy::Anatomy;
@@ -59,7 +60,6 @@ use self::face_grain::FaceGrains;
 pub use self::given::{GivenMatter, GivenWood};
 use self::growth::{Branch, Grown, Growth};
 use self::inclusions::{Filling, Inclusions};
-pub use self::knot_names::{KnotNames, KnotPlace};
 use self::knot_placement::PlacedKnot;
 use self::moisture::WetPlaces;
 use self::opening_floor::{FLOOR_MM, Floor};
@@ -77,8 +77,7 @@ use self::sawn_surface::{SawnProfile, SawnSurface};
 pub use self::stem::{LogRoom, Stem, StemBranch, StemError, least_pieces, sawn_at};
 use self::stem::{Sawing, StemCut};
 use self::zones::Zones;
-use crate::noise::{BLOCK, Noise};
-use crate::{Class, Gloss, Instance, Matter, Medium, Mesh, Stream, Surface};
+use crate::noise::Noise;
 
 /// Rings are grown this far beyond the layer of the farthest corner [mm]: layers wave, and dents behind dead branches
 /// reach outwards.
@@ -286,34 +285,11 @@ impl Plank {
     }
 
     /// The cut at scan position `y` [mm].
-    pub fn slice(&self, y: f32) -> PlankSlice<'_> {
+    pub fn cut(&self, y: f32) -> PlankSlice<'_> {
         let near = self.knots.iter().filter(|placed| placed.y[0] <= y && y <= placed.y[1]).collect();
         let (low, high) = self.sawn.bounds();
         let open = self.openings.near(y);
         PlankSlice { plank: self, y, middle: 0.5 * (low.x + high.x), cut: self.sawn.cut(y), near, open }
-    }
-
-    /// Whether its upper face has openings or sunk decay, whose walls may hide or shade a part of it.
-    pub fn is_open(&self) -> bool {
-        !self.openings.is_empty() || self.grain.as_ref().is_some_and(|grain| grain.0.is_sunk())
-    }
-
-    /// A closed coarse hull, warped and rippled like the board but smooth [mm].
-    pub fn hull(&self) -> Mesh {
-        self.sawn.hull()
-    }
-
-    /// Lowest and highest corner of a box around the board [mm].
-    pub fn bounds(&self) -> (Vec3, Vec3) {
-        let (low, high) = self.sawn.bounds();
-        let relief = self.grain.as_ref().map_or(0.0, |grain| grain.0.relief());
-        (low, high + relief * Vec3::Z)
-    }
-
-    /// Its knots, sound ones first where they were placed and along the board where it was sawn from a stem, then its
-    /// rot, zones, inclusions, openings and coats.
-    pub fn instances(&self) -> &[Instance] {
-        &self.instances
     }
 
     /// Distance from the pith to the outline of the stem [mm] at an azimuth `phi` [rad] and a place `l` along the log
@@ -406,21 +382,60 @@ impl Plank {
     }
 }
 
+impl BodyKind for Plank {
+    fn slice(&self, y: f32) -> Box<dyn Slice + '_> {
+        Box::new(self.cut(y))
+    }
+
+    /// Warped and rippled like the board but smooth.
+    fn hull(&self) -> Mesh {
+        self.sawn.hull()
+    }
+
+    fn bounds(&self) -> (Vec3, Vec3) {
+        let (low, high) = self.sawn.bounds();
+        let relief = self.grain.as_ref().map_or(0.0, |grain| grain.0.relief());
+        (low, high + relief * Vec3::Z)
+    }
+
+    /// Its knots, sound ones first where they were placed and along the board where it was sawn from a stem, then its
+    /// rot, zones, inclusions, openings and coats.
+    fn instances(&self) -> &[Instance] {
+        &self.instances
+    }
+
+    /// Whether its upper face has openings or sunk decay.
+    fn relief(&self) -> Relief {
+        let is_open = !self.openings.is_empty() || self.grain.as_ref().is_some_and(|grain| grain.0.is_sunk());
+        if is_open { Relief::Openings } else { Relief::Smooth }
+    }
+}
+
 /// Where a place lies among bundles of these cells [cell].
 #[inline]
 fn bundle(per_mm: [f32; 2], place: &LogPoint, grown: &Grown<'_>) -> Vec3 {
     Vec3::new(grown.bundle * per_mm[0], grown.t * per_mm[0], place.l * per_mm[1])
 }
 
-impl PlankSlice<'_> {
-    /// Upper surface above `x` [mm]; `None` beside the board.
+impl Slice for PlankSlice<'_> {
     #[inline]
-    pub fn surface(&self, x: f32) -> Option<Surface> {
+    fn surface(&self, x: f32) -> Option<Surface> {
         Some(self.opened(x, self.cut.surface(x)?))
     }
 
-    /// Upper surfaces above some `x` [mm]; `None` beside the board.
-    pub fn surfaces(&self, x: &[f32; BLOCK]) -> [Option<Surface>; BLOCK] {
+    /// Beyond the board's sides the log goes on.
+    fn matter(&self, x: f32, z: f32) -> Matter {
+        let wood = match &self.plank.given {
+            Some(given) => self.given(given.as_ref(), x, z),
+            None => {
+                let (place, grown) = self.place(Vec2::new(x, z));
+                self.grown(x, &place, &grown, self.plank.streak(&place, &grown))
+            }
+        };
+        self.on_face(x, wood)
+    }
+
+    fn surfaces(&self, x: &[f32; BLOCK]) -> [Option<Surface>; BLOCK] {
         let mut faces = self.cut.surfaces(x);
         if self.plank.grain.is_some() || !self.open.is_empty() {
             for (face, &x) in faces.iter_mut().zip(x) {
@@ -430,6 +445,29 @@ impl PlankSlice<'_> {
         faces
     }
 
+    fn matters(&self, places: &[Option<Vec2>; BLOCK], put: &mut dyn FnMut(usize, Matter)) {
+        if let Some(given) = &self.plank.given {
+            for (n, place) in places.iter().enumerate().filter_map(|(n, place)| Some((n, (*place)?))) {
+                put(n, self.on_face(place.x, self.given(given.as_ref(), place.x, place.y)));
+            }
+            return;
+        }
+        let mut grown: [Option<(LogPoint, Grown<'_>)>; BLOCK] = [const { None }; BLOCK];
+        for (grown, place) in grown.iter_mut().zip(places) {
+            if let Some(place) = place {
+                *grown = Some(self.place(*place));
+            }
+        }
+        let streaks = self.plank.streaks(&grown);
+        for (n, grown) in grown.iter().enumerate() {
+            if let (Some(place), Some((log, grown))) = (places[n], grown) {
+                put(n, self.on_face(place.x, self.grown(place.x, log, grown, streaks[n])));
+            }
+        }
+    }
+}
+
+impl PlankSlice<'_> {
     /// What grain and openings make of the sawn surface above `x`.
     #[inline]
     fn opened(&self, x: f32, sawn: Surface) -> Surface {
@@ -474,41 +512,6 @@ impl PlankSlice<'_> {
         let cut = plank.cut.as_ref()?;
         let place = plank.trunk.place(x, self.y, z - self.cut.warp(x - self.middle).z);
         Some(cut.radius(place.phi, place.l) - place.r)
-    }
-
-    /// Medium and truth at (x, z) of the cut [mm]; beyond the board's sides the log goes on.
-    pub fn matter(&self, x: f32, z: f32) -> Matter {
-        let wood = match &self.plank.given {
-            Some(given) => self.given(given.as_ref(), x, z),
-            None => {
-                let (place, grown) = self.place(Vec2::new(x, z));
-                self.grown(x, &place, &grown, self.plank.streak(&place, &grown))
-            }
-        };
-        self.on_face(x, wood)
-    }
-
-    /// The same at some places (x, z); `put` takes the number of each that is one, and its matter.
-    #[inline]
-    pub fn matters(&self, places: &[Option<Vec2>; BLOCK], mut put: impl FnMut(usize, Matter)) {
-        if let Some(given) = &self.plank.given {
-            for (n, place) in places.iter().enumerate().filter_map(|(n, place)| Some((n, (*place)?))) {
-                put(n, self.on_face(place.x, self.given(given.as_ref(), place.x, place.y)));
-            }
-            return;
-        }
-        let mut grown: [Option<(LogPoint, Grown<'_>)>; BLOCK] = [const { None }; BLOCK];
-        for (grown, place) in grown.iter_mut().zip(places) {
-            if let Some(place) = place {
-                *grown = Some(self.place(*place));
-            }
-        }
-        let streaks = self.plank.streaks(&grown);
-        for (n, grown) in grown.iter().enumerate() {
-            if let (Some(place), Some((log, grown))) = (places[n], grown) {
-                put(n, self.on_face(place.x, self.grown(place.x, log, grown, streaks[n])));
-            }
-        }
     }
 
     /// Where (x, z) of the cut was in the log, and how wood grew there.

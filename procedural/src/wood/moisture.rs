@@ -22,6 +22,7 @@
 //! 9561; the laws above are estimates from indices and have not been measured. Limits: no gloss of wet wood, no
 //! swelling; a patch is as deep as the board; one law for all wood.
 
+use base::{Stream, lognormal};
 use glam::Vec2;
 use rand::RngExt;
 
@@ -30,7 +31,6 @@ use super::decay::LEAST_SIGMA_I;
 use super::parameters::Wood;
 use super::zones::BoardFace;
 use crate::noise::{Noise, smoothstep};
-use crate::{Stream, lognormal};
 
 /// What full lumina take from scattering by cylinders and between them [1].
 const LOSS: [f32; 2] = [0.84, 0.42];

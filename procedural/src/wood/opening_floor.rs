@@ -1,8 +1,8 @@
 //! What light meets at the floor of an opening: wood, a gallery's wall, frass, or bark in patches.
 
+use base::Stream;
 use glam::Vec2;
 
-use crate::Stream;
 use crate::noise::Noise;
 
 /// Wood that every opening leaves above the conveyor [mm].

@@ -17,6 +17,7 @@
 //! wall from the air; no crack passes into another; holes stand upright; loose knots sink and do not stand proud; chips
 //! have no label.
 
+use base::{Class, Instance, Stream, Surface, lognormal};
 use glam::Vec2;
 use rand::RngExt;
 
@@ -29,7 +30,6 @@ use super::parameters::Wood;
 use super::pith::Trunk;
 use super::zones::BoardFace;
 use crate::noise::{Noise, smoothstep};
-use crate::{Class, Instance, Stream, Surface, lognormal};
 
 /// Steepest wall of a hole [1].
 const STEEPEST: f32 = 20.0;

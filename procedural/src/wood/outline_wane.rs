@@ -8,6 +8,7 @@
 //! thickness of its own; the narrow sides and the lower face keep their straight edges; knots that would lie beyond the
 //! outline keep their instances.
 
+use base::Stream;
 use glam::Vec2;
 
 use super::opening_floor::{BarkCover, FLOOR_MM, Floor};
@@ -15,7 +16,6 @@ use super::parameters::Wood;
 use super::pith::Trunk;
 use super::stem::StemCut;
 use super::zones::BoardFace;
-use crate::Stream;
 
 /// Steps in which the face is looked at, across and along [mm].
 const GRID_MM: Vec2 = Vec2::new(1.0, 8.0);

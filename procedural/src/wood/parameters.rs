@@ -4,9 +4,8 @@
 //! Sources: [T] Kihl and Källberg 2021; [G] statistics of the scanned spruce log "Gran_1" (Larsson et al. 2022, MIT);
 //! [L] the literature named in docs/theory/wood.md; [C] chosen so that the observables of docs/theory/wood.md come out.
 
-use crate::Need::{self, Amount, Any, AnyOrLog, Factor, While};
-use crate::medium::TANGLED;
-use crate::parameters;
+use base::Need::{self, Amount, Any, AnyOrLog, Factor, While};
+use base::{TANGLED, parameters};
 
 /// An edge leaves its line by this at most [root mean squares].
 pub const EDGE_MOST: f32 = 3.0;
@@ -618,7 +617,7 @@ pub struct Wood {
 
 impl Wood {
     /// Fills every group from `value`, asked once for each declaration in order.
-    pub fn from_values(value: &mut dyn FnMut(&'static crate::Parameter) -> f64) -> Self {
+    pub fn from_values(value: &mut dyn FnMut(&'static base::Parameter) -> f64) -> Self {
         Self {
             board: Board::from_values(value),
             log: Log::from_values(value),
@@ -643,7 +642,7 @@ impl Wood {
     }
 
     /// Every declaration with its value here, in order.
-    pub fn values(&self) -> Vec<(&'static crate::Parameter, f64)> {
+    pub fn values(&self) -> Vec<(&'static base::Parameter, f64)> {
         [
             self.board.values(),
             self.log.values(),

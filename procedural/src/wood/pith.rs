@@ -9,12 +9,12 @@
 
 use std::sync::Arc;
 
+use base::{Stream, atan2};
 use glam::{Vec2, Vec3};
 
 use super::parameters::Wood;
 use super::stem::Layers;
 use crate::noise::Noise;
-use crate::{Stream, atan2};
 
 /// Spacing of the table of the pith line [mm]; its bends are hundred times longer.
 const STEP_MM: f32 = 2.0;

@@ -10,9 +10,10 @@
 //! the forms and the numbers of both are guesses. Limits: no false rings, no growth stress; the core's fibres have the
 //! angles and the dispersion of those outside of it.
 
+use base::{Stream, normal};
+
 use super::parameters::Log;
 use crate::noise::smoothstep;
-use crate::{Stream, normal};
 
 /// Spread of the absorption from ring to ring [1].
 const GAIN_SD: f64 = 0.08;

@@ -136,7 +136,7 @@ fn clear_wood_shows_the_ring_that_its_time_of_growth_names() {
     let plank = Plank::grow(Stream::root(4), &wood);
     let (early, late) = (plank.kinds.earlywood, plank.kinds.latewood);
     for p in places(2000) {
-        let slice = plank.slice(p.y);
+        let slice = plank.cut(p.y);
         let medium = slice.matter(p.x, p.z).medium;
         let t = grown(&plank, Vec3::new(p.x, p.y, p.z - slice.cut.warp(p.x).z)).t;
         let phase = plank.rings.at(t);
@@ -157,7 +157,7 @@ fn a_knot_outside_its_room_changes_nothing() {
         wood.knots.slope_deg = -5.0 * seed as f64;
         let plank = Plank::grow(Stream::root(seed), &wood);
         for p in places(2000) {
-            let slice = plank.slice(p.y);
+            let slice = plank.cut(p.y);
             let z = p.z + slice.cut.warp(p.x).z;
             let all = grown(&plank, p).fibre;
             let fibre = plank.trunk.vector(all.truncate(), all.z);
@@ -172,7 +172,7 @@ fn streaks_have_the_asked_size_and_follow_the_fibre() {
     wood.media.latewood_k_ratio = 1.0;
     let plank = Plank::grow(Stream::root(6), &wood);
     let departure = |x: f32, y: f32| {
-        let k = plank.slice(y).matter(x, 20.0).medium.k / wood.media.earlywood_k_per_mm as f32;
+        let k = plank.cut(y).matter(x, 20.0).medium.k / wood.media.earlywood_k_per_mm as f32;
         f64::from(k - 1.0) / f64::from(STREAK_SCATTERING)
     };
     let (mut square, mut along, mut across) = (0.0, 0.0, 0.0);
@@ -258,12 +258,12 @@ fn blocks_are_their_places() {
         }
         let plank = Plank::grow(Stream::root(seed), &wood);
         for row in 0..40 {
-            let slice = plank.slice(15.0 + 5.7 * row as f32);
+            let slice = plank.cut(15.0 + 5.7 * row as f32);
             let x: [f32; BLOCK] = std::array::from_fn(|n| -60.0 + 3.1 * row as f32 + 0.37 * n as f32);
             let together = slice.surfaces(&x);
             let places = std::array::from_fn(|n| Some(Vec2::new(x[n], together[n]?.z)));
             let mut matters = [None; BLOCK];
-            slice.matters(&places, |n, matter| matters[n] = Some(matter));
+            slice.matters(&places, &mut |n, matter| matters[n] = Some(matter));
             for n in 0..BLOCK {
                 assert_eq!(together[n], slice.surface(x[n]), "surface, board {seed}, row {row}");
                 let alone = places[n].map(|place| slice.matter(place.x, place.y));

@@ -12,12 +12,12 @@
 
 use std::f32::consts::{PI, SQRT_2, TAU};
 
+use base::{Stream, Surface, normal};
 use glam::Vec2;
 use rand::RngExt;
 
 use super::parameters::{EDGE_MOST, Wood};
 use crate::noise::Noise;
-use crate::{Stream, Surface, normal};
 
 /// Spread of a planer's axis against the laser line [1].
 const PLANER_SLANT: f64 = 0.004;

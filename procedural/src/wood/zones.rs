@@ -9,6 +9,7 @@
 //! show through. Sources: anatomy of conifers in docs/theory/wood.md; sizes are engineering estimates. Limits: one
 //! crescent; heartwood without a transition zone; stain without the hyphae's own spots; no juvenile core.
 
+use base::{Class, Instance, Stream, lognormal};
 use glam::Vec3;
 use rand::RngExt;
 
@@ -17,7 +18,6 @@ use super::parameters::{EDGE_MOST, Wood};
 use super::pith::{LogPoint, Trunk};
 use super::rings::Rings;
 use crate::noise::{Noise, smoothstep};
-use crate::{Class, Instance, Stream, lognormal};
 
 /// Wander of the heartwood's radius over the radius, root mean square [1].
 const BORDER_WANDER: f32 = 0.05;

@@ -1,8 +1,8 @@
 //! Packs from outside: determinism, surface, film, hull, and that every parameter does something.
 
+use base::{BodyKind, Class, Matter, Parameter, Stream, Surface};
 use glam::Vec3;
 use procedural::blister::{Blister, Pack, Solid};
-use procedural::{Class, Matter, Parameter, Stream, Surface};
 
 fn blister() -> Blister {
     Blister::from_values(&mut |p| p.default)
@@ -29,7 +29,7 @@ fn answers(pack: &Pack) -> Answers {
     let at = |low: f32, high: f32, k: usize| low + (high - low) * (k as f32 + 0.5) / SIDE as f32;
     let points = (0..SIDE * SIDE).map(|k| {
         let (x, slice) = (at(low.x, high.x, k % SIDE), pack.slice(at(low.y, high.y, k / SIDE)));
-        (slice.surface(x), slice.matter(x))
+        (slice.surface(x), slice.matter(x, 0.0))
     });
     Answers {
         points: points.collect(),
@@ -225,12 +225,12 @@ fn pockets_hold_tablets_and_the_rest_is_flange() {
     for (i, pocket) in pack.instances().iter().enumerate() {
         assert_eq!((pocket.id, pocket.class, pocket.state), (i as u16 + 1, Class::Pocket, Class::Pocket));
         let slice = pack.slice(pocket.y_mm as f32);
-        let matter = slice.matter(pocket.x_mm as f32);
+        let matter = slice.matter(pocket.x_mm as f32, 0.0);
         let film = matter.film.expect("film over a pocket");
         assert_eq!((matter.class, matter.instance), (Class::Pocket, pocket.id));
         assert!(!film.under.gloss.is_metal() && film.gap_mm.is_some_and(|gap| gap > 0.1 && gap < 1.6), "{film:?}");
     }
-    let edge = pack.slice(6.5).matter(0.0);
+    let edge = pack.slice(6.5).matter(0.0, 0.0);
     let film = edge.film.expect("film over the flange");
     assert_eq!((edge.class, edge.instance, film.gap_mm), (Class::Flange, 0, None));
     assert!(film.under.gloss.is_metal());

@@ -1,8 +1,8 @@
 //! Pocket truth is exact under pose: tablets lie inside, nothing overlaps, what is lost matches its severity, masks lie
 //! where their pockets are.
 
+use base::{BodyKind, Class, Stream};
 use procedural::blister::{Blister, Defects, Pack, Solid, extent};
-use procedural::{Class, Stream};
 use rand::RngExt;
 
 fn form(seed: u64, blister: &Blister) -> Pack {
@@ -125,7 +125,7 @@ fn anything_that_the_recipe_allows_is_sane() {
             let slice = pack.slice(y);
             let Some(s) = slice.surface(x) else { continue };
             assert!((s.z + s.slope_x + s.slope_y).is_finite() && s.z > -0.3, "extreme {seed}: {s:?} in {b:?}");
-            let matter = slice.matter(x);
+            let matter = slice.matter(x, 0.0);
             let instance = pack.instances().iter().find(|i| i.id == matter.instance);
             assert_eq!(instance.map_or(Class::Flange, |i| i.class), matter.class, "extreme {seed}");
             for m in [Some(matter.medium), matter.film.map(|film| film.under)].into_iter().flatten() {
@@ -221,7 +221,7 @@ fn masks_lie_within_their_pockets_and_every_defect_is_counted() {
                 if slice.surface(x).is_none() {
                     continue;
                 }
-                let matter = slice.matter(x);
+                let matter = slice.matter(x, 0.0);
                 if matter.instance == 0 {
                     assert_eq!(matter.class, Class::Flange);
                     continue;
@@ -230,8 +230,7 @@ fn masks_lie_within_their_pockets_and_every_defect_is_counted() {
                 assert_eq!(instance.class, matter.class);
                 *pixels.entry(matter.class).or_insert(0) += 1;
                 if instance.within != 0 && instance.class != Class::Channel {
-                    let far =
-                        |p: &procedural::Instance| (p.x_mm - f64::from(x)).abs().max((p.y_mm - f64::from(y)).abs());
+                    let far = |p: &base::Instance| (p.x_mm - f64::from(x)).abs().max((p.y_mm - f64::from(y)).abs());
                     let nearest = pockets.iter().min_by(|a, b| far(a).total_cmp(&far(b))).expect("pockets");
                     assert_eq!(nearest.id, instance.within, "{instance:?} at {x}, {y}");
                     assert!(pack.sheet(x, y).is_none_or(|sheet| !sheet.sealed), "{instance:?} on sealed film");

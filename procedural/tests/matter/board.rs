@@ -1,9 +1,9 @@
 //! Boards from outside: determinism, the surface, the hull, rot, and that every parameter does something.
 
 use crate::boards::{face, grow, wood};
+use base::{BodyKind, Class, Parameter};
 use procedural::wood::Plank;
 use procedural::wood::parameters::Wood;
-use procedural::{Class, Parameter};
 
 /// Everything that a board answers, sampled coarsely, as words to compare.
 fn answers(plank: &Plank) -> Vec<u32> {

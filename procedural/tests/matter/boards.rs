@@ -1,8 +1,8 @@
 //! Scenes and scans that the black-box tests share.
 
+use base::{BodyKind, Class, Matter, Stream};
 use procedural::wood::Plank;
 use procedural::wood::parameters::Wood;
-use procedural::{Class, Matter, Stream};
 
 /// The default board with that many sound and dead knots.
 pub fn wood(sound: f64, dead: f64) -> Wood {

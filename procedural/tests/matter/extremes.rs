@@ -1,9 +1,9 @@
 //! Anything that the ranges of the recipe allow gives a sane board.
 
 use crate::boards::grow;
+use base::{BodyKind, Class, Slice, Stream};
 use procedural::wood::parameters::Wood;
 use procedural::wood::{Plank, Stem};
-use procedural::{Class, Stream};
 use rand::RngExt;
 
 /// Boards whose parameters are drawn evenly over their whole ranges.
@@ -61,7 +61,7 @@ fn every_draw_gives_finite_matter_and_a_fitting_label() {
         for _ in 0..200 {
             let share: [f32; 3] = std::array::from_fn(|_| rng.random());
             let (x, y) = (low.x + share[0] * (high.x - low.x), low.y + share[1] * (high.y - low.y));
-            let slice = plank.slice(y);
+            let slice = plank.cut(y);
             let Some(surface) = slice.surface(x) else { continue };
             assert!(
                 (surface.z + surface.slope_x + surface.slope_y).is_finite(),
@@ -119,7 +119,7 @@ fn every_draw_of_a_stem_gives_finite_matter_and_a_fitting_label() {
         for _ in 0..200 {
             let share: [f32; 3] = std::array::from_fn(|_| rng.random());
             let (x, y) = (low.x + share[0] * (high.x - low.x), low.y + share[1] * (high.y - low.y));
-            let slice = plank.slice(y);
+            let slice = plank.cut(y);
             let Some(surface) = slice.surface(x) else { continue };
             let matter = slice.matter(x, surface.z * share[2]);
             let m = matter.medium;
@@ -158,7 +158,7 @@ fn every_face_lies_within_its_bounds() {
         let plank = grow(seed, &wood);
         let (low, high) = plank.bounds();
         for j in 0..300 {
-            let slice = plank.slice(low.y + (high.y - low.y) * (j as f32 + 0.5) / 300.0);
+            let slice = plank.cut(low.y + (high.y - low.y) * (j as f32 + 0.5) / 300.0);
             for i in 0..300 {
                 let x = low.x + (high.x - low.x) * (i as f32 + 0.5) / 300.0;
                 let Some(face) = slice.surface(x) else { continue };

@@ -2,7 +2,7 @@
 //! asked.
 
 use crate::boards::{grow, wood};
-use procedural::Stream;
+use base::{BodyKind, Relief, Stream};
 use procedural::wood::Plank;
 use procedural::wood::parameters::Wood;
 use rand::RngExt;
@@ -324,7 +324,7 @@ fn loose_knots_have_a_gap_and_have_sunk() {
         (base.knots.loose_gap_mm, base.knots.loose_sunk_mm) = (draw(0.2, 1.0), draw(0.2, 1.0));
         let plank = grow(seed, &base);
         let knot = plank.instances()[0];
-        assert_eq!(knot.class, procedural::Class::LooseKnot);
+        assert_eq!(knot.class, base::Class::LooseKnot);
         assert!(knot.death_radius_mm.is_finite() && knot.knot.is_some());
         let thickness = base.board.thickness_mm as f32;
         let sunk = base.knots.loose_sunk_mm as f32;
@@ -334,7 +334,7 @@ fn loose_knots_have_a_gap_and_have_sunk() {
             let (x, y) = (knot.x_mm as f32 + dx, knot.y_mm as f32 + dy);
             let slice = plank.slice(y);
             let Some(face) = slice.surface(x) else { continue };
-            let labelled = slice.matter(x, face.z).class == procedural::Class::LooseKnot;
+            let labelled = slice.matter(x, face.z).class == base::Class::LooseKnot;
             let depth = thickness - face.z;
             assert!(labelled || depth.abs() < 0.031, "seed {seed}: {depth} mm deep beside the knot");
             all += f64::from(u8::from(labelled));
@@ -417,10 +417,7 @@ fn wane_goes_on_to_an_edge_that_wanders() {
             // The line of the wane is wide enough at all but a few places.
             let class = slice.matter(x, face.z).class;
             let is_waned = inner.z < wood.board.thickness_mm as f32 - 0.5;
-            assert!(
-                !is_waned || (class == procedural::Class::Wane && face.z < inner.z + 0.8),
-                "seed {seed}: ({x}, {y})"
-            );
+            assert!(!is_waned || (class == base::Class::Wane && face.z < inner.z + 0.8), "seed {seed}: ({x}, {y})");
             beyond += u32::from(is_waned);
         }
     }
@@ -444,7 +441,7 @@ fn sunk_decay_stays_above_the_conveyor_and_knots_stay() {
         let whole = grow(seed, &wood);
         wood.rot.loss_mm = if holed { 4.0 } else { 8.0 };
         let plank = grow(seed, &wood);
-        assert!(plank.is_open() && whole.is_open() == holed);
+        assert!(plank.relief() == Relief::Openings && (whole.relief() == Relief::Openings) == holed);
         let half = 0.5 * wood.board.width_mm;
         for _ in 0..20_000 {
             let (x, y) = (draw(-half, half) as f32, draw(21.0, 229.0) as f32);
@@ -453,7 +450,7 @@ fn sunk_decay_stays_above_the_conveyor_and_knots_stay() {
             assert!(face.z > 0.299, "seed {seed}: ({x}, {y}) lies at {} mm", face.z);
             lowest = lowest.min(face.z);
             let inside = plank.instances().iter().any(|knot| {
-                knot.class == procedural::Class::SoundKnot
+                knot.class == base::Class::SoundKnot
                     && (f64::from(x) - knot.x_mm).hypot(f64::from(y) - knot.y_mm) < 0.4 * knot.diameter_mm - 1.5
             });
             if inside {

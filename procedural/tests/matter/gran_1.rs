@@ -1,7 +1,8 @@
 //! The scanned spruce log of `recipes/logs`, and statistics that measured and grown stems share.
 
+use base::Stream;
+use procedural::wood::StemParameters;
 use procedural::wood::{Stem, StemBranch};
-use procedural::{Stream, wood::StemParameters};
 use rand::RngExt;
 
 /// Branches nearer than this along the stem to the next are one cluster [mm].

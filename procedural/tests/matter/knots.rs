@@ -1,7 +1,8 @@
 //! Knots as a scan of the upper face sees them: all there, in their size and class, with fibres that dive.
 
+use base::{BodyKind, Class};
+
 use crate::boards::{dive_deg, face, grow, is_knot, wood};
-use procedural::Class;
 
 #[test]
 fn every_knot_shows_with_its_class_and_number() {

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
+use base::{Body, BodyKind, Class, Mesh};
 use glam::{DVec3, Vec3};
 use procedural::solid::{Material, Part, Piece, Placing, Sawtooth};
-use procedural::{Body, Class, Mesh};
 
 fn piece() -> Piece {
     Piece::from_values(&mut |p| p.default)
@@ -58,7 +58,7 @@ fn the_saw_tooth_has_its_closed_form() {
             let surface = slice.surface(start + u).expect("on the piece");
             assert!((surface.z - z).abs() < 1e-3 && (surface.slope_x - slope).abs() < 1e-4, "{tooth} {u} {surface:?}");
             assert_eq!(surface.slope_y, 0.0);
-            let matter = slice.matter(start + u);
+            let matter = slice.matter(start + u, 0.0);
             assert_eq!((matter.class, matter.instance), (Class::Tooth, tooth + 1));
         }
         let instance = body.instances()[usize::from(tooth)];
@@ -129,14 +129,14 @@ fn parts_lie_where_they_are_laid() {
         let top = part.slice(4.0 + 0.4 * size.y as f32).surface(7.1).expect("on it");
         assert!((top.z - high.z).abs() < 1e-4 && top.slope_x.abs() < 1e-5);
     }
-    let part = Body::Part(Box::new(Part::new(&mesh, &inches, &metal())));
+    let part = Body::new(Part::new(&mesh, &inches, &metal()));
     assert_eq!((part.instances().len(), part.slice(10.0).matter(7.0, 10.0).class), (1, Class::Object));
 }
 
 /// Each number moves a corner or a height.
 #[test]
 fn every_number_has_an_effect() {
-    let bent = |p: &procedural::Parameter| if p.integer { p.default + 1.0 } else { p.default + 0.3 };
+    let bent = |p: &base::Parameter| if p.integer { p.default + 1.0 } else { p.default + 0.3 };
     let hull = Sawtooth::new(&piece(), &metal()).hull();
     for changed in Piece::PARAMETERS {
         let piece = Piece::from_values(&mut |p| if p == changed { bent(p) } else { p.default });

@@ -2,8 +2,8 @@
 
 use crate::boards::{face, is_knot};
 use crate::gran_1::{deviation, gran_1, grown, knots, mean, surface};
+use base::{BodyKind, Class, Instance, Slice, Stream};
 use procedural::wood::{Plank, Stem, StemBranch, Wood};
-use procedural::{Class, Instance, Stream};
 
 /// A board without warp and marks of the saw, parallel to the stem, so that its face is the plane that was asked for.
 fn plain(width: f64, length: f64) -> Wood {
@@ -36,7 +36,7 @@ fn middle_knot(plank: &Plank) -> Option<(Instance, f64)> {
 
 /// How wide a knot shows across the board at its centre [mm].
 fn shown_width(plank: &Plank, knot: &Instance) -> f64 {
-    let slice = plank.slice(knot.y_mm as f32);
+    let slice = plank.cut(knot.y_mm as f32);
     let step = 0.01_f32;
     let edge = |side: f32| {
         let at = |i: &i32| {
@@ -71,7 +71,7 @@ fn a_board_through_a_measured_knot_shows_it() {
             assert_eq!(knot.class, class, "row {} at {r}: dies at {death}", row + 1);
             let width = branch.width_mm(r);
             assert!((knot.diameter_mm / width - 1.0).abs() < 2.0e-3, "row {}: {knot:?} for {width}", row + 1);
-            let matter = plank.slice(knot.y_mm as f32).matter(knot.x_mm as f32, 22.0);
+            let matter = plank.cut(knot.y_mm as f32).matter(knot.x_mm as f32, 22.0);
             assert_eq!((matter.class, matter.instance), (class, knot.id), "row {}", row + 1);
             assert_eq!(knot.death_radius_mm.is_nan(), class == Class::SoundKnot);
             // Alone on its place it also looks that wide, but for the chord and the wobble of the outline.
@@ -132,7 +132,7 @@ fn a_branch_that_has_ended_is_not_seen() {
             let middle = middle_knot(&plank).filter(|(knot, off)| *off < 0.3 && knot.diameter_mm < 1.001 * width);
             let (low, high) = plank.bounds();
             let (x, y) = (0.5 * (low.x + high.x), 0.5 * (low.y + high.y));
-            let matter = plank.slice(y).matter(x, 22.0);
+            let matter = plank.cut(y).matter(x, 22.0);
             // Another branch may run here too.
             let others = stem.branches().iter().filter(|other| *other != branch && r < other.end_mm).any(|other| {
                 let turn = (0.5 * (other.azimuth_at(r) - branch.azimuth_at(r))).sin().abs() * 2.0 * r;
@@ -260,7 +260,7 @@ fn statistics_do_not_depend_on_the_place_along_the_stem() {
                 let dead = knots.iter().filter(|k| k.class == Class::DeadKnot).count();
                 let widths = mean(knots.iter().map(|k| k.diameter_mm.ln()));
                 let clear = mean((0..60).flat_map(|j| {
-                    let slice = plank.slice(25.0 + 6.5 * j as f32);
+                    let slice = plank.cut(25.0 + 6.5 * j as f32);
                     (0..20).map(move |i| f64::from(slice.matter(-46.0 + 4.8 * i as f32, 22.0).medium.mu_a))
                 }));
                 [knots.len() as f64, dead as f64, widths, clear]
@@ -288,7 +288,7 @@ fn answers(wood: &Wood) -> Vec<u32> {
     let plank = saw(11, wood, &stem);
     let mut words: Vec<u32> = format!("{:?}", plank.instances()).bytes().map(u32::from).collect();
     for j in 0..50 {
-        let slice = plank.slice(25.0 + 15.7 * j as f32);
+        let slice = plank.cut(25.0 + 15.7 * j as f32);
         for i in 0..30 {
             let x = -45.0 + 3.1 * i as f32;
             let m = slice.matter(x, 21.7);
@@ -326,7 +326,7 @@ fn a_grown_board_has_no_outline_and_a_sawn_one_that_of_its_stem() {
     let stem = grown(2);
     let plank = saw(2, &wood, &stem);
     let placed = Plank::grow(Stream::root(2), &wood);
-    assert!(placed.outline_mm(0.0, 0.0).is_none() && placed.slice(100.0).below_outline_mm(0.0, 20.0).is_none());
+    assert!(placed.outline_mm(0.0, 0.0).is_none() && placed.cut(100.0).below_outline_mm(0.0, 20.0).is_none());
     // Azimuth 0 points from the pith to the middle of a flat-sawn board, here at the azimuth 0 of the stem.
     for l in [-100.0f32, -3.0, 0.0, 55.0] {
         for phi in [-2.0f32, -0.4, 0.0, 1.3, 3.0] {
@@ -337,11 +337,11 @@ fn a_grown_board_has_no_outline_and_a_sawn_one_that_of_its_stem() {
         }
     }
     // 70 mm from the pith in the middle of the face; a board beyond the outline says so.
-    let below = plank.slice(125.0).below_outline_mm(0.0, 22.0).expect("sawn");
+    let below = plank.cut(125.0).below_outline_mm(0.0, 22.0).expect("sawn");
     assert!((f64::from(below) - (stem.radius_mm(0.0, 2000.0) - 70.0)).abs() < 0.1, "{below}");
     let mut outer = wood;
     outer.stem.board_radius_mm = 130.0;
-    assert!(saw(2, &outer, &stem).slice(125.0).below_outline_mm(46.0, 22.0).expect("sawn") < 0.0);
+    assert!(saw(2, &outer, &stem).cut(125.0).below_outline_mm(46.0, 22.0).expect("sawn") < 0.0);
 }
 
 #[test]
@@ -352,7 +352,7 @@ fn a_board_is_a_function_of_its_stream_its_stem_and_its_numbers() {
     // Another stream is another board of the same branches.
     let places = |plank: &Plank| plank.instances().iter().map(|k| (k.x_mm, k.y_mm, k.diameter_mm)).collect::<Vec<_>>();
     assert_eq!(places(&a), places(&b));
-    assert!(a.slice(100.0).matter(3.0, 21.0) != b.slice(100.0).matter(3.0, 21.0));
+    assert!(a.cut(100.0).matter(3.0, 21.0) != b.cut(100.0).matter(3.0, 21.0));
     assert_ne!(places(&a), places(&saw(1, &wood, &grown(2))));
 }
 

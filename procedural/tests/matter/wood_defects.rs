@@ -2,9 +2,9 @@
 //! and leaves everything that other streams draw as it was.
 
 use crate::boards::{grow, wood};
+use base::{BodyKind, Class, Matter, Surface};
 use procedural::wood::Plank;
 use procedural::wood::parameters::Wood;
-use procedural::{Class, Matter, Surface};
 
 /// Boards of each kind.
 const BOARDS: u64 = 8;
@@ -123,7 +123,7 @@ fn a_defect_leaves_the_others_alone() {
     more.marks.dirt_count = 3.0;
     let after = grow(3, &more);
     for instance in before.instances() {
-        let same = |other: &&procedural::Instance| {
+        let same = |other: &&base::Instance| {
             (other.class, other.x_mm.to_bits(), other.y_mm.to_bits())
                 == (instance.class, instance.x_mm.to_bits(), instance.y_mm.to_bits())
         };

@@ -6,9 +6,9 @@
 //! Distortion (Brown 1971) moves the direction under which a point is seen. Diffraction, where it is on, moves a ray by
 //! Airy's law with all of its rings: 1 - J0(v)^2 - J1(v)^2 of the light falls within v = pi r / (lambda N').
 
-use bench::parameters::Bench;
-use bench::settings::{LensModel, Scheimpflug};
 use glam::{DVec2, DVec3};
+use optical_bench::parameters::Bench;
+use optical_bench::settings::{LensModel, Scheimpflug};
 
 use super::Chance;
 

@@ -12,8 +12,8 @@
 
 use std::f64::consts::PI;
 
-use bench::parameters::LaserParameters;
 use glam::DVec3;
+use optical_bench::parameters::LaserParameters;
 
 use super::Chance;
 

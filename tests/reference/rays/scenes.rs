@@ -1,9 +1,9 @@
 //! The same scene for production and for the reference.
 
-use bench::parameters::Bench;
+use base::{Body, Gloss, Medium};
 use glam::DVec3;
+use optical_bench::parameters::Bench;
 use pipeline;
-use procedural::{Body, Gloss, Medium};
 use recipe::Scene;
 use scanner::optics::{ROWS, Scratch, TILE};
 

@@ -1,7 +1,7 @@
 //! Bodies as triangles, for both sides.
 
+use base::Mesh;
 use glam::{DVec3, Vec3};
-use procedural::Mesh;
 
 use super::object::Facet;
 

@@ -2,13 +2,13 @@
 
 use std::path::Path;
 
-use bench::settings::{Channel, Output, RangeForm, SensorStack, Size};
-use bench::split::Split;
+use base::{Class, Instance};
 use dataset::record::{Below, Labels, Maps, Object, Record, StackFrame, TruthMaps};
 use dataset::{Dataset, Encoded, ShardWriter, encode, images};
+use optical_bench::settings::{Channel, Output, RangeForm, SensorStack, Size};
+use optical_bench::split::Split;
 use output_schema::row::CALIBRATION;
 use output_schema::{DatasetHead, FORMAT, Generator, NumberColumn, RecipeHead, SCHEMA_VERSION, SUBJECTS, SplitShares};
-use procedural::{Class, Instance};
 
 /// Images of the tests: small, and not square.
 pub const SIZE: Size = Size { columns: 48, rows: 20, profiles: 32 };

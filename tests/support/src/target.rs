@@ -2,10 +2,11 @@
 
 use std::sync::OnceLock;
 
-use bench::parameters::Bench;
+use base::{Body, Medium};
 use dataset::record::Record;
+use optical_bench::parameters::Bench;
 use pipeline;
-use procedural::{Body, Medium, flat::Flat};
+use procedural::flat::Flat;
 use recipe::{Recipe, Scene};
 use scanner::optics::speckle::PatternCache;
 use scanner::optics::{Band, Sensor};
@@ -27,12 +28,12 @@ pub fn scene(profiles: usize) -> Scene {
 /// Dense bright ceramic: light leaves within some thousandths of a mm of where it entered, so that the camera, which
 /// sees it leave nearer to itself, reads heights right to 1 um.
 pub fn ceramic() -> Medium {
-    Medium::isotropic(5.0, 1500.0, 1.0, procedural::Gloss::NONE)
+    Medium::isotropic(5.0, 1500.0, 1.0, base::Gloss::NONE)
 }
 
 /// A wide plate: height at the origin [mm], dz/dx, dz/dy.
 pub fn plate(medium: Medium, height_mm: f32, slope_x: f32, slope_y: f32) -> Body {
-    Body::Flat(Flat { height_mm, slope_x, slope_y, width_mm: 400.0, length_mm: 400.0, medium })
+    Body::new(Flat { height_mm, slope_x, slope_y, width_mm: 400.0, length_mm: 400.0, medium })
 }
 
 /// Speckle patterns of seed 0, made once.

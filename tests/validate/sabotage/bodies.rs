@@ -1,10 +1,10 @@
 //! What was taken away or moved in all files alike, so that they agree with each other and not with the recipe's
 //! bodies.
 
-use bench::settings::Channel;
+use base::Class;
 use dataset::validate::Code::*;
 use dataset::{ChannelValues, Encoded, ExrChannel};
-use procedural::Class;
+use optical_bench::settings::Channel;
 
 use super::place::{ESTIMATES, boards, exr, inspect, inspect_rows, labels, measured, png, relabel, with, write};
 

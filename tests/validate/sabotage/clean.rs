@@ -150,7 +150,7 @@ fn clean_datasets_of_the_dark() {
 #[test]
 #[ignore = "long"]
 fn clean_datasets_of_overexposed_packs() {
-    let mut rng = procedural::Stream::root(400).rng();
+    let mut rng = base::Stream::root(400).rng();
     for files in [
         "",
         "--set output.bin={\"columns\":2,\"profiles\":2}",

@@ -9,11 +9,11 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use base::{Parameter, Stream};
 use dataset::validate::{ValidationOptions, ValidationReport, validate};
 use dataset::{Dataset, Encoded};
 use procedural::blister::parameters::DEFECT_COUNTS;
 use procedural::wood::Wood;
-use procedural::{Parameter, Stream};
 use rand::RngExt;
 use recipe::{Change, Recipe};
 use scanner::optics::speckle::PatternCache;

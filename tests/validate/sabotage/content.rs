@@ -1,10 +1,10 @@
 //! Samples that are wrong in themselves, with every checksum right: numbers, images, labels, frames.
 
-use bench::settings::Channel;
-use bench::split::Split;
+use base::Class;
 use dataset::validate::Code::*;
 use dataset::{ChannelValues, Encoded, Grey, write_png};
-use procedural::Class;
+use optical_bench::settings::Channel;
+use optical_bench::split::Split;
 
 use super::place::{SIZE, boards, codes_of, exr, labels, looked_at, of_recipe, png, relabel, with};
 

@@ -1,9 +1,9 @@
 //! Samples that are there twice: as they are, with a little more noise, darker, mirrored.
 
-use bench::settings::Channel;
 use dataset::validate::Code::{self, *};
 use dataset::validate::ValidationReport;
 use dataset::{ChannelValues, Encoded};
+use optical_bench::settings::Channel;
 
 use super::place::{ESTIMATES, SIZE, boards, exr, inspect, inspect_rows, labels, measured, png, relabel, write};
 

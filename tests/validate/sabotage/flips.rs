@@ -2,8 +2,8 @@
 
 use std::fs;
 
+use base::Stream;
 use dataset::Dataset;
-use procedural::Stream;
 use rand::RngExt;
 use sheetlight::generate::ExpectedDataset;
 

@@ -2,12 +2,12 @@
 //! measures says otherwise. What is forged as a whole is always told; of a part as often as the rows promise that are
 //! exposed again.
 
-use bench::settings::Channel;
+use base::Stream;
 use dataset::validate::Code::ProfileDiffers;
 use dataset::validate::{RowChoice, ValidationReport};
 use dataset::{ChannelValues, Dataset, Encoded, range_numbers, read_exr, read_png};
+use optical_bench::settings::Channel;
 use output_schema::DatasetHead;
-use procedural::Stream;
 use rand::RngExt;
 use sheetlight::generate::ExpectedDataset;
 use tempfile::TempDir;

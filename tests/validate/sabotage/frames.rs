@@ -3,11 +3,11 @@
 
 use std::collections::BTreeSet;
 
+use base::Stream;
 use dataset::Dataset;
 use dataset::record::StackFrame;
 use dataset::validate::Code::ProfileDiffers;
 use dataset::validate::RowChoice;
-use procedural::Stream;
 use rand::RngExt;
 use sheetlight::generate::ExpectedDataset;
 

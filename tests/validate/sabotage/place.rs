@@ -5,13 +5,13 @@ use std::hash::{BuildHasher, Hasher, RandomState};
 use std::path::Path;
 use std::sync::{Mutex, OnceLock};
 
-use bench::settings::Channel;
+use base::Class;
 use dataset::record::AskedRows;
 use dataset::validate::{Code, Derive, Expect, RowChoice, TakeFrame, ValidationOptions, ValidationReport, validate};
 use dataset::{ChannelValues, Dataset, Encoded, ExrChannel, Grey, ShardWriter};
 use dataset::{read_exr, read_png, write_exr, write_png};
+use optical_bench::settings::Channel;
 use output_schema::{DatasetHead, RigWarning};
-use procedural::Class;
 use recipe::Recipe;
 use scanner::optics::speckle::PatternCache;
 use serde_json::Value;

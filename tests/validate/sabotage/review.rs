@@ -3,12 +3,13 @@
 use std::fmt::Write;
 use std::fs;
 
+use base::Class;
+use base::{KnotNames, KnotPlace};
 use dataset::validate::Code;
 use dataset::validate::Code::*;
 use dataset::{Dataset, Encoded};
 use output_schema::{OLDEST_MINOR, SCHEMA_VERSION};
-use procedural::Class;
-use procedural::wood::{KnotNames, KnotPlace};
+
 use serde_json::json;
 
 use super::place::{boards, edit, inspect, whole, write};

@@ -4,11 +4,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::OnceLock;
 
-use bench::settings::Channel;
+use base::Class;
 use dataset::validate::Code::*;
 use dataset::{Encoded, read_png};
+use optical_bench::settings::Channel;
 use output_schema::DatasetHead;
-use procedural::Class;
 use serde_json::json;
 
 use super::place::{codes_of, edit, inspect, of_recipe, write_as};

@@ -1,10 +1,10 @@
 //! Truth maps that were changed in all samples alike, objects that the image's border cuts, and headers of other
 //! programs.
 
-use bench::settings::Channel;
+use base::Class;
 use dataset::validate::Code::*;
 use dataset::{ChannelValues, Encoded, ExrChannel};
-use procedural::Class;
+use optical_bench::settings::Channel;
 
 use super::place::{boards, exr, labels, of_recipe, relabel, with};
 use test_support::program::{mesh_recipe, pack_recipe, recipe, sawtooth_recipe};

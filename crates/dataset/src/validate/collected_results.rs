@@ -6,7 +6,7 @@ use super::report::{MAX_PRINTED_FINDINGS, ValidationReport};
 use super::rules::{Code, Finding, duplicates, id_repeated, profile_differs};
 use super::shard_task::ShardTask;
 use crate::ClassCounts;
-use bench::split::Split;
+use optical_bench::split::Split;
 
 /// What some jobs found.
 #[derive(Default)]

@@ -1,9 +1,9 @@
 //! Expected rows: what the recipe says about the dataset and each of its samples, handed in from outside, against what
 //! is on disk.
 
+use base::Instance;
 use output_schema::file::DATASET;
 use output_schema::{DatasetHead, ManifestSample};
-use procedural::Instance;
 
 use super::columns::StoredRow;
 use super::report::ValidationReport;

@@ -18,7 +18,7 @@ use super::shard::{self, OpenShard};
 use super::shard_task::ShardTask;
 use super::{sample, stack};
 use crate::{check_lengths, largest};
-use bench::split::Split;
+use optical_bench::split::Split;
 
 /// Jobs of one dataset or shard, in the order in which faults are told.
 type ShardJobs<'a> = Box<dyn Iterator<Item = ValidationJob<'a>> + Send + 'a>;

@@ -42,7 +42,7 @@ use self::collected_results::CollectedResults;
 use self::rules::{card_differs, dataset_differs, dataset_json, files};
 use self::shard_task::ShardTask;
 use crate::Encoded;
-use bench::split::Split;
+use optical_bench::split::Split;
 
 /// Renders one sample again: its index -> what should be on disk, or why it cannot be rendered.
 pub(crate) type Rerender<'a> = &'a (dyn Fn(u64) -> Result<Encoded, String> + Sync);

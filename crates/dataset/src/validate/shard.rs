@@ -11,7 +11,7 @@ use super::report::ValidationReport;
 use super::rules::{files, manifests};
 use super::shard_task::ShardTask;
 use crate::largest;
-use bench::split::Split;
+use optical_bench::split::Split;
 
 /// One shard whose manifest can be read.
 pub(super) struct OpenShard<'a> {

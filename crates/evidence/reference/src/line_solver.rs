@@ -1,11 +1,10 @@
 //! The models that answer one line at a time, by the names that recipes have for them.
 
-use procedural::Stream;
-
 use crate::diffusion::{self, DiffusionSettings};
 use crate::path::{self, Effort};
 use crate::thesis::{self, SpreadMethod, ThesisSettings};
-use bench::settings::{ThesisMethod, Transport};
+use base::Stream;
+use optical_bench::settings::{ThesisMethod, Transport};
 use transport::line::{LineResponse, LineSolver, LineSource};
 
 /// The model that a recipe asks for; `None` where the kernel answers. `stream` belongs to the sample.

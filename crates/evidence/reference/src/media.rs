@@ -1,8 +1,7 @@
 //! Fifteen kinds of wood with their optical coefficients: those of docs/theory/physics.md's table.
 
-use procedural::{Gloss, Medium, WOOD_DISPERSION_DEG};
-
 use crate::medium::axis;
+use base::{Gloss, Medium, WOOD_DISPERSION_DEG};
 use transport::stack::{CylinderPhase, Scattering, Stack, WOOD_DISPERSION};
 
 /// A kind of wood under the laser. The end of its fibres towards +y rises.

@@ -2,8 +2,9 @@
 //!
 //! A new model is a folder beside this file that answers a `Stack` and a `Question` with an `Answer`, or refuses with a
 //! remedy. It is a variant of [`Model`] with its name and one line in [`Model::ask`]: command line, studies and
-//! pictures follow. For scans it also implements `LineSolver` in `line_solver.rs`, and `Transport` of `bench::settings`
-//! has its name. A test holds it to the reference Monte Carlo; docs/theory/physics.md says where it fails.
+//! pictures follow. For scans it also implements `LineSolver` in `line_solver.rs`, and `Transport` of
+//! `optical_bench::settings` has its name. A test holds it to the reference Monte Carlo; docs/theory/physics.md says
+//! where it fails.
 
 use crate::diffusion;
 use crate::path::{Effort, solve_watched};

@@ -4,9 +4,9 @@
 //! Every pack has draws of its own, those of samples 0, 1, 2 ... of the recipe, but one film, one exposure and the
 //! defects of `PACKS`; so apart from the defect packs differ as they do in a dataset.
 
+use base::{Class, Instance};
 use image::{Rgb, RgbImage};
 use procedural::blister::{Blister, Defects};
-use procedural::{Class, Instance};
 use serde_json::{Value, json};
 
 use super::{StudyEvent, StudyProgress, StudyReport, announce, document_head};

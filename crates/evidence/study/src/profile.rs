@@ -8,9 +8,9 @@ use serde_json::{Value, json};
 
 use super::compared_model::ComparedModel;
 use super::{StudyEvent, StudyProgress, StudyReport, announce, photon_document};
-use bench::settings::{ThesisMethod, Transport};
 use drawing::chart::{Axis, Chart, Series};
 use drawing::{Area, MARGIN, Page};
+use optical_bench::settings::{ThesisMethod, Transport};
 use pipeline::Equipment;
 use recipe::{Scene, Subject};
 use reference::model::Model;

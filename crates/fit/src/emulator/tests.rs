@@ -1,6 +1,6 @@
 //! Emulators of known laws: means, scatter, kernels.
 
-use procedural::{Stream, normal};
+use base::{Stream, normal};
 
 use super::*;
 

@@ -1,4 +1,4 @@
-use procedural::Parameter;
+use base::Parameter;
 use recipe::Distribution;
 use tools::compare::ScanMaps;
 

@@ -286,7 +286,7 @@ fn correlation(pairs: &[[f64; 2]]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use procedural::{Stream, normal};
+    use base::{Stream, normal};
 
     use super::*;
     use crate::emulator::Simulation;

@@ -2,8 +2,8 @@
 
 use super::bounds::DrawBounds;
 use crate::keys::settings::Settings;
-use bench::lens::{Distortion, image_distance, scheimpflug};
-use bench::settings::{LensModel, Scheimpflug};
+use optical_bench::lens::{Distortion, image_distance, scheimpflug};
+use optical_bench::settings::{LensModel, Scheimpflug};
 use yaml::{YamlReader, number_text};
 
 /// Time that a sensor needs between two exposures: the real camera's 3 us [us].

@@ -4,7 +4,7 @@ use super::bounds::DrawBounds;
 use super::needs;
 use crate::keys::settings::Settings;
 use crate::keys::texture;
-use bench::settings::{Fan, LineShape, TransportName};
+use optical_bench::settings::{Fan, LineShape, TransportName};
 use yaml::{YamlReader, number_text};
 
 /// Most rows of the scan between two lines: a band of profiles keeps all of them in memory.

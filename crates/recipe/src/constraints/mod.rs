@@ -21,7 +21,7 @@ use super::file_contents::FileContents;
 use super::keys::settings::Settings;
 use super::log_group;
 use super::subject::Subject;
-use bench::settings::{ScatterMode, SensorStack};
+use optical_bench::settings::{ScatterMode, SensorStack};
 use yaml::{YamlReader, number_text};
 
 /// Rows of the camera's window on one side of the peak and the peak itself [px]; 31 in all.

@@ -3,7 +3,7 @@
 use super::bounds::DrawBounds;
 use crate::keys::settings::Settings;
 use crate::subject::Subject;
-use bench::settings::{LineShape, Movement, TransportName};
+use optical_bench::settings::{LineShape, Movement, TransportName};
 use yaml::{YamlReader, number_text};
 
 /// Largest share of a step that the periodic error of the place takes [1].

@@ -1,4 +1,4 @@
-//! What parameters need to mean something, as their declarations say it ([`procedural::Condition`]), asked of a recipe.
+//! What parameters need to mean something, as their declarations say it ([`base::Condition`]), asked of a recipe.
 //!
 //! A number that has no effect under the other keys of a recipe is a fault where a recipe gives it another value than
 //! its default: nothing that is written is passed over in silence. A number of an object that no sample may have is
@@ -13,14 +13,14 @@ use crate::keys;
 use crate::keys::idle::{Idle, Wording};
 use crate::keys::settings::Settings;
 use crate::subject::Subject;
-use bench::settings::LogSource;
+use base::{Need, Parameter, Unmet};
+use optical_bench::settings::LogSource;
 use procedural::wood::widest_tube_um;
-use procedural::{Need, Parameter, Unmet};
 use yaml::YamlReader;
 
 /// The key of a recipe that says where the log comes from.
 const LOG_SOURCE: &str = "log.source";
-/// Reflectance above which facets are taken for metal ([`procedural::Gloss::is_metal`]) [1].
+/// Reflectance above which facets are taken for metal ([`base::Gloss::is_metal`]) [1].
 const MIN_METAL_REFLECTANCE: f64 = 0.5;
 
 /// Notes parameters that have no effect, at the top level and in each class.

@@ -1,10 +1,10 @@
 //! Constraints between the parameters of an object, and with the bench above it.
 
+use base::{Mesh, Parameter};
 use procedural::blister::parameters::{EXCLUSIVE_DEFECT_COUNTS, POCKET_DEFECT_COUNTS};
 use procedural::blister::{Blister, Card, Pocket, RIM_MM, Tablet, Web, extent};
 use procedural::solid::Placing;
 use procedural::wood::EDGE_MOST;
-use procedural::{Mesh, Parameter};
 
 use super::bounds::DrawBounds;
 use crate::distribution::Distribution;

@@ -6,6 +6,7 @@
 
 use std::collections::BTreeMap;
 
+use base::Need;
 use serde_json::Value;
 
 use super::bounds::DrawBounds;
@@ -13,8 +14,7 @@ use super::needs;
 use crate::distribution::Distribution;
 use crate::keys;
 use crate::subject::Subject;
-use bench::settings::{LogSource, Words};
-use procedural::Need;
+use optical_bench::settings::{LogSource, Words};
 
 /// What the drawn number at a path describes, which some samples of a dataset may lack.
 #[derive(Debug, Clone)]

@@ -3,7 +3,7 @@
 use super::bounds::DrawBounds;
 use crate::keys::settings::{PictureSettings, Setting, Settings};
 use crate::subject::Subject;
-use bench::settings::LogSource;
+use optical_bench::settings::LogSource;
 use wood_picture::BoardPicture;
 use yaml::{YamlReader, number_text};
 

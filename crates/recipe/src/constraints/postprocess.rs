@@ -3,8 +3,8 @@
 use super::bounds::DrawBounds;
 use super::needs;
 use crate::keys::settings::Settings;
-use bench::parameters::SpeckleParameters;
-use bench::settings::{Hdr, Order, Script};
+use optical_bench::parameters::SpeckleParameters;
+use optical_bench::settings::{Hdr, Order, Script};
 use yaml::YamlReader;
 
 /// What the scripts take for granted of other settings.

@@ -6,7 +6,7 @@ use super::picture::refuse_elsewhere;
 use crate::distribution::Distribution;
 use crate::keys::settings::{Settings, SlicesSettings};
 use crate::subject::Subject;
-use bench::settings::LogSource;
+use optical_bench::settings::LogSource;
 use wood_picture::{StackPlace, WoodVolume};
 use yaml::{YamlReader, number_text};
 

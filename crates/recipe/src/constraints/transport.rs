@@ -3,9 +3,9 @@
 use super::bounds::DrawBounds;
 use crate::keys::settings::Settings;
 use crate::subject::Subject;
-use bench::settings::TransportName;
+use base::{KERNEL_INDICES, KERNEL_LEAST_SHARE};
+use optical_bench::settings::TransportName;
 use procedural::wood::LEAST_SIGMA_I;
-use procedural::{KERNEL_INDICES, KERNEL_LEAST_SHARE};
 use yaml::{YamlReader, number_text};
 
 /// Whether a model can spread light in such objects: those that need one medium without air know no pack, and all but

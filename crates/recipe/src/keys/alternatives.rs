@@ -11,11 +11,11 @@
 
 use std::collections::BTreeMap;
 
-use procedural::Parameter;
+use base::Parameter;
 use serde_json::{Value as Json, json};
 
 use super::super::distribution::{self, Distribution};
-use bench::parameters::{CameraParameters, LaserParameters, MotionParameters};
+use optical_bench::parameters::{CameraParameters, LaserParameters, MotionParameters};
 use yaml::{Mapping, NumberRange, YamlNode, YamlReader, number_text};
 
 /// Full width at half maximum over the half width at 1/e^2 of a Gaussian beam, sqrt(2 ln 2) [1].

@@ -10,7 +10,7 @@ pub(crate) mod setting_type;
 pub(super) mod settings;
 pub(super) mod texture;
 
-use procedural::Parameter;
+use base::Parameter;
 use procedural::blister::{Card, Defects, Foil, Pocket, Tablet, Web};
 use procedural::solid::{Material, Piece, Placing};
 use procedural::wood::{
@@ -24,7 +24,9 @@ use self::settings::{
     SpeckleSettings, SplitSettings, TransportSettings,
 };
 use super::subject::Subject;
-use bench::parameters::{CameraParameters, ExposureParameters, LaserParameters, MotionParameters, SpeckleParameters};
+use optical_bench::parameters::{
+    CameraParameters, ExposureParameters, LaserParameters, MotionParameters, SpeckleParameters,
+};
 
 /// A group of keys.
 #[derive(Debug, Clone, Copy)]

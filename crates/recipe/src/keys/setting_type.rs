@@ -4,7 +4,7 @@ use serde_json::{Value as Json, json};
 
 use crate::asset::{Asset, BuiltIn};
 use crate::asset_source::{AssetFolders, AssetRequest, AssetSource};
-use bench::settings::{Channel, SensorStack, Words};
+use optical_bench::settings::{Channel, SensorStack, Words};
 use yaml::{NumberRange, YamlNode, YamlReader, YamlValue, nearest_spelling, number_text};
 
 /// The values that a setting may have.

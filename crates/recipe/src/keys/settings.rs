@@ -14,7 +14,7 @@ use super::texture;
 use crate::asset::Asset;
 use crate::asset_source::AssetSource;
 use crate::built_in::{GRAN_1, MESHES, PICTURES, STACKS};
-use bench::settings::{
+use optical_bench::settings::{
     Channel, Extraction, Fan, FibreAxis, Filter, FirstRow, Hdr, LaserLine, LensModel, LineShape, LogSource, Movement,
     Optics, Order, Output, PeakChoice, PeakMethod, PeakMethodName, PictureDepth, PictureEncoding, PictureFace,
     Postprocess, RangeForm, RangeFormName, Readout, ScatterDark, ScatterMode, Scheimpflug, Script, SearchDirection,

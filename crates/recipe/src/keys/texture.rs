@@ -4,7 +4,7 @@ use std::io::Cursor;
 
 use image::{ImageFormat, ImageReader, Limits};
 
-use bench::settings::TextureImage;
+use optical_bench::settings::TextureImage;
 
 /// Most rows and most columns [px].
 pub(crate) const MAX_SIDE: u32 = 2048;

@@ -5,10 +5,11 @@ use std::io::Cursor;
 use std::path::Path;
 use std::sync::Arc;
 
+use base::{BodyKind, Stream};
 use glam::Vec2;
 use image::{DynamicImage, GrayImage, ImageFormat, Luma};
+use procedural::wood;
 use procedural::wood::{GivenWood, Plank, SlicesParameters, Wood};
-use procedural::{Stream, wood};
 
 use crate::Recipe;
 use crate::asset_source::AssetSource;

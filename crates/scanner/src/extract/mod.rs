@@ -20,7 +20,7 @@ use multiversion::multiversion;
 
 use self::block::LANES;
 use crate::frame::{Calibration, Frame};
-use bench::settings::{Extraction, PeakChoice, PeakMethod, RangeForm};
+use optical_bench::settings::{Extraction, PeakChoice, PeakMethod, RangeForm};
 
 pub use self::block::MeasuredProfile;
 pub use self::rectify::{MAX_SURFACE_SLOPE, RectifiedGrid, rectify};

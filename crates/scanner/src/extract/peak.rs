@@ -12,7 +12,7 @@ use multiversion::multiversion;
 
 use super::block::{LANES, load_row};
 use crate::frame::Frame;
-use bench::settings::{Extraction, PeakChoice, SearchDirection};
+use optical_bench::settings::{Extraction, PeakChoice, SearchDirection};
 
 /// Rows before and behind the peak that a measurement may use [px].
 const HALF_WINDOW_ROWS: usize = 22;

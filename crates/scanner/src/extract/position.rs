@@ -20,15 +20,15 @@
 //!
 //! Neglected: interpolation of higher order, weights by noise.
 //!
-//! A new method is a variant of `PeakMethod` and its word in `bench/src/settings/extraction.rs`, its arm here, its keys
-//! in `recipe/src/keys/settings.rs`, and a row with bias and spread in docs/theory/instrument/extraction.md.
+//! A new method is a variant of `PeakMethod` and its word in `optical_bench/src/settings/extraction.rs`, its arm here,
+//! its keys in `recipe/src/keys/settings.rs`, and a row with bias and spread in docs/theory/instrument/extraction.md.
 
 use std::ops::Range;
 
 use super::block::{LANES, load_row};
 use super::scatter::{row_span, side_weights, weighted_level};
 use crate::frame::Frame;
-use bench::settings::{Extraction, PeakMethod};
+use optical_bench::settings::{Extraction, PeakMethod};
 
 /// Least level over dark of which a logarithm is taken [DN].
 const MIN_LOG_LEVEL_DN: f32 = 0.5;

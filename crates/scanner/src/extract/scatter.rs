@@ -9,7 +9,7 @@ use std::ops::Range;
 
 use super::block::{LANES, load_row};
 use crate::frame::Frame;
-use bench::settings::{Extraction, ScatterDark, ScatterMode};
+use optical_bench::settings::{Extraction, ScatterDark, ScatterMode};
 
 /// Largest number of 16-bit output [DN].
 const MAX_OUTPUT_DN: f32 = 65535.0;

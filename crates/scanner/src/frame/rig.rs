@@ -2,8 +2,8 @@
 //! sees.
 //!
 //! A thin lens at d (0, -sin a, cos a) looks at the origin; its sensor stands v0 behind it, tilted by beta about x. The
-//! lens distorts normalised directions ([`bench::lens`]) before they meet the tilted sensor, the order of OpenCV's
-//! tilted model:
+//! lens distorts normalised directions ([`optical_bench::lens`]) before they meet the tilted sensor, the order of
+//! OpenCV's tilted model:
 //!
 //! ```text
 //! Yc = y cos a + z sin a     Zc = d + y sin a - z cos a     (xn, yn) = (x, Yc) / Zc
@@ -14,7 +14,7 @@
 //! Exact for every point, off the laser plane too. Neglected: thick lenses, whose nodal points only move the camera,
 //! and distortion that depends on the distance of the object.
 
-use bench::lens::{DistortedDirection, Distortion};
+use optical_bench::lens::{DistortedDirection, Distortion};
 
 /// Most steps of Newton's method; from the undistorted direction five reach the last bit.
 const MAX_NEWTON_STEPS: usize = 12;

@@ -16,12 +16,11 @@
 
 use std::f64::consts::TAU;
 
-use procedural::Stream;
-
 use crate::specimen::turntable::Turntable;
-use bench::parameters::MotionParameters;
-use bench::settings::Movement;
+use base::Stream;
 use numerics::lanes;
+use optical_bench::parameters::MotionParameters;
+use optical_bench::settings::Movement;
 
 /// Largest jitter over the smallest step [1].
 const MAX_JITTER_SHARE: f64 = 0.45;

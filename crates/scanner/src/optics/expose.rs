@@ -10,7 +10,7 @@ use super::window::{Band, Drawing, LitProfile, Scratch};
 use crate::extract::{MeasuredProfile, extract, extract_tile, reach};
 use crate::frame::{Calibration, Frame};
 use crate::specimen::Hit;
-use bench::settings::Extraction;
+use optical_bench::settings::Extraction;
 
 /// Rows by which a peak may lie beside the row of the line's centre and still be read from the rows about it [px].
 const MAX_PEAK_SHIFT: usize = 2;

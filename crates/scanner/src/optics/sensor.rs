@@ -1,7 +1,7 @@
 //! The instrument over one scan: laser, camera, sensor and conveyor, set up for one sample.
 
+use base::{Medium, Stream};
 use glam::Vec3;
-use procedural::{Medium, Stream};
 
 use super::camera::Camera;
 use super::encoder::Encoder;
@@ -12,8 +12,8 @@ use super::speckle::{AnchoredSpeckle, PatternCache, SpeckleConditions};
 use super::window::{ScanGeometry, SecondLine};
 use crate::frame::Calibration;
 use crate::specimen::{Hit, Specimen, turntable::Turntable};
-use bench::parameters::Bench;
-use bench::settings::{LaserLine, Order, Postprocess, Readout, Size, SpeckleLaw};
+use optical_bench::parameters::Bench;
+use optical_bench::settings::{LaserLine, Order, Postprocess, Readout, Size, SpeckleLaw};
 use transport::kernel::path_laws;
 use transport::line::LineSolver;
 

@@ -11,10 +11,10 @@
 use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
+use base::{Body, Relief};
 use glam::{Vec2, Vec3};
 use multiversion::multiversion;
 use numerics::lanes::exp;
-use procedural::Body;
 use transport::kernel::film_stack::FACET_TURN;
 
 use super::enclosure::{Facet, Mirror, arrives, exchange, settle};
@@ -80,8 +80,10 @@ struct Card {
 
 /// All pockets of a body.
 pub(super) fn find(body: &Body) -> Vec<Pocket> {
-    let Body::Pack(_) = body else { return Vec::new() };
-    rooms(body).into_iter().map(Pocket::of).collect()
+    match body.relief() {
+        Relief::Film { .. } => rooms(body).into_iter().map(Pocket::of).collect(),
+        Relief::Smooth | Relief::Openings => Vec::new(),
+    }
 }
 
 /// Share of straight light that entered each cell's film and that rough foil spreads over it from below, `[cell][source
@@ -326,7 +328,7 @@ fn multiply(matrix: &[f32], values: &[f32], of: Range<usize>, out: &mut [f32]) {
 
 #[cfg(test)]
 mod tests {
-    use procedural::{Film, Gloss, Medium, Stream, Surface};
+    use base::{Film, Gloss, Medium, Stream, Surface};
     use rand::{Rng, RngExt};
     use transport::kernel::film_stack::FilmShares;
 

@@ -258,7 +258,7 @@ mod tests {
     /// perfect mirror is one. All that is sent, a, arrives as a / (1 - returns) in the end.
     #[test]
     fn a_dome_over_a_mirror_is_an_integrating_sphere() {
-        let mut rng = procedural::Stream::root(62).rng();
+        let mut rng = base::Stream::root(62).rng();
         for _ in 0..4 {
             let (r, returns) = (rng.random_range(0.7..5.0f32), rng.random_range(0.0..0.9f32));
             let facets = dome(r, returns);
@@ -304,7 +304,7 @@ mod tests {
     /// The solution of random rooms is that of adding one exchange after the other.
     #[test]
     fn elimination_sums_all_exchanges() {
-        let mut rng = procedural::Stream::root(63).rng();
+        let mut rng = base::Stream::root(63).rng();
         for _ in 0..12 {
             let (n, sources) = (rng.random_range(3..60usize), rng.random_range(1..20usize));
             let facets: Vec<Facet> =

@@ -2,13 +2,13 @@
 
 use std::time::Duration;
 
+use base::Mesh;
 use glam::{Vec3, Vec3A};
 use obvhs::BvhBuildParams;
 use obvhs::cwbvh::CwBvh;
 use obvhs::cwbvh::builder::build_cwbvh_from_tris;
 use obvhs::ray::{Ray, RayHit};
 use obvhs::triangle::Triangle;
-use procedural::Mesh;
 
 /// Start of a ray off the surface that it leaves [mm]; above obvhs' absolute epsilon of 1e-4.
 pub(crate) const LEAVE_MM: f32 = 0.01;

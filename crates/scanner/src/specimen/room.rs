@@ -1,8 +1,8 @@
 //! Rooms: the shape of a pack's pockets, as [`super::cavity`] asks for it: samples of their film, cells of these, and
 //! the tops and upright sides of what lies in them.
 
+use base::{Body, Film, Medium, Surface};
 use glam::{Vec2, Vec3};
-use procedural::{Body, Film, Medium, Surface};
 use transport::kernel::film_stack::{FilmShares, FilmStackKernel};
 
 use super::enclosure::Facet;

@@ -258,7 +258,7 @@ mod tests {
     /// grid nothing is known.
     #[test]
     fn a_quadratic_surface_is_bent_as_its_derivatives_say() {
-        let mut rng = procedural::Stream::root(65).rng();
+        let mut rng = base::Stream::root(65).rng();
         for _ in 0..20 {
             let [a, b, c, d, e] = std::array::from_fn(|_| rng.random_range(-0.2..0.2f32));
             let height = move |x: f32, y: f32| 5.0 + a * x + b * y + c * x * x + d * x * y + e * y * y;

@@ -6,7 +6,7 @@
 
 use std::sync::mpsc::{Receiver, SyncSender};
 
-use procedural::Stream;
+use base::Stream;
 use rayon::prelude::*;
 
 use super::CheckError;

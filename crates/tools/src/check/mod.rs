@@ -36,8 +36,8 @@ pub use report::{AccuracySlice, CheckReport, CheckTiming};
 pub use run::check;
 pub use trained_on::TrainedOn;
 
-use bench::split::Split;
 use dataset::Fault;
+use optical_bench::split::Split;
 use yaml::{YamlFaults, nearest_spelling};
 
 /// What to check, and with what.

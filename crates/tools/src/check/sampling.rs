@@ -10,7 +10,7 @@
 //! Of objects, where there are more than N of a class, every so-many-th is taken: number g of T where
 //! `floor((g+1)N/T) > floor(gN/T)`.
 
-use procedural::Stream;
+use base::Stream;
 use rand::RngExt;
 
 /// How many places of `total` entry number `rank` of `count` gets.

@@ -6,8 +6,8 @@ use output_schema::DatasetHead;
 
 use super::window::{SampleMaps, StoredMap};
 use super::{SampleTest, SampleTests};
-use bench::split::Split;
 use dataset::{Dataset, ExrMaps, Fault, FinishedTables, Grey, RowBatch, RowQuery, Table};
+use optical_bench::split::Split;
 
 /// A split of a dataset.
 #[derive(Debug)]

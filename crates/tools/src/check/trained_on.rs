@@ -3,7 +3,7 @@
 
 use output_schema::DatasetHead;
 
-use bench::split::Split;
+use optical_bench::split::Split;
 
 /// The dataset of whose split `train` a model was made.
 #[derive(Debug, Clone, PartialEq, Eq)]

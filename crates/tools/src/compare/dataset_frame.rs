@@ -1,11 +1,11 @@
 //! Samples of a dataset: maps from its EXR files, else from the images in its tables, and kept sensor frames.
 
+use base::Class;
 use output_schema::{Manifest, ManifestSample};
 
 use super::{RangeUnit, ScanMaps, SensorFrame, exr_frame, to_eight_bits};
 use dataset::record::StackFrame;
 use dataset::{Dataset, Fault, RowBatch};
-use procedural::Class;
 
 /// Name of the label image.
 const LABEL: &str = "label";

@@ -131,7 +131,7 @@ pub fn significance(ks: f64, n: usize, m: usize) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use procedural::{Stream, normal};
+    use base::{Stream, normal};
     use rand::RngExt;
 
     use super::*;

@@ -224,7 +224,7 @@ impl NoiseCorrelation {
 
 #[cfg(test)]
 mod tests {
-    use procedural::{Stream, normal};
+    use base::{Stream, normal};
 
     use super::*;
 

@@ -102,7 +102,7 @@ impl PowerSpectrum {
 
 #[cfg(test)]
 mod tests {
-    use procedural::{Stream, normal};
+    use base::{Stream, normal};
 
     use super::*;
 

@@ -90,7 +90,7 @@ impl SpeckleCorrelation {
 
 #[cfg(test)]
 mod tests {
-    use procedural::Stream;
+    use base::Stream;
     use rand::RngExt;
 
     use super::*;
@@ -156,7 +156,7 @@ mod tests {
     fn patches_are_flat_and_whole() {
         let whole = frame("whole", 4, 1);
         let mut rng = Stream::root(5).child("height").rng();
-        let rough = whole.range.iter().map(|z| z + 0.01 * procedural::normal(&mut rng)).collect();
+        let rough = whole.range.iter().map(|z| z + 0.01 * base::normal(&mut rng)).collect();
         let whole = ScanMaps { range: rough, ..whole };
         let count = |frame: &ScanMaps| patches(frame, &seconds(frame), CONTRAST_SIDE_PX).len();
         let all = count(&whole);

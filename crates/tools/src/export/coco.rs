@@ -20,8 +20,8 @@ use super::picture_options::{PictureContent, PictureOptions};
 use super::run_length::RunLengthMask;
 use super::sample::{ExportSample, Region};
 use super::source::{ExportProgress, ExportSource};
-use bench::split::Split;
 use dataset::Fault;
+use optical_bench::split::Split;
 
 pub(super) const FORMAT: ExportFormat =
     ExportFormat::of::<Coco>("coco", "COCO", ["coco planks --out planks-coco", "boxes and masks, 8-bit pictures"]);

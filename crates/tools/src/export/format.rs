@@ -7,8 +7,8 @@ use output_schema::DatasetHead;
 
 use super::export_folder::ExportSummary;
 use super::source::{ExportProgress, ExportSource};
-use bench::split::Split;
 use dataset::Fault;
+use optical_bench::split::Split;
 
 /// Entry of an export in the list of all.
 #[derive(Debug)]

@@ -21,8 +21,8 @@ use super::picture::TrainingPicture;
 use super::picture_options::PictureOptions;
 use super::sample::{ExportSample, Region};
 use super::source::{ExportProgress, ExportSource};
-use bench::split::Split;
 use dataset::{Fault, Grey, write_png};
+use optical_bench::split::Split;
 
 /// Folder of pictures with defects of several classes, as MVTec AD names it.
 const COMBINED_FOLDER: &str = "combined";

@@ -17,9 +17,9 @@ use super::format::{Export, ExportFormat};
 use super::picture::colour_png;
 use super::sample::ExportSample;
 use super::source::{ExportProgress, ExportSource};
-use bench::split::Split;
 use dataset::Fault;
 use drawing::class_colour;
+use optical_bench::split::Split;
 
 pub(super) const FORMAT: ExportFormat = ExportFormat::of::<Png>(
     "png",

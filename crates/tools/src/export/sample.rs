@@ -5,10 +5,10 @@ use std::path::PathBuf;
 use output_schema::ManifestSample;
 use serde_json::{Map, Value};
 
-use bench::split::Split;
 use dataset::{
     Dataset, ExrMaps, Fault, Grey, JsonRow, Table, range_numbers, read_png_of, rounded8, rounded16, write_png,
 };
+use optical_bench::split::Split;
 
 /// A part of an image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -12,8 +12,8 @@ use rayon::prelude::*;
 use serde_json::{Value, json};
 
 use super::sample::ExportSample;
-use bench::split::Split;
 use dataset::{Dataset, DatasetSums, Fault, RowQuery, Table};
+use optical_bench::split::Split;
 
 pub(super) use part::Done;
 

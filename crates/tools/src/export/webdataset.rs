@@ -21,8 +21,8 @@ use super::format::{Export, ExportFormat};
 use super::png::MapOptions;
 use super::sample::ExportSample;
 use super::source::{Done, ExportProgress, ExportSource};
-use bench::split::Split;
 use dataset::Fault;
+use optical_bench::split::Split;
 
 /// What ends a tar: two empty blocks.
 const END_OF_TAR: [u8; 1024] = [0; 1024];

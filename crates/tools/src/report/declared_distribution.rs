@@ -3,9 +3,8 @@
 //! The curve is the mixture over the classes that the dataset holds, each with the number of its samples. A class that
 //! gives a fixed number or a choice adds to the range and nothing to the curve: it has no density.
 
-use procedural::Parameter;
-
 use super::histogram::{HistogramAxis, MAX_BINS};
+use base::Parameter;
 use recipe::{Distribution, Recipe};
 
 /// Points of a curve, and cells of the sum that makes its area 1.

@@ -1,13 +1,14 @@
 //! The table's Gaussians of one medium as they are, without fixed widths: answers for a half space.
 //! Films over something are answered by [`super::film_stack`].
 
+use base::{KERNEL_INDICES, KERNEL_LEAST_SHARE};
+
 use super::table::{DISPERSION_DEG, HalfSpaceTable, PATH_BINS};
 use super::view::{FIRST_SKEWED, SKEWED_BINS, SkewedBin, group_of};
 use super::{SurfacePoint, after_absorption};
 use crate::answer::{Answer, Estimate, Question};
 use crate::fresnel::fresnel_dielectric;
 use crate::stack::{Layer, Scattering, Stack, WOOD_DISPERSION};
-use procedural::{KERNEL_INDICES, KERNEL_LEAST_SHARE};
 
 /// Light that left after about the same path, or half of it where what the lens sees is skewed.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -26,9 +26,9 @@ pub mod table;
 pub mod view;
 pub mod widths;
 
+use base::WOOD_DISPERSION_DEG;
 use glam::Vec3;
 use multiversion::multiversion;
-use procedural::WOOD_DISPERSION_DEG;
 
 pub use self::ask::solve;
 pub use self::diffusion_tensor::diffusion;

@@ -7,8 +7,8 @@
 use std::sync::OnceLock;
 
 use super::view::{VIEW_LANES, VIEW_TERMS};
+use base::{KERNEL_INDICES, KERNEL_LEAST_SHARE};
 use numerics::lanes::ln;
-use procedural::{KERNEL_INDICES, KERNEL_LEAST_SHARE};
 
 /// End of the first bin of path lengths [mean free paths].
 pub const FIRST_PATH: f64 = 0.05;

@@ -1,6 +1,6 @@
 //! Samples of each law against its density, mean, symmetry and limits; statistics with one error in a thousand a test.
 
-use procedural::Stream;
+use base::Stream;
 
 use super::*;
 use crate::stack::WOOD_DISPERSION;

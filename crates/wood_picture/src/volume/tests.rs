@@ -1,7 +1,7 @@
 //! Volumes of known densities: where boards lie in them, what they are made of, and what is no wood.
 
+use base::{BodyKind, Medium, Stream};
 use procedural::wood::{Plank, Wood};
-use procedural::{Medium, Stream};
 
 use super::*;
 

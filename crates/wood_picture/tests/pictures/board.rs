@@ -4,8 +4,8 @@
 
 use std::collections::HashMap;
 
+use base::{BodyKind, Class, Medium, Stream, normal};
 use procedural::wood::{Plank, Wood};
-use procedural::{Class, Medium, Stream, normal};
 use wood_picture::HalfSpace;
 
 /// Blur of the picture [mm] and noise of a pixel [1].

@@ -2,8 +2,8 @@
 
 use std::sync::Mutex;
 
+use base::{BodyKind, Class, Stream};
 use glam::{Vec2, Vec3};
-use procedural::{Class, Stream};
 use wood_picture::{
     AbsorptionMap, Encoding, FibreMap, PictureAnalysis, PictureKnot, absorption_map, fibre_map, red_channel,
 };
@@ -40,7 +40,7 @@ fn each_board(boards: u64, work: impl Fn(u64, BoardPicture) + Sync) {
 /// Middle, radius and axis outwards of every true knot, in the picture's frame [mm].
 fn true_knots(board: &BoardPicture) -> Vec<(Vec2, f32, Vec3)> {
     let half_width = 0.5 * board.wood.board.width_mm as f32;
-    let knot = |knot: &procedural::Instance| {
+    let knot = |knot: &base::Instance| {
         let middle = Vec2::new(knot.x_mm as f32 + half_width, knot.y_mm as f32);
         let pixel = (middle.y / PIXEL_MM) as usize * board.size[1] + (middle.x / PIXEL_MM) as usize;
         let (azimuth, dive) = (board.azimuth_rad[pixel], -board.dive_rad[pixel]);
@@ -293,7 +293,7 @@ fn ripple_and_speckle_leave_no_blotches() {
         // Ridges 6 mm apart with a drifting phase, and 8 % a pixel: about the noise of rendered scans in their own,
         // smaller pixels.
         let ridge = (std::f32::consts::TAU * (y + 0.04 * x) / 6.0 + (0.1 * y).sin()).sin();
-        *light *= ((0.1 * ridge).exp() * (1.0 + 0.08 * procedural::normal(&mut rng) as f32)).max(0.0);
+        *light *= ((0.1 * ridge).exp() * (1.0 + 0.08 * base::normal(&mut rng) as f32)).max(0.0);
     }
     let map = fibre_map(&board.light, board.size, board.pixel_mm, &linear()).expect("it is a board");
     let clear = |pixel: &usize| map.knots.iter().all(|knot| knot.within(map.place_mm(*pixel)) > 2.0);

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
+use base::{Class, Stream};
 use glam::Vec2;
 use procedural::wood::{GivenWood, Plank};
-use procedural::{Class, Stream};
 use wood_picture::{BoardPicture, Depth, Encoding, PictureAnalysis};
 
 use crate::board::{self, BoardPicture as Seen, look, wood};

@@ -1,6 +1,6 @@
 //! Each fault by a picture that has it.
 
-use procedural::{Stream, normal};
+use base::{Stream, normal};
 use wood_picture::{Encoding, PictureAnalysis, PictureFault, absorption_map, fibre_map};
 
 use crate::board::{BoardPicture, picture, wood};

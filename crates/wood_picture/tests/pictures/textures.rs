@@ -1,8 +1,8 @@
 //! Textures of one direction, at random angles, on pixels of unlike sides, under noise.
 
+use base::{Stream, normal};
 use glam::Vec2;
 use procedural::noise::Noise;
-use procedural::{Stream, normal};
 use wood_picture::{Encoding, FibreMap, PictureAnalysis, fibre_map};
 
 use crate::{apart_deg, quantile};

@@ -15,13 +15,13 @@
 
 use std::f64::consts::TAU;
 
+use base::{Stream, normal};
 use rand::RngExt;
 
 use super::super::parameters::StemParameters;
 use super::Stem;
 use super::outline::StemOutline;
 use super::shoots::Bud;
-use crate::{Stream, normal};
 
 /// Largest D, drawn evenly from 0 on [mm^(1/2)].
 const BEND: f64 = 0.27;

@@ -140,7 +140,7 @@ impl Layers {
         let layer = StemLayer {
             t,
             slope: [n.dot(place.outward - q_out), n.dot(around), -n.dot(q_along)],
-            turn: crate::atan2(aside, ahead),
+            turn: base::atan2(aside, ahead),
             drift_slope: q_along,
         };
         match &self.oval {

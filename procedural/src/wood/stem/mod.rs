@@ -26,6 +26,8 @@ mod shoots;
 #[cfg(test)]
 mod tests;
 
+use base::Stream;
+
 use self::branch::BranchSite;
 pub use self::branch::StemBranch;
 pub(super) use self::cut::StemCut;
@@ -36,7 +38,6 @@ pub use self::pattern::{LogRoom, least_pieces, sawn_at};
 use self::pith_line::PithLine;
 pub(super) use self::sawing::Sawing;
 use super::parameters::StemParameters;
-use crate::Stream;
 
 /// A whole log.
 #[derive(Debug, Clone, PartialEq)]

@@ -17,10 +17,10 @@
 
 use std::f64::consts::TAU;
 
+use base::Stream;
 use rand::RngExt;
 
 use super::super::parameters::StemParameters;
-use crate::Stream;
 use crate::noise::Noise;
 
 /// Cell of the noise along the stem [mm].

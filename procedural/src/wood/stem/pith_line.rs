@@ -7,8 +7,9 @@
 //! tilts by 2.8 deg over 10 mm, 2.1 deg over 100 mm and 0.6 deg over 1 m. Limits: beyond its ends the line goes on
 //! straight across the sections; no sweep and no crook.
 
+use base::Stream;
+
 use super::super::parameters::StemParameters;
-use crate::Stream;
 use crate::noise::Noise;
 
 /// Distance of the points of a grown pith [mm], that of the scanned log.

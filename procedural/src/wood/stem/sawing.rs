@@ -15,6 +15,7 @@
 
 use std::sync::Arc;
 
+use base::{Class, Instance, Stream};
 use glam::{Vec2, Vec3};
 
 use super::Stem;
@@ -28,7 +29,6 @@ use crate::wood::knot::{Knot, KnotDistance, KnotDraw};
 use crate::wood::knot_placement::PlacedKnot;
 use crate::wood::parameters::Wood;
 use crate::wood::pith::{LogPoint, PithNode, Trunk, zenith};
-use crate::{Class, Instance, Stream};
 
 /// The pith is known this far beyond the board [mm], more than branches lean on their way to it.
 const MARGIN_MM: f32 = 150.0;

@@ -14,10 +14,10 @@
 
 use std::f64::consts::TAU;
 
+use base::{Stream, normal};
 use rand::RngExt;
 
 use super::super::parameters::StemParameters;
-use crate::{Stream, normal};
 
 /// Branches are grown this far beyond the ends of the stem, so that those that lean in are there [mm].
 const MARGIN_MM: f64 = 200.0;

@@ -1,10 +1,10 @@
 //! Tests of sawn boards that need to see inside of them.
 
+use base::{BodyKind, Class, Relief, Slice};
 use glam::{Vec2, Vec3};
 use rand::RngExt;
 
 use super::*;
-use crate::Class;
 use crate::wood::growth::Grown;
 use crate::wood::knot::{Knot, KnotDistance};
 use crate::wood::parameters::Wood;
@@ -156,7 +156,7 @@ fn the_rooms_of_knots_are_only_a_shortcut() {
     for seed in 0..24 {
         let (_, _, plank) = board(seed);
         for p in places(&plank, 1000) {
-            let slice = plank.slice(p.y);
+            let slice = plank.cut(p.y);
             let z = p.z + slice.cut.warp(p.x - slice.middle).z;
             let all = grown(&plank, p).fibre;
             let fibre = plank.trunk.vector(all.truncate(), all.z);
@@ -198,9 +198,8 @@ fn a_board_has_the_pith_the_outline_and_the_branches_of_its_place_in_the_stem() 
             // The table of the pith has steps of 2 mm.
             assert!((f64::from(place.r) - x.hypot(y)).abs() < 2.0e-2, "seed {seed}, {p}: {place:?}");
             let outline = stem.radius_mm(y.atan2(x), height);
-            let below = plank
-                .slice(p.y)
-                .below_outline_mm(p.x, p.z + plank.slice(p.y).cut.warp(p.x - plank.slice(p.y).middle).z);
+            let below =
+                plank.cut(p.y).below_outline_mm(p.x, p.z + plank.cut(p.y).cut.warp(p.x - plank.cut(p.y).middle).z);
             assert!(
                 (f64::from(below.expect("sawn")) - (outline - x.hypot(y))).abs() < 0.2 || place.r < 5.0,
                 "seed {seed}, {p}: {below:?} against {outline} and {place:?}"
@@ -564,11 +563,11 @@ fn wane_is_where_the_outline_leaves_the_board() {
         let plank = Plank::saw(Stream::root(seed), &wood, &stem);
         (wood.marks.chip_count, wood.marks.chip_mm) = (30.0, 20.0);
         let chipped = Plank::saw(Stream::root(seed), &wood, &stem);
-        assert!(!edged.is_open() && edged.instances().iter().all(|found| found.class != Class::Wane));
+        assert!(edged.relief() == Relief::Smooth && edged.instances().iter().all(|found| found.class != Class::Wane));
         let (low, high) = plank.bounds();
         for i in 0..40 {
             let y = low.y + (high.y - low.y) * (0.5 + i as f32) / 40.0;
-            let (slice, before, after) = (plank.slice(y), edged.slice(y), chipped.slice(y));
+            let (slice, before, after) = (plank.cut(y), edged.cut(y), chipped.cut(y));
             for k in 0..60 {
                 let x = low.x + (high.x - low.x) * (0.5 + k as f32) / 60.0;
                 let (Some(face), Some(whole)) = (slice.surface(x), before.surface(x)) else { continue };

@@ -11,7 +11,7 @@ use super::files::unread;
 use super::{Code, Finding, Rule};
 use crate::validate::report::ValidationReport;
 use crate::{ClassCounts, descriptions, enclosed, largest};
-use bench::split::Split;
+use optical_bench::split::Split;
 
 pub(super) const RULE: Rule = Rule {
     meaning: "The dataset card or `croissant.json` lacks a line that the program wrote.",

@@ -6,9 +6,9 @@
 use arrow_array::cast::AsArray;
 use arrow_array::types::Float64Type;
 use arrow_array::{Array, ArrayRef, StructArray};
+use base::Instance;
 use output_schema::row::{OBJECT, ROW};
 use output_schema::{ColumnKind, Source};
-use procedural::Instance;
 
 use super::{Code, REMAKE_OR_REPORT, Rule};
 use crate::record::Object;

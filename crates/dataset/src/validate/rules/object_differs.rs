@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use procedural::Class;
+use base::Class;
 
 use super::{Code, REMAKE_OR_REPORT, Rule};
 use crate::validate::columns::{StoredRow, in_range};

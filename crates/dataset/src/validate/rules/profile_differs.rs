@@ -8,8 +8,8 @@ use std::collections::HashMap;
 use std::fmt::Display;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use bench::settings::Channel;
 use exr::prelude::f16;
+use optical_bench::settings::Channel;
 use output_schema::SampleType;
 use output_schema::file::stack_path;
 

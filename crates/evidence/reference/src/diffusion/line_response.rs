@@ -11,9 +11,8 @@
 //! Exits of directions (cone light of fibres), gloss and light that crosses air from one part of the surface to another
 //! are left out.
 
+use base::{Medium, Slice};
 use glam::{DMat3, DVec3};
-use procedural::Medium;
-use procedural::body::Slice;
 
 use super::solver::{self, Solution};
 use super::tensor::{Diffusive, refracted, uniaxial};
@@ -202,7 +201,7 @@ impl VoxelGrid {
                 continue;
             }
             report.entered += power;
-            let Some((shift, depth)) = diffusion_start(&slice, x, self.pitch) else {
+            let Some((shift, depth)) = diffusion_start(&*slice, x, self.pitch) else {
                 report.lost += power;
                 continue;
             };
@@ -288,7 +287,7 @@ fn flattening(slope_x: f64, slope_y: f64) -> DMat3 {
 }
 
 /// Where light that comes down at `x` begins to diffuse: place beside the entry and depth [mm].
-fn diffusion_start(slice: &Slice, x: f32, pitch: f64) -> Option<(DVec3, f64)> {
+fn diffusion_start(slice: &dyn Slice, x: f32, pitch: f64) -> Option<(DVec3, f64)> {
     let surface = slice.surface(x)?;
     let (sx, sy) = (f64::from(surface.slope_x), f64::from(surface.slope_y));
     let medium = diffusive(&slice.matter(x, surface.z - 0.5 * pitch as f32).medium)?;

@@ -7,8 +7,9 @@
 //! draws from stream (seed, b) and results are added in the order of batches, so an answer is the same for any number
 //! of threads. Within a batch photons are stratified along the line.
 
+use base::{Stream, normal};
 use glam::DVec3;
-use procedural::{Body, Stream, normal};
+use procedural::blister::Pack;
 use rand::Rng;
 use rayon::prelude::*;
 
@@ -45,9 +46,9 @@ pub fn line_response(line: &LineSource, effort: Effort) -> LineResponse {
 
 /// The same, and where all light went.
 pub fn line_response_with_balance(line: &LineSource, effort: Effort) -> (LineResponse, EnergyBalance) {
-    match line.body {
-        Body::Pack(pack) => illuminate_target(line, effort, &PackGeometry::in_pack(pack, line)),
-        _ => illuminate_target(line, effort, &BodyGeometry::about(line)),
+    match line.body.get::<Pack>() {
+        Some(pack) => illuminate_target(line, effort, &PackGeometry::in_pack(pack, line)),
+        None => illuminate_target(line, effort, &BodyGeometry::about(line)),
     }
 }
 

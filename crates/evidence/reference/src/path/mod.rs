@@ -20,8 +20,8 @@ pub(crate) mod plane_layers;
 mod stack_observer;
 pub mod tracker;
 
+use base::Stream;
 use glam::DVec3;
-use procedural::Stream;
 use rand::Rng;
 use rayon::prelude::*;
 

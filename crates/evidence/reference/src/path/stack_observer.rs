@@ -1,7 +1,7 @@
 //! Observer of photons in plane layers: what a batch did, and the answer of all batches together.
 
+use base::normal;
 use glam::DVec3;
-use procedural::normal;
 use rand::Rng;
 
 use super::next_event::LensEstimator;

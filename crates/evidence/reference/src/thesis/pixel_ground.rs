@@ -7,8 +7,8 @@
 //! sound knot gets 0.55, against the 0.5 that the thesis measured. Neglected: relief other than the fibre's angle with
 //! the surface.
 
+use base::{Body, Class, Medium};
 use glam::{DVec2, DVec3};
-use procedural::{Body, Class, Medium};
 use rayon::prelude::*;
 
 use super::DirectionMap;

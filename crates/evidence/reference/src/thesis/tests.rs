@@ -1,8 +1,8 @@
 //! The thesis' method against lists by hand, closed forms, and what it does wrong.
 
+use base::{Body, Medium};
 use glam::{DVec2, DVec3, Vec3};
 use procedural::flat::Flat;
-use procedural::{Body, Medium};
 
 use super::conservative::{PlanarTensor, Stencil};
 use super::*;
@@ -216,7 +216,7 @@ fn lines_on_knots_are_short_and_dim() {
 #[test]
 fn a_line_on_a_plate_keeps_its_light() {
     let plate = |medium| {
-        Body::Flat(Flat { height_mm: 20.0, slope_x: 0.0, slope_y: 0.0, width_mm: 60.0, length_mm: 60.0, medium })
+        Body::new(Flat { height_mm: 20.0, slope_x: 0.0, slope_y: 0.0, width_mm: 60.0, length_mm: 60.0, medium })
     };
     let x: Vec<f32> = (0..20).map(|i| 0.3 * i as f32 + 0.005 * (i * i) as f32).collect();
     let power: Vec<f32> = (0..20).map(|i| if i == 10 { 3.0 } else { 0.0 }).collect();

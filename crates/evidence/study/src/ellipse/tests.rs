@@ -1,7 +1,7 @@
 //! Synthetic ellipses: exact ones, and counts of points that are drawn.
 
+use base::{Stream, normal};
 use glam::{DMat2, DVec2};
-use procedural::{Stream, normal};
 
 use super::*;
 

@@ -29,7 +29,7 @@ pub(crate) fn beyond_first_order(line: &[f64], law: &IntensityLaw, strength: f64
     let lit: Vec<f64> = line.iter().copied().filter(|light| *light > 1e-3 * peak).collect();
     let sum: f64 = lit.iter().sum();
     let centre = lit.iter().enumerate().map(|(k, light)| k as f64 * light).sum::<f64>() / sum;
-    let mut rng = procedural::Stream::root(0).child("beyond_first_order").rng();
+    let mut rng = base::Stream::root(0).child("beyond_first_order").rng();
     let (mut exact, mut first) = (0.0, 0.0);
     for _ in 0..DRAWS {
         let (mut moment, mut all) = (0.0, 0.0);

@@ -8,9 +8,9 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use bench::parameters::Bench;
-use bench::settings::Size;
 use numerics::chance::normal_below;
+use optical_bench::parameters::Bench;
+use optical_bench::settings::Size;
 use scanner::optics::camera::rig;
 
 /// Planck's constant times the speed of light [J m].

@@ -29,10 +29,10 @@ use super::targets::{
 };
 use super::{Figure, Trials, document, per_repeat, repeat_trials, table};
 use crate::{StudyProgress, StudyReport};
-use bench::parameters::Bench;
-use bench::settings::Size;
 use drawing::chart::Axis;
 use drawing::{Area, MARGIN, Page, viridis};
+use optical_bench::parameters::Bench;
+use optical_bench::settings::Size;
 use recipe::Scene;
 use scanner::optics::camera::rig;
 use scanner::optics::speckle::PatternCache;
@@ -144,15 +144,15 @@ fn budgets() -> Vec<LightBudget> {
 
 /// A white plane at z = 0 under a sensor without speckle.
 fn white_scene(columns: usize) -> Scene {
-    let mut scene = scene(procedural::Stream::root(0), columns, BARE_PROFILE + EXPOSURES);
+    let mut scene = scene(base::Stream::root(0), columns, BARE_PROFILE + EXPOSURES);
     scene.bench.motion.conveyor_reflectance = 1.0;
     scene.bench.speckle.strength = 0.0;
     scene
 }
 
 /// A scene over the metal plate at a height.
-fn metal_scene(z: f64, patterns: &PatternCache) -> (Scene, procedural::Body) {
-    let mut scene = scene(procedural::Stream::root(0), COLUMNS, BARE_PROFILE + EXPOSURES);
+fn metal_scene(z: f64, patterns: &PatternCache) -> (Scene, base::Body) {
+    let mut scene = scene(base::Stream::root(0), COLUMNS, BARE_PROFILE + EXPOSURES);
     scene.bench.speckle.strength = 0.0;
     let body = plate(z as f32, 0.0, 0.0);
     expose_to_peak(&mut scene, &body, patterns, BARE_PROFILE, PEAK_DN);
@@ -285,7 +285,7 @@ fn figures(repeats: &[LaserRepeat], patterns: &PatternCache) -> (Vec<Figure>, La
 const BIN_COLUMNS: usize = 40;
 
 /// Mean of some exposures less the same without light, a row of the window after another, `[ROWS][columns]` [e-].
-fn exposed_line(scene: &Scene, body: &procedural::Body, patterns: &PatternCache) -> Vec<Vec<f64>> {
+fn exposed_line(scene: &Scene, body: &base::Body, patterns: &PatternCache) -> Vec<Vec<f64>> {
     let profiles = BARE_PROFILE..BARE_PROFILE + EXPOSURES;
     let mut dark = scene.clone();
     // As little light as there may be, other noise, the same fixed pattern.

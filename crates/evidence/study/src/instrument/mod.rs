@@ -174,8 +174,8 @@ mod tests {
     /// is.
     #[test]
     fn right_figures_hold_and_wrong_ones_do_not() {
-        let mut rng = procedural::Stream::root(3).child("figures").rng();
-        let mut draws = || (0..16).map(|_| procedural::normal(&mut rng)).collect::<Vec<f64>>();
+        let mut rng = base::Stream::root(3).child("figures").rng();
+        let mut draws = || (0..16).map(|_| base::normal(&mut rng)).collect::<Vec<f64>>();
         let off = (0..1000)
             .filter(|_| {
                 let figures: Vec<_> = (0..10).map(|_| Figure::of("", &draws(), 0.0)).collect();

@@ -28,10 +28,10 @@ use super::layout::{BLUE, GREEN, GREY, Heading, ORANGE, PURPLE, area, chart, cur
 use super::targets::{BARE_PROFILE, TargetView, bare, gain, scene, stream};
 use super::{Figure, Trials, document, mean_and_variance, per_repeat, repeat_trials, table};
 use crate::{StudyProgress, StudyReport};
-use bench::settings::{Hdr, Readout};
 use drawing::chart::Axis;
 use drawing::{Area, INK, Page};
 use numerics::chance::normal_below;
+use optical_bench::settings::{Hdr, Readout};
 use recipe::Scene;
 use scanner::optics::CENTRE;
 use scanner::optics::speckle::PatternCache;
@@ -111,7 +111,7 @@ struct FullWellPatch {
 }
 
 fn full_well_patch(patterns: &PatternCache) -> FullWellPatch {
-    let mut scene = scene(procedural::Stream::root(0), PATCH_COLUMNS, BARE_PROFILE + EXPOSURES);
+    let mut scene = scene(base::Stream::root(0), PATCH_COLUMNS, BARE_PROFILE + EXPOSURES);
     (scene.bench.motion.conveyor_reflectance, scene.bench.laser.waist_mm) = (1.0, 2.0);
     scene.bench.speckle.strength = 0.0;
     let light = TargetView::new(&scene, bare(), patterns, BARE_PROFILE..BARE_PROFILE + 1).light(BARE_PROFILE);

@@ -16,8 +16,8 @@
 
 use std::sync::Arc;
 
+use base::Stream;
 use image::{Rgb, RgbImage};
-use procedural::Stream;
 use serde_json::json;
 
 use super::centroid::{beyond_first_order, spread};
@@ -27,9 +27,9 @@ use super::speckle_theory::{IntensityLaw, boiled, overlap, pupils};
 use super::targets::{BARE_PROFILE, TargetView, bare, expose_to_peak, gain, quiet, scene, stream};
 use super::{Figure, Trials, document, mean_and_variance, per_repeat, repeat_trials, significance, table};
 use crate::{StudyProgress, StudyReport};
-use bench::settings::SpeckleLaw;
 use drawing::chart::Axis;
 use drawing::{Area, Page, viridis};
+use optical_bench::settings::SpeckleLaw;
 use pipeline;
 use recipe::Scene;
 use rig::{PixelCorrelation, grain_px};

@@ -9,7 +9,7 @@
 
 use std::f64::consts::PI;
 
-use bench::parameters::Bench;
+use optical_bench::parameters::Bench;
 
 /// Share of a round pupil that another one `s` diameters away covers [1].
 pub fn overlap(s: f64) -> f64 {

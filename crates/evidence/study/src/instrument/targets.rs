@@ -1,10 +1,10 @@
 //! Flat targets under the bench at its nominal values, and exposures of them by the simulator's own light and sensor.
 
+use base::{Body, Gloss, Medium, Stream};
 use procedural::flat::Flat;
-use procedural::{Body, Gloss, Medium, Stream};
 
 use super::Trials;
-use bench::parameters::Bench;
+use optical_bench::parameters::Bench;
 use pipeline;
 use recipe::{Recipe, Scene};
 use scanner::frame::Frame;
@@ -41,7 +41,7 @@ pub(super) fn ceramic(height_mm: f32) -> Body {
 }
 
 fn flat(medium: Medium, height_mm: f32, slope_x: f32, slope_y: f32) -> Body {
-    Body::Flat(Flat { height_mm, slope_x, slope_y, width_mm: 600.0, length_mm: 400.0, medium })
+    Body::new(Flat { height_mm, slope_x, slope_y, width_mm: 600.0, length_mm: 400.0, medium })
 }
 
 /// The radiance factor of the plate of metal for light along `light` seen along `view` [1].
@@ -53,7 +53,7 @@ pub(super) fn metal_radiance_factor(light: glam::Vec3, view: glam::Vec3) -> f64 
 /// Lambertian plane at z = 0 where its reflectance is 1.
 pub(super) fn bare() -> Body {
     let medium = Medium::opaque(Gloss::NONE);
-    Body::Flat(Flat { height_mm: 0.01, slope_x: 0.0, slope_y: 0.0, width_mm: 1.0, length_mm: 1.0, medium })
+    Body::new(Flat { height_mm: 0.01, slope_x: 0.0, slope_y: 0.0, width_mm: 1.0, length_mm: 1.0, medium })
 }
 
 /// Switches photon noise and row noise off and sets the least read noise.

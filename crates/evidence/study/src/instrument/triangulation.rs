@@ -15,9 +15,9 @@
 //! whose tilt breaks the Scheimpflug rule. The fixed pattern of rows shifts a whole level plate; it is drawn anew in
 //! every repeat and stands in the errors.
 
+use base::Body;
 use glam::DVec2;
 use image::{Rgb, RgbImage};
-use procedural::Body;
 use serde_json::json;
 
 use super::centroid::spread;
@@ -26,10 +26,10 @@ use super::layout::{BLUE, CHART_WIDTH, GREEN, GREY, Heading, ORANGE, PURPLE, are
 use super::targets::{TargetView, ceramic, expose_to_peak, gain, plate, scene, stream};
 use super::{Figure, Trials, document, mean_and_variance, per_repeat, repeat_trials, table};
 use crate::{StudyProgress, StudyReport};
-use bench::parameters::Bench;
-use bench::settings::Scheimpflug;
 use drawing::chart::Axis;
 use drawing::{Area, MARGIN, Page};
+use optical_bench::parameters::Bench;
+use optical_bench::settings::Scheimpflug;
 use pipeline;
 use recipe::Scene;
 use rig::{PixelCorrelation, grain_px};
@@ -113,7 +113,7 @@ pub fn study(trials: Trials, progress: StudyProgress) -> StudyReport {
 }
 
 /// A scene over a plate of metal without speckle, or of ceramic with it.
-fn set(own: procedural::Stream, body: &Body, speckle: bool, patterns: &PatternCache) -> Scene {
+fn set(own: base::Stream, body: &Body, speckle: bool, patterns: &PatternCache) -> Scene {
     let edge = if speckle { CERAMIC_EDGE_PROFILES } else { EDGE_PROFILES };
     let mut scene = scene(own, COLUMNS, edge + PROFILES);
     if !speckle {
@@ -195,7 +195,7 @@ fn measure(trials: Trials, one: u64, patterns: &PatternCache) -> TriangulationRe
 
 /// Mean error on a level plate at the edge of the field of a bent lens, on a sensor out of the rule of Scheimpflug
 /// [um].
-fn bent(own: procedural::Stream, patterns: &PatternCache) -> f64 {
+fn bent(own: base::Stream, patterns: &PatternCache) -> f64 {
     let body = plate(HEIGHTS_MM[TABLE_HEIGHTS[1]] as f32, 0.0, 0.0);
     let mut scene = scene(own, COLUMNS, EDGE_PROFILES + PROFILES);
     scene.bench.speckle.strength = 0.0;
@@ -244,7 +244,7 @@ fn expected(scene: &Scene, body: &Body, patterns: &PatternCache, contrast: f64, 
 /// Errors and spreads of Range on plates; and spreads on ceramic, measured and expected [um].
 fn plate_figures(
     repeats: &[TriangulationRepeat],
-    own: procedural::Stream,
+    own: base::Stream,
     patterns: &PatternCache,
     level: &[f64],
     correlation: &PixelCorrelation,

@@ -13,8 +13,8 @@ mod projection;
 mod slant;
 mod vignetting;
 
+use base::Stream;
 use glam::Vec3;
-use procedural::Stream;
 
 use self::defocus::Defocus;
 use self::projection::{PIXEL_VARIANCE, Projection};
@@ -22,9 +22,9 @@ use self::slant::Slant;
 use self::vignetting::Vignetting;
 use crate::frame::Rig;
 use crate::optics::laser::Laser;
-use bench::lens::{DistortedDirection, Distortion, image_distance, scheimpflug};
-use bench::parameters::Bench;
-use bench::settings::{LaserLine, LensModel, Scheimpflug, Size};
+use optical_bench::lens::{DistortedDirection, Distortion, image_distance, scheimpflug};
+use optical_bench::parameters::Bench;
+use optical_bench::settings::{LaserLine, LensModel, Scheimpflug, Size};
 
 /// Planck's constant times the speed of light [J m].
 const PLANCK_TIMES_LIGHT_SPEED: f64 = 1.986_445_86e-25;

@@ -1,8 +1,8 @@
 //! The camera against published numbers and the exact geometry.
 
 use super::*;
-use bench::lens::{DistortedDirection, image_distance};
-use bench::parameters::CameraParameters;
+use optical_bench::lens::{DistortedDirection, image_distance};
+use optical_bench::parameters::CameraParameters;
 
 fn camera_of(bench: &Bench) -> Camera {
     Camera::new(bench, &SIZE, &LaserLine::PLAIN, Stream::root(0))

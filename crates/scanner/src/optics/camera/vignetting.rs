@@ -23,9 +23,9 @@
 //! Neglected: the shift of the band for ambient light, light beyond the band (blocking 1e-4), shadows and colours of
 //! the object other than the laser's.
 
-use bench::settings::{Filter, Optics};
+use optical_bench::settings::{Filter, Optics};
 
-use bench::parameters::{Bench, CameraParameters};
+use optical_bench::parameters::{Bench, CameraParameters};
 
 /// Effective index of a filter's layers [M] [1].
 const FILTER_INDEX: f64 = 1.9;

@@ -12,13 +12,13 @@
 //! Sources: cylindrical lenses and Powell lenses as their vendors describe them (Edmund Optics, Coherent). Neglected:
 //! speckle and interference fringes of the lens, light beyond the fan.
 
-use procedural::Stream;
+use base::Stream;
 use rand::RngExt;
 
 use super::texture::LineTexture;
-use bench::parameters::LaserParameters;
-use bench::settings::{self, LaserLine};
 use numerics::lanes::cos_sin_turns;
+use optical_bench::parameters::LaserParameters;
+use optical_bench::settings::{self, LaserLine};
 
 /// Steps of a tabulated fan.
 const TABLE_STEPS: usize = 4096;

@@ -17,8 +17,8 @@
 //! returns all of it.
 
 use super::texture::LineTexture;
-use bench::parameters::LaserParameters;
-use bench::settings::LineShape;
+use optical_bench::parameters::LaserParameters;
+use optical_bench::settings::LineShape;
 use transport::kernel::{BASIS, SPREAD_MM};
 
 /// Weight and standard deviation of each Gaussian of a skirt [1, a].

@@ -23,14 +23,14 @@ pub(crate) mod segment_process;
 mod texture;
 mod width_jitter;
 
+use base::Stream;
 use glam::Vec3;
-use procedural::Stream;
 
 use self::fan::FanProfile;
 use self::texture::LineTexture;
 use self::width_jitter::WidthJitter;
-use bench::parameters::LaserParameters;
-use bench::settings::{LaserLine, LineShape};
+use optical_bench::parameters::LaserParameters;
+use optical_bench::settings::{LaserLine, LineShape};
 
 pub(crate) use self::line_profile::{GaussianMixture, LineProfile};
 pub(crate) use self::point_laser::PointLaser;

@@ -5,7 +5,7 @@
 //! gets the part of the Gaussian that falls on its own width, by the error function. All of the power is in the spot.
 //! Neglected: that its far half is a little wider than its near one.
 
-use bench::parameters::LaserParameters;
+use optical_bench::parameters::LaserParameters;
 
 /// Standard deviations of the spot beyond which a column gets no light [1].
 const REACH_SIGMAS: f32 = 6.5;

@@ -8,7 +8,7 @@
 
 use std::ops::Range;
 
-use procedural::Stream;
+use base::Stream;
 use rand::RngExt;
 
 use numerics::lanes::ln;

@@ -5,7 +5,7 @@
 //! pixels; the extents are keys of the recipe. A picture's grey is proportional to light. Neglected: that a projector's
 //! picture is sharp at one distance only.
 
-use bench::settings::TextureImage;
+use optical_bench::settings::TextureImage;
 
 /// Rows of the preset of the thesis [px].
 const PROJECTOR_ROWS: usize = 61;

@@ -4,10 +4,9 @@
 //! at the conveyor's height. It belongs to the laser and stays while the object moves. An engineering model of
 //! imperfect line optics. Neglected: that width changes over height by itself.
 
-use procedural::Stream;
-
-use bench::parameters::LaserParameters;
+use base::Stream;
 use numerics::lanes::normals;
+use optical_bench::parameters::LaserParameters;
 
 /// Grid steps per correlation length [1].
 const STEPS_PER_CORRELATION_LENGTH: f64 = 8.0;

@@ -436,9 +436,9 @@ fn read(noise: PairNoise, signal: [[&[f32; TILE]; 2]; 3], chain: &SignalChain, o
 
 #[cfg(test)]
 mod tests {
-    use bench::parameters::{Bench, ExposureParameters};
-    use bench::settings::{Hdr, Readout, Size, SpeckleLaw};
-    use procedural::{Parameter, Stream};
+    use base::{Parameter, Stream};
+    use optical_bench::parameters::{Bench, ExposureParameters};
+    use optical_bench::settings::{Hdr, Readout, Size, SpeckleLaw};
     use rand::RngExt;
 
     use super::*;
@@ -470,7 +470,7 @@ mod tests {
             let chain = SignalChain::new(&exposure, Readout { bits, hdr }, &size, Stream::root(round));
             let speckle = AnchoredSpeckle::new(
                 &Bench {
-                    speckle: bench::parameters::SpeckleParameters { strength: 0.0, ..Bench::default().speckle },
+                    speckle: optical_bench::parameters::SpeckleParameters { strength: 0.0, ..Bench::default().speckle },
                     ..Bench::default()
                 },
                 &SpeckleConditions { grain: 0.4, rows_per_mm: 10.0, height: 0.0, paths: 1.0, travel: 0.0 },

@@ -9,12 +9,11 @@
 
 use std::sync::OnceLock;
 
-use procedural::Stream;
-
 use crate::optics::speckle::TILE;
-use bench::parameters::ExposureParameters;
-use bench::settings::Size;
+use base::Stream;
 use numerics::lanes::{hash, normals};
+use optical_bench::parameters::ExposureParameters;
+use optical_bench::settings::Size;
 
 /// Steps in a standard deviation.
 const CODES_PER_SIGMA: f64 = 20.0;
@@ -191,7 +190,7 @@ impl FixedPattern {
 
 #[cfg(test)]
 mod tests {
-    use procedural::Parameter;
+    use base::Parameter;
 
     use super::*;
 

@@ -21,14 +21,14 @@
 //! not by a factor of thumb; scripts pass numbers on without rounding. The spread of the noise includes the final
 //! rounding. `physical` orders never come here.
 
-use procedural::Stream;
+use base::Stream;
 use rand::RngExt;
 use rustfft::FftPlannerScalar;
 use rustfft::num_complex::Complex32;
 
-use bench::parameters::Bench;
-use bench::settings::{Postprocess, Readout, Script, SpeckleLaw};
 use numerics::lanes;
+use optical_bench::parameters::Bench;
+use optical_bench::settings::{Postprocess, Readout, Script, SpeckleLaw};
 
 /// Half length of the blur's kernel, in standard deviations [1].
 const KERNEL_REACH: f64 = 4.0;

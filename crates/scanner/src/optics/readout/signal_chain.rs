@@ -25,12 +25,11 @@
 //! the knee that are set back by chance, spread of the barrier, pixels' own dark current, light that leaks into the
 //! stored charge.
 
-use procedural::{Stream, normal};
-
 use super::fixed_pattern::{CodeSteps, FixedPattern};
-use bench::parameters::ExposureParameters;
-use bench::settings::{Hdr, Readout, Size};
+use base::{Stream, normal};
 use numerics::lanes;
+use optical_bench::parameters::ExposureParameters;
+use optical_bench::settings::{Hdr, Readout, Size};
 
 /// The barrier over the full well [1].
 const BARRIER_SHARE: f64 = 0.5;

@@ -4,7 +4,7 @@
 //! body, the border of a shadow) the edge is found to a sixteenth of a column. Neglected: texture of matter finer than
 //! a column; self-shadows of bodies that cannot occlude themselves.
 
-use procedural::Medium;
+use base::Medium;
 
 use crate::frame::Sightlines;
 use crate::optics::light::MixedColumn;

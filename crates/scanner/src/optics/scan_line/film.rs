@@ -14,8 +14,8 @@
 
 use std::ops::Range;
 
+use base::{Film, Matter, Surface};
 use glam::{Mat2, Vec2, Vec3};
-use procedural::{Film, Matter, Surface};
 
 use super::bent_film::{FilmPlace, FilmSheet, LEAST_FILM_COSINE, PlaneBelow};
 use super::view::LineView;

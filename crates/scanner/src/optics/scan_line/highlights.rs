@@ -6,14 +6,13 @@
 
 use std::ops::Range;
 
-use procedural::{Medium, Stream};
-
 use super::view::LineView;
 use crate::optics::laser::segment_process::{Segment, SegmentProcess};
 use crate::optics::light::{ScanLine, Streak, column_shares};
 use crate::specimen::Hit;
-use bench::parameters::LaserParameters;
+use base::{Medium, Stream};
 use numerics::lanes::ln;
+use optical_bench::parameters::LaserParameters;
 
 /// Fibres that run straighter across the motion than this guide no light along it [1].
 const MIN_FIBRE_ALONG: f32 = 0.5;

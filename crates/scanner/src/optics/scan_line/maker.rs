@@ -10,9 +10,9 @@
 
 use std::ops::Range;
 
+use base::{Film, Gloss, Medium, Surface};
 use glam::{Vec2, Vec3};
 use multiversion::multiversion;
-use procedural::{Film, Gloss, Medium, Surface};
 
 use super::along_line::AlongLine;
 use super::bent_film::upright;

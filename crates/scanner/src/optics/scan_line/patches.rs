@@ -7,9 +7,9 @@
 //! sent each other, a second exchange that is worked out across the motion alone. What fills a pocket is not counted
 //! here: it leaves elsewhere.
 
+use base::{Film, Surface};
 use glam::Vec3;
 use multiversion::multiversion;
-use procedural::{Film, Surface};
 
 use super::film::{entering_share, spread};
 use super::view::LitLine;

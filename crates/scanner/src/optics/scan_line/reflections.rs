@@ -17,8 +17,8 @@
 //! the plane of incidence at a slant, mirror images of tablets and foil and of second bounces. What is lit answers with
 //! the light that comes out within 0.32 mm, as the film of the line's own line in that column does.
 
+use base::{Film, Surface};
 use glam::Vec3;
-use procedural::{Film, Surface};
 
 use super::film::{entering_share, passes_from};
 use super::view::{LineView, LitLine};
@@ -319,7 +319,7 @@ mod tests {
     /// Parts of the normal law between ends drawn at random, infinite ones too: share, mean and variance against sums.
     #[test]
     fn parts_of_the_normal_law_are_those_of_sums() {
-        let mut rng = procedural::Stream::root(54).rng();
+        let mut rng = base::Stream::root(54).rng();
         for i in 0..200 {
             let (low, width) = (rng.random_range(-3.0..1.5f32), rng.random_range(0.3..4.0f32));
             let ends = if i % 5 == 0 { [low, f32::INFINITY] } else { [low, low + width] };

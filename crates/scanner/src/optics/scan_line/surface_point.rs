@@ -1,7 +1,7 @@
 //! Surface point: the medium, slope and view of a point, as the kernel of subsurface light asks for them.
 
+use base::Medium;
 use glam::Vec3;
-use procedural::Medium;
 
 use transport::fresnel;
 use transport::kernel::SurfacePoint;

@@ -1,10 +1,9 @@
 //! View of one line: body, camera and laser at one position of the scan.
 
-use procedural::Surface;
-
 use crate::optics::camera::{Camera, Sight};
 use crate::optics::laser::SpotLight;
 use crate::specimen::{Hit, Specimen};
+use base::Surface;
 use transport::kernel::SpreadRow;
 
 /// Body, camera and laser at one position of the scan.

@@ -10,14 +10,13 @@
 
 use std::sync::Arc;
 
-use procedural::stream::mix;
-
 use super::boiling::Boiling;
 use super::contrast::pixel_contrast;
 use super::pupil::TILE;
 use super::stack::{PatternCache, PatternStack, STACK_PATTERNS};
-use bench::parameters::Bench;
-use bench::settings::SpeckleLaw;
+use base::mix;
+use optical_bench::parameters::Bench;
+use optical_bench::settings::SpeckleLaw;
 
 /// Rows over which points change from one pattern of the stack to the next, one after the other [px].
 const TRANSITION_ROWS: usize = 64;
@@ -186,7 +185,7 @@ impl TileSpeckle<'_> {
 
 #[cfg(test)]
 mod tests {
-    use procedural::Stream;
+    use base::Stream;
 
     use super::*;
 

@@ -18,7 +18,7 @@
 //! the movement along l itself adds, quadratic in dz / dz0 and under 1 in 1000 over the lit rows; slopes of the
 //! surface; M^2, beyond its share in z_R.
 
-use bench::parameters::Bench;
+use optical_bench::parameters::Bench;
 
 /// Lens and laser wavefront that determine the boiling.
 #[derive(Debug, Clone, Copy)]

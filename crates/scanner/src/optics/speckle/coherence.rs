@@ -58,8 +58,8 @@ pub fn path_contrast(per_mm: f32, law: &PathLaw) -> f32 {
 mod tests {
     use super::*;
     use crate::optics::scan_line::surface_point;
+    use base::{Gloss, Medium};
     use glam::Vec3;
-    use procedural::{Gloss, Medium};
     use rand::RngExt;
     use transport::kernel::path_laws;
 
@@ -67,7 +67,7 @@ mod tests {
     /// paths and lasers may be.
     #[test]
     fn closed_form_is_the_double_sum() {
-        let mut rng = procedural::Stream::root(6).child("paths").rng();
+        let mut rng = base::Stream::root(6).child("paths").rng();
         let mut draw = |low: f64, high: f64| low * (high / low).powf(rng.random::<f64>());
         for _ in 0..60 {
             let (median, deviation, per_mm) = (draw(0.05, 20.0), draw(0.2, 1.8), draw(0.05, 20.0));
@@ -102,7 +102,7 @@ mod tests {
     /// from these and several coherence lengths from each other.
     #[test]
     fn equal_paths_keep_their_contrast() {
-        let mut rng = procedural::Stream::root(7).child("equal").rng();
+        let mut rng = base::Stream::root(7).child("equal").rng();
         for _ in 0..60 {
             let (share, deviation) = (rng.random_range(0.1..0.9f64), rng.random_range(0.3..1.0f64));
             let (median, per_mm) = (2.0, libm::exp(rng.random_range(1.0..4.0f64)));
@@ -136,7 +136,7 @@ mod tests {
     /// back.
     #[test]
     fn all_matter_has_a_contrast() {
-        let mut rng = procedural::Stream::root(5).child("matter").rng();
+        let mut rng = base::Stream::root(5).child("matter").rng();
         let mut draw = |low: f64, high: f64| low * (high / low).powf(rng.random::<f64>());
         for _ in 0..200 {
             let (mu_a, sigma_i, k) = (draw(1e-4, 1e3), draw(0.01, 200.0), draw(1e-3, 200.0));

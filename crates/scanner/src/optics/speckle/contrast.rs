@@ -14,8 +14,8 @@
 
 use std::f64::consts::PI;
 
-use bench::settings::SpeckleLaw;
 use numerics::quadrature::composite;
+use optical_bench::settings::SpeckleLaw;
 
 /// Nodes in each interval of lags.
 const NODES_PER_INTERVAL: usize = 8;

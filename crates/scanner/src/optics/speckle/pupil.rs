@@ -25,16 +25,15 @@
 use std::f64::consts::PI;
 use std::ops::Range;
 
+use base::{Stream, mix};
 use multiversion::multiversion;
-use procedural::Stream;
-use procedural::stream::mix;
 use rustfft::FftPlannerScalar;
 use rustfft::num_complex::Complex;
 use rustfft::num_traits::Zero;
 
 use super::transform_lanes::{LANES, Lanes};
-use bench::settings::SpeckleLaw;
 use numerics::lanes;
+use optical_bench::settings::SpeckleLaw;
 
 /// Pixels along the line after which a pattern repeats.
 pub const TILE: usize = 128;

@@ -11,10 +11,9 @@
 
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
-use procedural::Stream;
-
 use super::pupil::{Pupil, TILE, gather};
-use bench::settings::SpeckleLaw;
+use base::Stream;
+use optical_bench::settings::SpeckleLaw;
 
 /// Patterns of a stack; those half a stack apart have pupils one diameter apart.
 pub(crate) const STACK_PATTERNS: usize = 32;

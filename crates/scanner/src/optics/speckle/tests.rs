@@ -1,11 +1,10 @@
 //! Patterns against closed forms: law, correlation, stack, pixels.
 
-use procedural::Stream;
-
 use super::contrast;
 use super::pupil::{Pupil, TILE};
 use super::stack::PatternStack;
-use bench::settings::SpeckleLaw;
+use base::Stream;
+use optical_bench::settings::SpeckleLaw;
 
 const PHYSICAL: SpeckleLaw = SpeckleLaw::Exponential;
 

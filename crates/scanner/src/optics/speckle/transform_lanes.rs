@@ -109,7 +109,7 @@ impl FromPrimitive for Lanes {
 
 #[cfg(test)]
 mod tests {
-    use procedural::Stream;
+    use base::Stream;
     use rustfft::FftPlannerScalar;
     use rustfft::num_complex::Complex;
 
@@ -122,7 +122,7 @@ mod tests {
         for length in [4, 128, 512, 768, 1000, 1536, 3072, 12, 1031, 2018] {
             let number = |lane: usize, i: usize, part: u64| {
                 let own = stream.child("number").key() ^ (part << 40 | (lane as u64) << 20 | i as u64);
-                (procedural::stream::mix(own) >> 40) as f32 / 16_777_216.0 - 0.5
+                (base::mix(own) >> 40) as f32 / 16_777_216.0 - 0.5
             };
             let single = |lane: usize| {
                 let mut row: Vec<Complex<f32>> =

@@ -213,7 +213,7 @@ mod tests {
     /// the wall's foot.
     #[test]
     fn walls_receive_what_rays_from_the_card_bring() {
-        let mut rng = procedural::Stream::root(41).rng();
+        let mut rng = base::Stream::root(41).rng();
         for _ in 0..12 {
             let [steep, lean] = [rng.random_range(0.5..4.0f32), rng.random_range(-0.5..0.5f32)];
             let (pitch, columns) = (0.06f32, 2 * TILE);
@@ -294,7 +294,7 @@ mod tests {
     /// Rows hold the light between two nodes wherever these lie, folded images too.
     #[test]
     fn rows_hold_all_light_between_nodes() {
-        let mut rng = procedural::Stream::root(42).rng();
+        let mut rng = base::Stream::root(42).rng();
         for _ in 0..300 {
             let mut node = |y: f32| Node { row: rng.random_range(1.0..42.0), y, by_mm: rng.random_range(0.0..9.0) };
             let (a, b) = (node(0.3), node(1.1));

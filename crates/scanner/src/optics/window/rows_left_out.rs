@@ -87,7 +87,7 @@ mod tests {
     /// it takes the other's light.
     #[test]
     fn lines_are_below_the_bound() {
-        let mut rng = procedural::Stream::root(3).rng();
+        let mut rng = base::Stream::root(3).rng();
         let mut even = |from: f32, to: f32| from + (to - from) * rng.random::<f32>();
         let mut nearest = 0.0f32;
         for _ in 0..200 {

@@ -18,7 +18,7 @@ use super::lit_profile::LitProfile;
 use crate::optics::camera::Camera;
 use crate::optics::light::{ROWS, ScanLine, without_overlap};
 use crate::optics::speckle::TILE;
-use bench::parameters::LaserParameters;
+use optical_bench::parameters::LaserParameters;
 
 /// Lines beyond those that even steps would ask for, for steps that are not.
 pub(crate) const SPARE_LINES: usize = 4;

@@ -125,7 +125,7 @@ mod tests {
     /// is hidden.
     #[test]
     fn rows_show_what_stands_first() {
-        let mut rng = procedural::Stream::root(43).rng();
+        let mut rng = base::Stream::root(43).rng();
         let (rows_per_mm, mut hidden) = (5.0f32, 0);
         for _ in 0..40 {
             // A profile a row, from behind the line to before it.
@@ -164,9 +164,9 @@ mod tests {
     #[test]
     fn ways_follow_the_surface() {
         use crate::specimen::Hit;
-        use procedural::{Class, Gloss, Matter, Medium, Surface};
+        use base::{Class, Gloss, Matter, Medium, Surface};
 
-        let mut rng = procedural::Stream::root(44).rng();
+        let mut rng = base::Stream::root(44).rng();
         for _ in 0..50 {
             let (step, wall, card) =
                 (rng.random_range(0.05..0.3f32), rng.random_range(-3.0..3.0f32), rng.random_range(-0.5..0.5f32));

@@ -125,7 +125,7 @@ fn samples_of_the_training_are_told() {
         let found = Sidecar::parse("m.yaml", &format!("{base}{trained}"), &checked).expect("it is right");
         found.trained_on.and_then(|trained| trained.shared_draws(&checked, split))
     };
-    let (test, train) = (Some(bench::split::Split::Test), Some(bench::split::Split::Train));
+    let (test, train) = (Some(optical_bench::split::Split::Test), Some(optical_bench::split::Split::Train));
     assert_eq!(told("", None), None);
     for other in ["{family: pine, seed: 7}", "{family: wood, seed: 8}"] {
         assert_eq!(told(&format!("trained_on: {other}"), None), None, "{other}");

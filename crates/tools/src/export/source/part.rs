@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use super::{ExportProgress, ExportSource, Selection};
 use crate::export::sample::ExportSample;
-use bench::split::Split;
 use dataset::Fault;
+use optical_bench::split::Split;
 
 /// What a stopped run has exported of a split: its first samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -6,8 +6,8 @@ use super::svg;
 use crate::report::histogram::DRAWN_ROUNDING;
 use crate::report::page_data::PageData;
 use crate::report::palette::class_hex;
-use bench::split::Split;
 use drawing::html::format::{count, name, number, percent};
+use optical_bench::split::Split;
 
 /// The section.
 pub(super) fn section(facts: &PageData) -> Markup {

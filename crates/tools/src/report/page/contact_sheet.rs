@@ -7,11 +7,11 @@ use super::elements::plain_classes;
 use crate::report::page_data::PageData;
 use crate::report::palette::{class_hex, labels_png, map_png};
 use crate::report::sheet_sample::{MAPS, SheetSample};
-use bench::split::Split;
 use drawing::html::{
     ColourMap, colour_scale, data_url,
     format::{count, name, number, percent, with_unit},
 };
+use optical_bench::split::Split;
 
 /// Titles and colours of the maps.
 const PANELS: [(&str, ColourMap); 3] =

@@ -7,11 +7,11 @@ use maud::{Markup, html};
 use crate::report::exposed_profile::ExposedProfile;
 use crate::report::page_data::PageData;
 use crate::report::palette::frame_png;
-use bench::split::Split;
 use drawing::html::{
     data_url,
     format::{name, number},
 };
+use optical_bench::split::Split;
 
 /// The section.
 pub(super) fn section(facts: &PageData) -> Markup {

@@ -6,8 +6,8 @@
 
 use std::sync::Arc;
 
+use base::{Gloss, Medium};
 use glam::Vec3;
-use procedural::{Gloss, Medium};
 
 use super::film::{FACET_TURN, FilmStack, PIGMENT_G, in_film, inside, refracted, seen_through, under_normal};
 use super::sealed::{HOP, SealedGlint, sealed_glint};
@@ -509,7 +509,7 @@ impl FilmLayers<'_> {
 /// Radiance factor of rough metal [1]. Facets throw a part of the light, about a b / (1 + a b) for roughness a and b,
 /// at other facets, which throw it on: nothing of it is lost.
 #[inline(always)]
-fn metal(of: &procedural::Gloss, normal: Vec3, light: Vec3, view: Vec3) -> f32 {
+fn metal(of: &base::Gloss, normal: Vec3, light: Vec3, view: Vec3) -> f32 {
     let [along, across] = of.roughness;
     gloss(of, normal, light, view) * (1.0 + along * across)
 }

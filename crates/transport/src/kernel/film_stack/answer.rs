@@ -3,8 +3,8 @@
 //! What leaves in each row towards all sides is in `line`; what the lens sees of it in `seen`, where light from below
 //! is moved to where it leaves the film. Spreads are those of the fixed widths, as production uses them.
 
+use base::{Film, Gloss, KERNEL_INDICES, Medium};
 use glam::Vec3;
-use procedural::{Film, Gloss, KERNEL_INDICES, Medium};
 
 use super::super::half_space::{Gaussian, KernelError, index_within, point, scatters_evenly, seen_from_above, share};
 use super::super::widths::{BASIS, PACK_SPREAD_MM};

@@ -1,7 +1,7 @@
 //! A film over something, as light meets it: its geometry, ways in it, and what passes it unturned.
 
+use base::{Film, Medium};
 use glam::Vec3;
-use procedural::{Film, Medium};
 
 use crate::fresnel::fresnel_dielectric;
 use crate::stack;

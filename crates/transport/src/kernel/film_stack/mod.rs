@@ -33,8 +33,8 @@ mod underlayer;
 
 use std::sync::LazyLock;
 
+use base::Medium;
 use multiversion::multiversion;
-use procedural::Medium;
 
 use self::adding::{FilmFlow, StackTables, flow};
 pub(super) use self::answer::solve;
@@ -96,7 +96,7 @@ impl FilmStackKernel {
 
     /// The fit of widths takes milliseconds, as much as a small sample's profiles.
     fn make() -> Self {
-        let medium = Medium::isotropic(0.0, 1.0, 1.53, procedural::Gloss::NONE);
+        let medium = Medium::isotropic(0.0, 1.0, 1.53, base::Gloss::NONE);
         Self { tables: StackTables::of(&medium, &medium), back: WidthFit::new() }
     }
 

@@ -13,8 +13,8 @@
 
 use std::sync::LazyLock;
 
+use base::{Film, Medium};
 use multiversion::multiversion;
-use procedural::{Film, Medium};
 
 use super::adding::flow;
 use super::spectrum::Spectrum;
@@ -311,7 +311,7 @@ mod tests {
     /// by itself.
     #[test]
     fn mixtures_are_as_crowded_as_their_densities() {
-        let mut rng = procedural::Stream::root(55).rng();
+        let mut rng = base::Stream::root(55).rng();
         for _ in 0..100 {
             let mut parts = [(); KINDS].map(|()| {
                 let law = LogNormal { middle: rng.random_range(-2.0..2.0), deviation: rng.random_range(0.1..1.2) };
@@ -344,7 +344,7 @@ mod tests {
     /// Laws drawn over what light in packs may be come back from what absorption takes of them.
     #[test]
     fn laws_come_back_from_what_is_lost() {
-        let mut rng = procedural::Stream::root(53).rng();
+        let mut rng = base::Stream::root(53).rng();
         for _ in 0..200 {
             let (middle, deviation) = (rng.random_range(-4.4..-0.4f64), rng.random_range(0.2..1.4f64));
             let lost = [1.0, MORE_AGAIN].map(|more| lost_by(middle + libm::log(f64::from(more)), deviation) as f32);

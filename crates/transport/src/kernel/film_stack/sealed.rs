@@ -41,8 +41,8 @@ pub(super) const HOP: f32 = 3.4;
 
 #[cfg(test)]
 mod tests {
+    use base::{Film, Gloss, Medium, Stream};
     use glam::Vec3;
-    use procedural::{Film, Gloss, Medium, Stream};
     use rand::RngExt;
 
     use super::*;

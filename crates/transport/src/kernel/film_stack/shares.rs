@@ -1,8 +1,8 @@
 //! What a place of film and what lies below it do to light, wherever that goes: shares of what arrives, for radiosity
 //! in pockets.
 
+use base::{Film, Medium};
 use numerics::lanes::exp;
-use procedural::{Film, Medium};
 
 use super::FilmStackKernel;
 use super::film::PIGMENT_G;
@@ -59,7 +59,7 @@ impl FilmStackKernel {
 
 #[cfg(test)]
 mod tests {
-    use procedural::{Gloss, Stream};
+    use base::{Gloss, Stream};
     use rand::RngExt;
 
     use super::*;

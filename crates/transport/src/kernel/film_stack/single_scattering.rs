@@ -130,8 +130,8 @@ pub(super) fn turned_once_in_all(stack: &FilmStack) -> f32 {
 
 #[cfg(test)]
 mod tests {
+    use base::{Film, Gloss, Medium, Stream};
     use glam::Vec3;
-    use procedural::{Film, Gloss, Medium, Stream};
     use rand::RngExt;
 
     use super::*;

@@ -269,7 +269,7 @@ fn solve(matrix: &mut [[f64; FREQUENCY_COUNT]; FREQUENCY_COUNT], right: &mut [[f
 
 #[cfg(test)]
 mod tests {
-    use procedural::Stream;
+    use base::Stream;
     use rand::RngExt;
 
     use super::*;

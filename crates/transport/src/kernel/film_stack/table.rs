@@ -318,7 +318,7 @@ mod tests {
     /// absorptions.
     #[test]
     fn absorption_between_nodes_leaves_what_it_leaves() {
-        let mut rng = procedural::Stream::root(56).rng();
+        let mut rng = base::Stream::root(56).rng();
         for _ in 0..2000 {
             let median = libm::exp(rng.random_range(libm::log(0.1)..libm::log(3.0)));
             let (deviation, absorbed) = (rng.random_range(0.5..1.3f64), libm::exp(rng.random_range(-7.0..2.3f64)));

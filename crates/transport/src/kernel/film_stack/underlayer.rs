@@ -10,8 +10,6 @@
 //! paths. Neglected beside that: the fibres of what lies below, roughness of a tablet, that light to the lens is
 //! skewed.
 
-use procedural::Medium;
-
 use super::super::after_absorption;
 use super::super::table::{HalfSpaceTable, PATH_BINS};
 use super::super::view::CONE_BINS;
@@ -19,6 +17,7 @@ use super::super::view::{View, view_group};
 use super::super::widths::line_mm2;
 use super::spectrum::{FREQUENCY_COUNT, Spectrum, frequency};
 use crate::fresnel::{fresnel_dielectric, normal_reflectance};
+use base::Medium;
 use numerics::lanes::exp;
 
 /// Steps of the mean of Fresnel's law over Lambert light.

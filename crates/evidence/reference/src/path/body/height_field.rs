@@ -8,8 +8,8 @@
 //! A ray is followed from cell to cell, and crosses the surface within each as [`BilinearPatch`] says. Nothing is
 //! skipped, however long the ray: no gap that the grid holds can be jumped. Gaps under two cells are not held.
 
+use base::Slice;
 use glam::DVec3;
-use procedural::body::Slice;
 
 use super::super::bilinear_patch::BilinearPatch;
 use transport::line::LineSource;
@@ -60,7 +60,7 @@ pub(super) enum RayEnd {
 
 impl HeightField {
     /// The region about `line`, and the body's cuts through the middle of its cells, one for each along y.
-    pub fn new<'a>(line: &LineSource<'a>) -> (Self, Vec<Slice<'a>>) {
+    pub fn new<'a>(line: &LineSource<'a>) -> (Self, Vec<Box<dyn Slice + 'a>>) {
         let (low, high) = line.body.bounds();
         let (low, high) = (low.as_dvec3(), high.as_dvec3());
         let ends = (line.x.first().copied().unwrap_or(0.0), line.x.last().copied().unwrap_or(0.0));

@@ -6,9 +6,8 @@
 
 use std::sync::OnceLock;
 
+use base::{Medium, Slice};
 use glam::DVec3;
-use procedural::Medium;
-use procedural::body::Slice;
 
 use super::height_field::{CellIndex, HeightField};
 
@@ -21,7 +20,7 @@ type Block = Box<[OnceLock<Medium>]>;
 #[derive(Debug)]
 pub(super) struct MediumCache<'a> {
     heights: HeightField,
-    cuts: Vec<Slice<'a>>,
+    cuts: Vec<Box<dyn Slice + 'a>>,
     blocks: Vec<OnceLock<Block>>,
     /// Blocks along x and y.
     side: [usize; 2],
@@ -29,7 +28,7 @@ pub(super) struct MediumCache<'a> {
 
 impl<'a> MediumCache<'a> {
     /// No medium is known yet.
-    pub fn new(heights: HeightField, cuts: Vec<Slice<'a>>) -> Self {
+    pub fn new(heights: HeightField, cuts: Vec<Box<dyn Slice + 'a>>) -> Self {
         let [nx, ny, nz] = heights.cells.map(|cells| cells.div_ceil(BLOCK_CELLS));
         Self { heights, cuts, blocks: (0..nx * ny * nz).map(|_| OnceLock::new()).collect(), side: [nx, ny] }
     }

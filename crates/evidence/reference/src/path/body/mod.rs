@@ -1,7 +1,7 @@
 //! Monte Carlo of light in a body of any shape and matter: photons below a height field.
 //!
 //! Model: radiance in a body whose absorption, scattering and fibre direction change from point to point
-//! ([`Medium`](procedural::Medium), cylinders that turn light evenly about themselves), below a relief with cracks,
+//! ([`Medium`](base::Medium), cylinders that turn light evenly about themselves), below a relief with cracks,
 //! sides and bottom ([`height_field`]), with Fresnel's law wherever light meets a surface. Matter is the same within
 //! cells of 0.1 mm ([`medium_cache`]).
 //!
@@ -32,8 +32,8 @@ mod tests;
 
 use std::f64::consts::PI;
 
+use base::Medium;
 use glam::DVec3;
-use procedural::Medium;
 use rand::Rng;
 
 use self::height_field::{CellIndex, HeightField, RayEnd};

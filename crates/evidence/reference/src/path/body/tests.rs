@@ -1,9 +1,9 @@
 //! Monte Carlo on bodies against Monte Carlo in plane layers, against symmetry, and against itself.
 
+use base::{Body, Class, Gloss, Medium};
 use glam::{DVec3, Vec3};
 use procedural::flat::Flat;
 use procedural::strips::{Strip, Strips};
-use procedural::{Body, Class, Gloss, Medium};
 
 use super::super::line_response::{EnergyBalance, line_response_with_balance};
 use super::height_field::{HeightField, RayEnd};
@@ -37,12 +37,12 @@ fn knot(mu_a: f32) -> Medium {
 }
 
 fn plate(medium: Medium, height_mm: f32, slope_y: f32) -> Body {
-    Body::Flat(Flat { height_mm, slope_x: 0.0, slope_y, width_mm: 100.0, length_mm: 60.0, medium })
+    Body::new(Flat { height_mm, slope_x: 0.0, slope_y, width_mm: 100.0, length_mm: 60.0, medium })
 }
 
 fn strips(strips: &[(f32, f32, Medium)]) -> Body {
     let strip = |&(width_mm, sunk_mm, medium): &_| Strip { width_mm, sunk_mm, medium, class: Class::Clear };
-    Body::Strips(Strips { height_mm: 15.0, length_mm: 60.0, strips: strips.iter().map(strip).collect() })
+    Body::new(Strips { height_mm: 15.0, length_mm: 60.0, strips: strips.iter().map(strip).collect() })
 }
 
 fn ask(

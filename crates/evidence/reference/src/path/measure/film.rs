@@ -10,8 +10,8 @@
 //! Where light leaves is kept as a transform, the mean of cos(k x), for a grid of frequencies k in units of 1 /
 //! thickness; x and y serve alike. Valid and neglected as in `plane_layers`.
 
+use base::Stream;
 use glam::DVec3;
-use procedural::Stream;
 use rayon::prelude::*;
 
 use super::super::plane_layers::{PreparedLayer, StackGeometry, StackObserver};

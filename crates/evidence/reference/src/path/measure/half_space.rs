@@ -8,8 +8,8 @@
 
 use std::collections::BTreeMap;
 
+use base::Stream;
 use glam::DVec3;
-use procedural::Stream;
 use rand::Rng;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};

@@ -15,8 +15,8 @@
 
 use std::f64::consts::PI;
 
+use base::{Gloss, Medium};
 use glam::DVec3;
-use procedural::{Gloss, Medium};
 use rand::Rng;
 
 use transport::phase::disc;

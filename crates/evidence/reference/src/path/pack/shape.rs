@@ -10,9 +10,9 @@
 //!
 //! Rays go from cell to cell, as in a body of wood, and cross faces as [`BilinearPatch`] says.
 
+use base::{BodyKind, Gloss, Medium, Surface};
 use glam::{DVec2, DVec3};
 use procedural::blister::{CardFilm, Pack, Solid};
-use procedural::{Gloss, Medium, Surface};
 
 use super::super::bilinear_patch::BilinearPatch;
 use super::microfacets::bottom;

@@ -1,9 +1,9 @@
 //! Monte Carlo on packs against Monte Carlo in plane layers, against closed forms, and against itself.
 
+use base::{Body, Class, Gloss, Medium, Stream, Surface};
 use glam::{DVec2, DVec3, Mat3, Vec3};
 use procedural::blister::{CardFilm, Solid, solid};
 use procedural::flat::Flat;
-use procedural::{Body, Class, Gloss, Medium, Stream, Surface};
 
 use super::PackGeometry;
 use super::microfacets::Microfacets;
@@ -63,7 +63,7 @@ fn ask(
 ) -> (LineResponse, EnergyBalance) {
     // Any body: the ground is given.
     let medium = tablet(0.0, 1.0);
-    let body = Body::Flat(Flat { height_mm: 1.0, slope_x: 0.0, slope_y: 0.0, width_mm: 1.0, length_mm: 1.0, medium });
+    let body = Body::new(Flat { height_mm: 1.0, slope_x: 0.0, slope_y: 0.0, width_mm: 1.0, length_mm: 1.0, medium });
     let (x, power) = (&[-20.0, 0.0, 20.0], &[0.0, 1.0, 0.0]);
     let line = LineSource { body: &body, y: 0.0, line_mm: 0.05, x, power, view: geometry.view, row_mm, rows };
     let (response, balance) = illuminate_target(&line, Effort { photons, seed }, geometry);

@@ -1,5 +1,5 @@
 use super::*;
-use bench::settings::{Order, SpecklePattern};
+use optical_bench::settings::{Order, SpecklePattern};
 
 const ROWS: usize = 120;
 const COLUMNS: usize = 400;

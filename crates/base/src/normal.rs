@@ -17,7 +17,7 @@ pub fn normal(rng: &mut impl Rng) -> f64 {
 }
 
 /// One number whose logarithm is normal, about a median and with a standard deviation of the logarithm [1].
-pub(crate) fn lognormal(rng: &mut impl Rng, median: f64, log_sd: f64) -> f64 {
+pub fn lognormal(rng: &mut impl Rng, median: f64, log_sd: f64) -> f64 {
     median * libm::exp(log_sd * normal(rng))
 }
 

@@ -19,9 +19,9 @@ pub trait Words: Copy + PartialEq + 'static {
 /// Declares an enum together with the word for each variant: `ALL`, `NAMES`, `name()` and [`Words`] follow.
 ///
 /// ```
-/// use bench::settings::Words;
+/// use optical_bench::settings::Words;
 ///
-/// bench::words! {
+/// optical_bench::words! {
 ///     /// Which way is up.
 ///     Up {
 ///         /// Along z.

@@ -7,7 +7,6 @@
 //! would change what stored labels mean. That takes a new major of `SCHEMA_VERSION`, and `OLDEST_MINOR` 0 there and in
 //! `sheetlight_schema.py`.
 
-use crate::wood::KnotNames;
 use crate::{Film, Medium};
 
 /// What a point really is; the discriminant is the value in label images.
@@ -300,6 +299,44 @@ pub struct Matter {
     pub instance: u16,
 }
 
+/// Where a knot lies on the face.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum KnotPlace {
+    /// Away from the arrises.
+    Face,
+    /// In the outer quarter of the width.
+    Edge,
+    /// Cut by the arris.
+    Arris,
+}
+
+/// What a knot is called.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct KnotNames {
+    /// Where it lies.
+    pub place: KnotPlace,
+    /// Whether it is cut lengthwise.
+    pub is_spike: bool,
+    /// Whether it is small.
+    pub is_pin: bool,
+    /// Whether it is one of a cluster.
+    pub is_clustered: bool,
+}
+
+impl KnotNames {
+    /// The names with spaces between them: the place, then what else holds.
+    pub fn text(&self) -> String {
+        let place = match self.place {
+            KnotPlace::Face => "face",
+            KnotPlace::Edge => "edge",
+            KnotPlace::Arris => "arris",
+        };
+        let others = [(self.is_spike, "spike"), (self.is_pin, "pin"), (self.is_clustered, "cluster")];
+        let others = others.into_iter().filter_map(|(holds, name)| holds.then_some(name));
+        std::iter::once(place).chain(others).collect::<Vec<_>>().join(" ")
+    }
+}
+
 /// The numbers behind one defect or pocket, whether or not any of it is visible. NaN where a number has no meaning.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Instance {
@@ -331,7 +368,7 @@ pub struct Instance {
 
 impl Instance {
     /// A defect of wood that has a place, a largest extent [mm] and, where that means something, a severity.
-    pub(crate) fn defect(id: u16, class: Class, [x_mm, y_mm]: [f64; 2], diameter_mm: f64, severity: f64) -> Self {
+    pub fn defect(id: u16, class: Class, [x_mm, y_mm]: [f64; 2], diameter_mm: f64, severity: f64) -> Self {
         Self {
             id,
             class,

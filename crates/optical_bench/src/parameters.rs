@@ -3,8 +3,8 @@
 //! Sources: [T] Kihl and Källberg 2021; [V] vendors' data; [M] engineering estimate; [C] computed in
 //! docs/theory/instrument.md.
 
-use procedural::Need::{self, Amount, Facets, Fibres, On, While};
-use procedural::{Parameter, parameters};
+use base::Need::{self, Amount, Facets, Fibres, On, While};
+use base::{Parameter, parameters};
 
 use crate::settings::Optics;
 

@@ -61,7 +61,7 @@ pub struct Medium {
 /// Dispersion of the fibres of clear wood, estimated [deg].
 pub const WOOD_DISPERSION_DEG: f32 = 5.0;
 /// The models of light that know how fibres are dispersed; to the others all run alike.
-pub(crate) const TANGLED: Need = Need::While("transport.model", &["kernel", "path"]);
+pub const TANGLED: Need = Need::While("transport.model", &["kernel", "path"]);
 /// Indices of refraction that the kernel's tables span [1].
 pub const KERNEL_INDICES: [f32; 2] = [1.0, 1.55];
 /// Least share of the isotropic part in the scattering of matter with fibres that they span [1].

@@ -78,7 +78,7 @@ impl Parameter {
 /// Declares a group of parameters as a plain struct of `f64` fields plus its table.
 ///
 /// ```
-/// procedural::parameters! {
+/// base::parameters! {
 ///     /// A lamp.
 ///     lamp: Lamp {
 ///         /// Optical power.
