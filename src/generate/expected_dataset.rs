@@ -1,12 +1,12 @@
 //! Expected content of a finished dataset, made again from its own `dataset.json`: for validation.
 
+use optical_bench::settings::{Order, Transport};
 use output_schema::{DatasetHead, RigWarning};
 
 use super::{DatasetRequest, dataset_head, equipment, recipe_of, render_sample, rig_warnings};
 use dataset::record::AskedRows;
-use dataset::validate::{DerivedSample, ExpectedRow, RowChoice, TakeFrame, UnlitRow};
-use dataset::{Dataset, Encoded, encode_numbers};
-use optical_bench::settings::{Order, Transport};
+use dataset::validate::{DerivedSample, ExpectedRow, RowChoice, TakeFrame};
+use dataset::{Dataset, Encoded};
 use pipeline;
 use recipe::Recipe;
 use scanner::optics::speckle::PatternCache;
@@ -79,11 +79,7 @@ impl ExpectedDataset {
     /// `take_frame`.
     pub fn derived(&self, index: u64, asked: &AskedRows, take_frame: TakeFrame) -> DerivedSample {
         let scene = self.recipe.draw(self.head.seed, index);
-        let pipeline::Derived { unlit, exposed } =
-            pipeline::derived(&scene, equipment(&self.patterns), asked, take_frame);
-        let pipeline::Unlit { record, instances, rows } = unlit;
-        let numbers = encode_numbers(&record, self.recipe.output().bits);
-        DerivedSample { unlit: UnlitRow { numbers, instances, rows }, exposed }
+        pipeline::derived(&scene, equipment(&self.patterns), asked, take_frame)
     }
 
     /// How many rows and sensor frames of each sample are exposed again: at `places` and as many frames, or as many

@@ -3,11 +3,14 @@
 
 use std::collections::BTreeSet;
 
+use base::{Class, Instance};
+
 use super::exposed_rows::{expose_frames, exposed_rows};
 use super::{Equipment, Scan, binning, body, grid, set_up, truth_maps, truth_row};
 use crate::labels;
-use base::{Class, Instance};
-use dataset::record::{AskedRows, ExposedRows, Labels, Maps, Record, StackFrame, TrueRow};
+use dataset::encode_numbers;
+use dataset::record::{AskedRows, Labels, Maps, StackFrame, TrueRow};
+use dataset::validate::DerivedSample;
 use optical_bench::settings::Movement;
 use recipe::Scene;
 use scanner::optics::Sensor;
@@ -20,26 +23,6 @@ const MAX_MIDDLE_ROWS: usize = 20;
 /// Part of an instance's diameter, to each side of its middle, in which a row surely meets it [1].
 const CORE: f64 = 0.2;
 
-/// What of a sample follows without light.
-#[derive(Debug)]
-pub struct Unlit {
-    /// A record whose maps hold nothing.
-    pub record: Record,
-    /// Every instance of its body.
-    pub instances: Vec<Instance>,
-    /// Rows through the middles of instances, a few others, and those that were asked for; by rising row.
-    pub rows: Vec<TrueRow>,
-}
-
-/// What of a sample follows from its scene alone, as far as it was asked for.
-#[derive(Debug)]
-pub struct Derived {
-    /// What follows without light.
-    pub unlit: Unlit,
-    /// The rows that were asked for, exposed.
-    pub exposed: Vec<ExposedRows>,
-}
-
 /// What of a sample follows without light, and the rows and frames `asked`: to the bit those of [`super::render`].
 /// Frames go to `take_frame` as they are made, in any order.
 pub fn derived<'a>(
@@ -47,7 +30,7 @@ pub fn derived<'a>(
     by: impl Into<Equipment<'a>>,
     asked: &AskedRows,
     take_frame: &(dyn Fn(StackFrame) + Sync),
-) -> Derived {
+) -> DerivedSample {
     let (sensor, specimen) = set_up(scene, body(scene), by);
     let exposed = exposed_rows(scene, &sensor, &specimen, &asked.strips);
     expose_frames(scene, &sensor, &specimen, &asked.frames, take_frame);
@@ -57,8 +40,8 @@ pub fn derived<'a>(
     rows.extend(&asked.unlit);
     rows.retain(|&row| row < scene.size.profiles / scene.output.bin_profiles);
     let rows = rows.into_iter().map(|row| true_row(scene, &sensor, &specimen, row)).collect();
-    let unlit = Unlit { record: scan.record(scene, &sensor, &specimen), instances, rows };
-    Derived { unlit, exposed }
+    let numbers = encode_numbers(&scan.record(scene, &sensor, &specimen), scene.output.bits);
+    DerivedSample { numbers, instances, rows, exposed }
 }
 
 /// Rows of the image to make again: some that are evenly spread, and through each instance one, as far as it is known

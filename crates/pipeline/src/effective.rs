@@ -13,15 +13,8 @@ use scanner::optics::camera::Sight;
 use transport::fresnel::boundary_factor;
 use transport::kernel::diffusion;
 
-/// One effective number of a `T`.
-struct EffectiveNumber<T> {
-    /// Its name, ending in its unit.
-    name: &'static str,
-    /// Its meaning.
-    doc: &'static str,
-    /// Its value.
-    of: fn(&T) -> f64,
-}
+/// One effective number of a `T`: its name, which ends in its unit, its meaning, and its value.
+type EffectiveNumber<T> = (&'static str, &'static str, fn(&T) -> f64);
 
 /// A sensor over a scene, whose upper surface is seen in `sight`.
 struct SetUpScene<'a> {
@@ -33,158 +26,102 @@ struct SetUpScene<'a> {
 /// Numbers of the bench, which every subject has.
 fn bench_numbers<'a>() -> [EffectiveNumber<SetUpScene<'a>>; 10] {
     [
-        EffectiveNumber {
-            name: "magnification",
-            doc: "Magnification of the lens at the origin.",
-            of: |set_up| set_up.sensor.camera().rig.magnification(),
-        },
-        EffectiveNumber {
-            name: "scheimpflug_deg",
-            doc: "Tilt of the sensor; solved, it focuses the laser plane.",
-            of: |set_up| set_up.sensor.camera().rig.sensor_tilt.to_degrees(),
-        },
-        EffectiveNumber {
-            name: "height_per_row_mm",
-            doc: "Height that one sensor row stands for, at the sensor's middle.",
-            of: |set_up| {
-                let rig = &set_up.sensor.camera().rig;
-                rig.height(rig.centre_row - 0.5) - rig.height(rig.centre_row + 0.5)
-            },
-        },
-        EffectiveNumber {
-            name: "motion_per_row_mm",
-            doc: "Distance along the motion that one sensor row stands for, on a flat upper surface.",
-            of: |set_up| 1.0 / f64::from(set_up.sight.rows_per_mm),
-        },
-        EffectiveNumber {
-            name: "line_sigma_px",
-            doc: "Standard deviation of the line on the upper surface, laser, lens and pixel together.",
-            of: |set_up| f64::from(set_up.sight.variance.sqrt()),
-        },
-        EffectiveNumber {
-            name: "electrons_white_e",
-            doc: "Electrons in one column from a white Lambertian surface at the upper surface's height.",
-            of: |set_up| f64::from(set_up.sight.electrons * set_up.sight.view.z),
-        },
-        EffectiveNumber {
-            name: "gain_dn_per_e",
-            doc: "Digital numbers per electron.",
-            of: |set_up| {
-                let exposure = &set_up.scene.bench.exposure;
-                set_up.scene.readout.scale() * (255.0 - exposure.dark_level_dn) / exposure.full_well_e
-            },
-        },
-        EffectiveNumber {
-            name: "speckle_surface",
-            doc: "Contrast of speckle in one pixel, light from the surface.",
-            of: |set_up| f64::from(set_up.sensor.speckle_contrast()[0]),
-        },
-        EffectiveNumber {
-            name: "speckle_volume",
-            doc: "Contrast of speckle in one pixel on the line, light from below the surface; beside the line, and in \
+        ("magnification", "Magnification of the lens at the origin.", |set_up| {
+            set_up.sensor.camera().rig.magnification()
+        }),
+        ("scheimpflug_deg", "Tilt of the sensor; solved, it focuses the laser plane.", |set_up| {
+            set_up.sensor.camera().rig.sensor_tilt.to_degrees()
+        }),
+        ("height_per_row_mm", "Height that one sensor row stands for, at the sensor's middle.", |set_up| {
+            let rig = &set_up.sensor.camera().rig;
+            rig.height(rig.centre_row - 0.5) - rig.height(rig.centre_row + 0.5)
+        }),
+        (
+            "motion_per_row_mm",
+            "Distance along the motion that one sensor row stands for, on a flat upper surface.",
+            |set_up| 1.0 / f64::from(set_up.sight.rows_per_mm),
+        ),
+        (
+            "line_sigma_px",
+            "Standard deviation of the line on the upper surface, laser, lens and pixel together.",
+            |set_up| f64::from(set_up.sight.variance.sqrt()),
+        ),
+        (
+            "electrons_white_e",
+            "Electrons in one column from a white Lambertian surface at the upper surface's height.",
+            |set_up| f64::from(set_up.sight.electrons * set_up.sight.view.z),
+        ),
+        ("gain_dn_per_e", "Digital numbers per electron.", |set_up| {
+            let exposure = &set_up.scene.bench.exposure;
+            set_up.scene.readout.scale() * (255.0 - exposure.dark_level_dn) / exposure.full_well_e
+        }),
+        ("speckle_surface", "Contrast of speckle in one pixel, light from the surface.", |set_up| {
+            f64::from(set_up.sensor.speckle_contrast()[0])
+        }),
+        (
+            "speckle_volume",
+            "Contrast of speckle in one pixel on the line, light from below the surface; beside the line, and in \
                   other matter than the typical, as paths of light there have it.",
-            of: |set_up| f64::from(set_up.sensor.speckle_contrast()[1]),
-        },
-        EffectiveNumber {
-            name: "scatter_dark_dn",
-            doc: "What the dark level adds to Scatter.",
-            of: |set_up| {
-                let extraction = &set_up.scene.extraction;
-                let scatter_dark = match extraction.scatter_dark {
-                    ScatterDark::Kept => f64::from(set_up.sensor.calibration().dark_level),
-                    ScatterDark::Subtracted => 0.0,
-                };
-                extract::scatter_pixels(extraction) as f64 * scatter_dark
-            },
-        },
+            |set_up| f64::from(set_up.sensor.speckle_contrast()[1]),
+        ),
+        ("scatter_dark_dn", "What the dark level adds to Scatter.", |set_up| {
+            let extraction = &set_up.scene.extraction;
+            let scatter_dark = match extraction.scatter_dark {
+                ScatterDark::Kept => f64::from(set_up.sensor.calibration().dark_level),
+                ScatterDark::Subtracted => 0.0,
+            };
+            extract::scatter_pixels(extraction) as f64 * scatter_dark
+        }),
     ]
 }
 
 /// Numbers of wood, by its clear earlywood.
 const WOOD: [EffectiveNumber<Medium>; 3] = [
-    EffectiveNumber {
-        name: "clear_diffusion_along_mm",
-        doc: "Diffusion coefficient of earlywood along the fibre.",
-        of: diffusion_along,
-    },
-    EffectiveNumber {
-        name: "clear_diffusion_across_mm",
-        doc: "Diffusion coefficient of earlywood across the fibre.",
-        of: diffusion_across,
-    },
-    EffectiveNumber {
-        name: "clear_boundary_factor",
-        doc: "Boundary factor A of clear wood against air.",
-        of: medium_boundary_factor,
-    },
+    ("clear_diffusion_along_mm", "Diffusion coefficient of earlywood along the fibre.", diffusion_along),
+    ("clear_diffusion_across_mm", "Diffusion coefficient of earlywood across the fibre.", diffusion_across),
+    ("clear_boundary_factor", "Boundary factor A of clear wood against air.", medium_boundary_factor),
 ];
 
 /// Numbers of a board of a log that has several.
 const LOG_BOARD: [EffectiveNumber<LogBoard>; 2] = [
-    EffectiveNumber {
-        name: "log_number",
-        doc: "Number of the log: boards with the same number were sawn from one log, and are in one split.",
-        of: |board| board.log as f64,
-    },
-    EffectiveNumber {
-        name: "log_board",
-        doc: "Number of the board in its log, from 0, in the order of the sawing pattern.",
-        of: |board| board.board as f64,
-    },
+    (
+        "log_number",
+        "Number of the log: boards with the same number were sawn from one log, and are in one split.",
+        |board| board.log as f64,
+    ),
+    ("log_board", "Number of the board in its log, from 0, in the order of the sawing pattern.", |board| {
+        board.board as f64
+    }),
 ];
 
 /// Numbers of a pack.
 const BLISTER: [EffectiveNumber<Blister>; 5] = [
-    EffectiveNumber {
-        name: "film_optical_thickness",
-        doc: "Reduced scattering lengths across the flange's film.",
-        of: film_optical_thickness,
-    },
-    EffectiveNumber {
-        name: "film_transmission",
-        doc: "Share of diffuse light that passes the flange's film, by 1 / (1 + 3/4 optical thickness).",
-        of: film_transmission,
-    },
-    EffectiveNumber {
-        name: "tablet_reflectance",
-        doc: "Diffuse reflectance of a bare tablet without end, coat included.",
-        of: tablet_reflectance,
-    },
-    EffectiveNumber {
-        name: "tablet_diffusion_mm",
-        doc: "Diffusion coefficient of a tablet.",
-        of: |blister| 1.0 / (3.0 * (blister.tablet.sigma_per_mm + blister.tablet.mu_a_per_mm)),
-    },
-    EffectiveNumber {
-        name: "tablet_boundary_factor",
-        doc: "Boundary factor A of a tablet against air.",
-        of: |blister| boundary_factor(blister.tablet.n),
-    },
+    ("film_optical_thickness", "Reduced scattering lengths across the flange's film.", film_optical_thickness),
+    (
+        "film_transmission",
+        "Share of diffuse light that passes the flange's film, by 1 / (1 + 3/4 optical thickness).",
+        film_transmission,
+    ),
+    ("tablet_reflectance", "Diffuse reflectance of a bare tablet without end, coat included.", tablet_reflectance),
+    ("tablet_diffusion_mm", "Diffusion coefficient of a tablet.", |blister| {
+        1.0 / (3.0 * (blister.tablet.sigma_per_mm + blister.tablet.mu_a_per_mm))
+    }),
+    ("tablet_boundary_factor", "Boundary factor A of a tablet against air.", |blister| {
+        boundary_factor(blister.tablet.n)
+    }),
 ];
 
 /// Numbers of a body of one medium.
 const MATERIAL: [EffectiveNumber<Medium>; 3] = [
-    EffectiveNumber {
-        name: "material_diffusion_along_mm",
-        doc: "Diffusion coefficient of the material along the fibre.",
-        of: diffusion_along,
-    },
-    EffectiveNumber {
-        name: "material_diffusion_across_mm",
-        doc: "Diffusion coefficient of the material across the fibre.",
-        of: diffusion_across,
-    },
-    EffectiveNumber {
-        name: "material_boundary_factor",
-        doc: "Boundary factor A of the material against air.",
-        of: medium_boundary_factor,
-    },
+    ("material_diffusion_along_mm", "Diffusion coefficient of the material along the fibre.", diffusion_along),
+    ("material_diffusion_across_mm", "Diffusion coefficient of the material across the fibre.", diffusion_across),
+    ("material_boundary_factor", "Boundary factor A of the material against air.", medium_boundary_factor),
 ];
 
 /// Name (ending in its unit) and meaning of each effective number of a recipe, in the order of [`effective`].
 pub fn declared(recipe: &Recipe) -> Vec<(&'static str, &'static str)> {
     fn of<T>(table: &[EffectiveNumber<T>]) -> Vec<(&'static str, &'static str)> {
-        table.iter().map(|number| (number.name, number.doc)).collect()
+        table.iter().map(|(name, doc, _)| (*name, *doc)).collect()
     }
     let own = match recipe.subject() {
         Subject::Wood => [of(&WOOD), if recipe.boards_per_log() > 1 { of(&LOG_BOARD) } else { Vec::new() }].concat(),
@@ -197,7 +134,7 @@ pub fn declared(recipe: &Recipe) -> Vec<(&'static str, &'static str)> {
 /// The effective numbers of a scene whose upper surface lies about `top` [mm].
 pub fn effective(scene: &Scene, sensor: &Sensor, top: f64) -> Vec<(&'static str, f64)> {
     fn of<T>(table: &[EffectiveNumber<T>], subject: &T) -> Vec<(&'static str, f64)> {
-        table.iter().map(|number| (number.name, (number.of)(subject))).collect()
+        table.iter().map(|(name, _, of)| (*name, of(subject))).collect()
     }
     let set_up = SetUpScene { scene, sensor, sight: sensor.camera().sight(0.0, top as f32, 0.0) };
     let own = match &scene.plan {
@@ -316,7 +253,7 @@ mod tests {
         (blister.web.sigma_per_mm, blister.web.thickness_mm) = (40.0, 0.12);
         (blister.tablet.mu_a_per_mm, blister.tablet.sigma_per_mm, blister.tablet.n) = (0.005, 40.0, 1.5);
         blister.tablet.coat = 1.0;
-        let [thickness, transmission, reflectance, d, _] = BLISTER.map(|number| (number.of)(&blister));
+        let [thickness, transmission, reflectance, d, _] = BLISTER.map(|(_, _, of)| of(&blister));
         assert!((thickness - 4.8).abs() < 1e-12 && (transmission - 0.2174).abs() < 1e-4, "{transmission}");
         // The reference says 0.8994 +- 0.0004 of a white tablet; its diffusion is a third of the mean free path.
         assert!((reflectance - 0.8994).abs() < 0.0015, "{reflectance}");

@@ -9,8 +9,9 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::{BandMaps, Measurement, Scan, grid};
-use dataset::record::{ExposedRows, StackFrame, TruthMaps};
+use super::{Measurement, Scan};
+use dataset::record::{ExposedRows, StackFrame};
+use optical_bench::settings::SensorStack;
 use recipe::Scene;
 use scanner::optics::Sensor;
 use scanner::specimen::Specimen;
@@ -26,15 +27,15 @@ pub(super) fn exposed_rows(
     strips: &[Range<usize>],
 ) -> Vec<ExposedRows> {
     let (bin, rows) = (scene.output.bin_profiles, scene.size.profiles / scene.output.bin_profiles);
-    let calibration = sensor.calibration();
-    let grid = grid(scene, &calibration.rig);
-    let measurement = Measurement { scene, calibration: &calibration, grid: grid.as_ref(), keeps: &|_| false };
+    let measurement = Measurement::new(scene, sensor, SensorStack::None);
     let mut bands = sensor.bands(specimen);
     let mut exposed = Vec::new();
     for strip in strips.iter().map(|strip| strip.start..strip.end.min(rows)).filter(|strip| !strip.is_empty()) {
         let part = strip.start * bin..strip.end * bin;
         let mut scan = Scan::new(scene, part.len());
-        scan.whole().fill(&measurement, sensor, bands.make(part));
+        for whole in scan.parts(scene.size.columns * part.len()) {
+            whole.fill(&measurement, bands.make(part.clone()));
+        }
         let Scan { maps, labels, truth, .. } = scan.binned(scene, &sensor.camera().rig);
         let cols = scene.size.columns / scene.output.bin_columns;
         exposed.push(ExposedRows { first: strip.start, cols, maps, labels, truth });
@@ -62,19 +63,4 @@ pub(super) fn expose_frames(
             take(StackFrame { profile: profile as u32, dn });
         }
     });
-}
-
-impl Scan {
-    /// All of its maps, to be filled by one band.
-    fn whole(&mut self) -> BandMaps<'_> {
-        let truth = self.truth.as_mut().map(TruthMaps::maps_mut);
-        BandMaps {
-            range: &mut self.maps.range,
-            reflectance: &mut self.maps.reflectance,
-            scatter: &mut self.maps.scatter,
-            class: &mut self.labels.class,
-            instance: &mut self.labels.instance,
-            truth: truth.map(|maps| maps.into_iter().map(Vec::as_mut_slice).collect()),
-        }
-    }
 }

@@ -46,42 +46,31 @@ fn background(hit: Hit, x: f32) -> Hit {
     Hit { x, matter: Matter { class: Class::Background, instance: 0, ..hit.matter }, lit: false, seen: false, ..hit }
 }
 
-/// Writes the truth of one profile of a board: height, fibre azimuth and fibre dive; NaN off the body.
-pub(crate) fn fibre_row(hits: &[Hit], [height, azimuth, dive]: [&mut [f32]; 3]) {
+/// Writes the truth of one profile into a line of each map: what `of` says of a hit, NaN off the body.
+pub(crate) fn truth_row<const MAPS: usize>(hits: &[Hit], mut maps: Vec<&mut [f32]>, of: impl Fn(&Hit) -> [f32; MAPS]) {
     for (column, hit) in hits.iter().enumerate() {
-        (height[column], azimuth[column], dive[column]) = if hit.matter.class == Class::Background {
-            (f32::NAN, f32::NAN, f32::NAN)
-        } else {
-            let normal = glam::Vec3::new(-hit.surface.slope_x, -hit.surface.slope_y, 1.0).normalize();
-            let fibre = hit.matter.medium.fibre;
-            let rise = fibre.dot(normal).clamp(-1.0, 1.0);
-            let along = fibre - normal * rise;
-            // A fibre is an axis without sign: the end that points along the scan gives the angle.
-            let sign = if along.y < 0.0 { -1.0 } else { 1.0 };
-            let azimuth = atan2(sign * along.x, sign * along.y).to_degrees();
-            (hit.surface.z, azimuth, atan2(-sign * rise, along.length()).to_degrees())
-        };
+        let truth = if hit.matter.class == Class::Background { [f32::NAN; MAPS] } else { of(hit) };
+        maps.iter_mut().zip(truth).for_each(|(map, truth)| map[column] = truth);
     }
 }
 
-/// Writes the truth of one profile of a pack: height, thickness of the film and air below it; NaN off the body.
-pub(crate) fn film_row(hits: &[Hit], [height, thickness, gap]: [&mut [f32]; 3]) {
-    for (column, hit) in hits.iter().enumerate() {
-        let film = hit.matter.film.as_ref();
-        (height[column], thickness[column], gap[column]) = if hit.matter.class == Class::Background {
-            (f32::NAN, f32::NAN, f32::NAN)
-        } else {
-            let air = film.and_then(|film| film.gap_mm);
-            (hit.surface.z, film.map_or(0.0, |film| film.thickness_mm), air.unwrap_or(0.0))
-        };
-    }
+/// The truth of a board: height, fibre azimuth and fibre dive.
+pub(crate) fn fibre(hit: &Hit) -> [f32; 3] {
+    let normal = glam::Vec3::new(-hit.surface.slope_x, -hit.surface.slope_y, 1.0).normalize();
+    let fibre = hit.matter.medium.fibre;
+    let rise = fibre.dot(normal).clamp(-1.0, 1.0);
+    let along = fibre - normal * rise;
+    // A fibre is an axis without sign: the end that points along the scan gives the angle.
+    let sign = if along.y < 0.0 { -1.0 } else { 1.0 };
+    let azimuth = atan2(sign * along.x, sign * along.y).to_degrees();
+    [hit.surface.z, azimuth, atan2(-sign * rise, along.length()).to_degrees()]
 }
 
-/// Writes the truth of one profile of a solid piece: its height; NaN off the body.
-pub(crate) fn height_row(hits: &[Hit], height: &mut [f32]) {
-    for (height, hit) in height.iter_mut().zip(hits) {
-        *height = if hit.matter.class == Class::Background { f32::NAN } else { hit.surface.z };
-    }
+/// The truth of a pack: height, thickness of the film and air below it.
+pub(crate) fn film(hit: &Hit) -> [f32; 3] {
+    let film = hit.matter.film.as_ref();
+    let air = film.and_then(|film| film.gap_mm);
+    [hit.surface.z, film.map_or(0.0, |film| film.thickness_mm), air.unwrap_or(0.0)]
 }
 
 /// Areas of the pixels of each image column, `columns` of `cols` sensor columns each, of which a middle one has

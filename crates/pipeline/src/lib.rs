@@ -30,9 +30,9 @@ use scanner::optics::encoder::turn;
 use scanner::optics::{Band, Scratch, Sensor, SensorSetup, TILE, TileOfProfile};
 use scanner::specimen::{Hit, Specimen};
 
-pub use self::derived::{Derived, Unlit, derived};
+pub use self::derived::derived;
 pub use self::equipment::{Equipment, LineSolvers};
-use self::range_scale::{RangeScale, grid, range_scale};
+use self::range_scale::{grid, range_scale};
 
 /// Profiles of a band: half as many as the rows that its windows reach to before and behind it. The next band of a run
 /// uses those again; with 2560 columns they take 70 MB a thread.
@@ -132,14 +132,21 @@ struct Scan {
 }
 
 /// How frames of a scene are read.
-#[derive(Clone, Copy)]
 struct Measurement<'a> {
     scene: &'a Scene,
-    calibration: &'a Calibration,
+    sensor: &'a Sensor,
+    calibration: Calibration,
     /// The grid of a rectified scan.
-    grid: Option<&'a RectifiedGrid>,
-    /// Whether the sensor frame of a profile is wanted.
-    keeps: &'a (dyn Fn(usize) -> bool + Sync),
+    grid: Option<RectifiedGrid>,
+    /// Which sensor frames are wanted.
+    keeps: SensorStack,
+}
+
+impl<'a> Measurement<'a> {
+    fn new(scene: &'a Scene, sensor: &'a Sensor, keeps: SensorStack) -> Self {
+        let calibration = sensor.calibration();
+        Self { scene, sensor, grid: grid(scene, &calibration.rig), calibration, keeps }
+    }
 }
 
 /// The part of a scan's maps that one band fills.
@@ -177,10 +184,7 @@ impl Scan {
             }
             Transport::Path { .. } | Transport::Diffusion { .. } | Transport::Thesis { .. } => (1, 1),
         };
-        let calibration = sensor.calibration();
-        let grid = grid(scene, &calibration.rig);
-        let keeps = |profile: usize| keeps(scene.output.sensor_stack, profile);
-        let measurement = Measurement { scene, calibration: &calibration, grid: grid.as_ref(), keeps: &keeps };
+        let measurement = Measurement::new(scene, sensor, scene.output.sensor_stack);
         let stacks: Vec<Vec<StackFrame>> = self
             .parts(length * columns)
             .into_par_iter()
@@ -192,7 +196,7 @@ impl Scan {
                     let start = number * length;
                     let profiles = start..(start + length).min(profiles);
                     let band = bands.make(profiles);
-                    let stack = part.fill(&measurement, sensor, band);
+                    let stack = part.fill(&measurement, band);
                     progress(band.profiles.len() as u64);
                     stack
                 },
@@ -235,7 +239,7 @@ impl Scan {
         let pixel_mm = [row_mm, col_mm].map(|side| if turned { f64::NAN } else { side });
         let objects = labels::objects(&labels, &areas, pixel_mm, instances);
         let (defects, unseen) = labels::defects(&objects, instances);
-        let RangeScale { offset: range_offset, scale: range_scale } = range_scale(scene, &rig);
+        let [range_offset, range_scale] = range_scale(scene, &rig);
         // The middle of the columns that are averaged into the first.
         let x_first = grid.map_or(f64::NAN, |grid| grid.first_mm + 0.5 * (col_mm - pitch));
         let [field_x, field_y] = field(scene, sensor, specimen);
@@ -314,12 +318,10 @@ pub fn field(scene: &Scene, sensor: &Sensor, specimen: &Specimen) -> [[f64; 2]; 
 /// light that comes from other rows than the lines', which are further apart ([`scanner::optics::Bands::make_sparse`]).
 pub fn render_profiles(scene: &Scene, sensor: &Sensor, specimen: &Specimen, profiles: &[usize]) -> (Maps, Labels) {
     let mut scan = Scan::new(scene, profiles.len());
-    let calibration = sensor.calibration();
-    let grid = grid(scene, &calibration.rig);
-    let measurement = Measurement { scene, calibration: &calibration, grid: grid.as_ref(), keeps: &|_| false };
+    let measurement = Measurement::new(scene, sensor, SensorStack::None);
     let mut bands = sensor.bands(specimen);
     for (part, &profile) in scan.parts(scene.size.columns).into_iter().zip(profiles) {
-        part.fill(&measurement, sensor, bands.make_sparse(profile));
+        part.fill(&measurement, bands.make_sparse(profile));
     }
     (scan.maps, scan.labels)
 }
@@ -348,20 +350,18 @@ fn truth_maps(scene: &Scene, pixels: usize) -> TruthMaps {
 }
 
 /// Writes the truth of one profile into its lines of the [`truth_maps`].
-fn truth_row(scene: &Scene, hits: &[Hit], mut maps: Vec<&mut [f32]>) {
-    match (scene.plan.subject(), &mut maps[..]) {
-        (Subject::Wood, [height, a, b]) => labels::fibre_row(hits, [height, a, b]),
-        (Subject::Blister, [height, a, b]) => labels::film_row(hits, [height, a, b]),
-        (Subject::Sawtooth | Subject::Mesh, [height]) => labels::height_row(hits, height),
-        // `truth_maps` makes the maps that the subject has.
-        (Subject::Wood | Subject::Blister | Subject::Sawtooth | Subject::Mesh, _) => {}
+fn truth_row(scene: &Scene, hits: &[Hit], maps: Vec<&mut [f32]>) {
+    match scene.plan.subject() {
+        Subject::Wood => labels::truth_row(hits, maps, labels::fibre),
+        Subject::Blister => labels::truth_row(hits, maps, labels::film),
+        Subject::Sawtooth | Subject::Mesh => labels::truth_row(hits, maps, |hit| [hit.surface.z]),
     }
 }
 
 impl BandMaps<'_> {
     /// Fills the part with the profiles of `band` and returns the sensor frames that are wanted.
-    fn fill(mut self, measurement: &Measurement<'_>, sensor: &Sensor, band: &Band) -> Vec<StackFrame> {
-        let Measurement { scene, calibration, grid, keeps } = *measurement;
+    fn fill(mut self, measurement: &Measurement<'_>, band: &Band) -> Vec<StackFrame> {
+        let Measurement { scene, sensor, calibration, grid, keeps } = measurement;
         let (columns, profiles) = (scene.size.columns, band.profiles.clone());
         let mut offsets = vec![Vec::new(); profiles.len()];
         let mut stack = Vec::new();
@@ -377,11 +377,11 @@ impl BandMaps<'_> {
             sensor.row_offsets(profile, &mut offsets[place]);
             if sensor.is_scripted() {
                 let frame = sensor.processed(band, profile);
-                if keeps(profile) {
+                if is_kept(*keeps, profile) {
                     stack.push(StackFrame { profile: profile as u32, dn: frame.dn.clone() });
                 }
                 extract(&[frame, Frame::default()], calibration, &scene.extraction, &mut self.pixels(line));
-            } else if keeps(profile) {
+            } else if is_kept(*keeps, profile) {
                 stack.push(StackFrame { profile: profile as u32, dn: sensor.full_frame(band, profile) });
             }
         }
@@ -416,7 +416,7 @@ impl BandMaps<'_> {
 }
 
 /// Whether the recipe keeps the sensor frame of `profile`.
-fn keeps(stack: SensorStack, profile: usize) -> bool {
+fn is_kept(stack: SensorStack, profile: usize) -> bool {
     match stack {
         SensorStack::None => false,
         SensorStack::All => true,

@@ -18,26 +18,19 @@ pub(super) fn grid(scene: &Scene, rig: &Rig) -> Option<RectifiedGrid> {
 /// its sixteenths of rows.
 const MOST: f64 = 32767.0;
 
-/// What the whole numbers of Range mean, of which 0 is missing [mm or px].
-pub(super) struct RangeScale {
-    /// Range of the number 0 [mm or px].
-    pub offset: f64,
-    /// Range of one step [mm or px].
-    pub scale: f64,
-}
-
-/// The scale of Range of a scene under a rig.
-pub(super) fn range_scale(scene: &Scene, rig: &Rig) -> RangeScale {
+/// What the whole numbers of Range of a scene under a rig mean, of which 0 is missing: Range of the number 0, and of one
+/// step [mm or px].
+pub(super) fn range_scale(scene: &Scene, rig: &Rig) -> [f64; 2] {
     let rows = scene.size.rows as f64;
     if scene.extraction.range == RangeForm::Uncalibrated {
         // A step of the extraction, as the camera has it, up to 16 bits; or the finest of 15 bits where it gives none.
         let asked = f64::from(scene.extraction.subpixel_steps);
         let finest = |most: f64| (most / rows).floor();
         let steps = if asked > 0.0 { asked.min(finest(65535.0)) } else { finest(MOST) };
-        return RangeScale { offset: 0.0, scale: 1.0 / steps };
+        return [0.0, 1.0 / steps];
     }
     // The sensor's whole height.
     let (low, high) = rig.heights(scene.size.columns, scene.size.rows);
     let scale = (high - low) / (MOST - 1.0);
-    RangeScale { offset: low - scale, scale }
+    [low - scale, scale]
 }

@@ -24,22 +24,15 @@ pub struct ExpectedRow {
     pub numbers: Vec<f64>,
 }
 
-/// What of one sample follows from the recipe without light, though more slowly than its draws.
+/// What of one sample follows from the recipe without rendering it whole, though more slowly than its draws.
 #[derive(Debug, Clone, PartialEq)]
-pub struct UnlitRow {
+pub struct DerivedSample {
     /// Its numbers, of which those hold that need no images.
     pub numbers: Encoded,
     /// Every instance of the body, by number from 1, seen or not.
     pub instances: Vec<Instance>,
-    /// Some rows of the label image, and the body's heights there.
+    /// Some rows of the label image, and the body's heights there, by rising row.
     pub rows: Vec<TrueRow>,
-}
-
-/// What of one sample follows from the recipe without rendering it whole.
-#[derive(Debug, Clone, PartialEq)]
-pub struct DerivedSample {
-    /// What follows without light.
-    pub unlit: UnlitRow,
     /// The rows that were asked for, exposed.
     pub exposed: Vec<ExposedRows>,
 }

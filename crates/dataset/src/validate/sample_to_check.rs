@@ -46,7 +46,7 @@ impl SampleToCheck<'_> {
 
     /// Some rows of the body that its recipe makes.
     pub(super) fn true_rows(&self) -> &[TrueRow] {
-        self.derived.as_ref().map_or(&[], |derived| &derived.unlit.rows)
+        self.derived.as_ref().map_or(&[], |derived| &derived.rows)
     }
 
     /// Rows that were exposed again.

@@ -13,7 +13,7 @@ use output_schema::{ColumnKind, Source};
 use super::{Code, REMAKE_OR_REPORT, Rule};
 use crate::record::Object;
 use crate::validate::columns::{StoredObject, StoredRow};
-use crate::validate::expected::{self, UnlitRow};
+use crate::validate::expected;
 use crate::validate::report::ValidationReport;
 use crate::validate::sample_to_check::SampleToCheck;
 use crate::{cell, object_cells, table_reader};
@@ -32,7 +32,7 @@ pub(super) fn check(sample: &SampleToCheck, report: &mut ValidationReport) {
         expected::numbers(row, sample.task.head, expected, place, report);
     }
     let head = sample.task.head;
-    let Some(unlit) = sample.derived.as_ref().map(|derived| &derived.unlit) else { return };
+    let Some(derived) = &sample.derived else { return };
     let mut other = Vec::new();
     for column in ROW.iter().filter(|column| column.follows == Source::Scene) {
         // The number of Range is called as the row has it, whatever its unit.
@@ -41,17 +41,17 @@ pub(super) fn check(sample: &SampleToCheck, report: &mut ValidationReport) {
             _ => column.name,
         };
         if let Some((place, field)) = row.batch.schema_ref().fields().find(column.name) {
-            match cell(field, head, &unlit.numbers) {
+            match cell(field, head, &derived.numbers) {
                 Ok(made) => differences("", name, row.batch.column(place), &made, &mut other),
                 Err(what) => other.push(what),
             }
         }
     }
-    other.extend(defects(row, &unlit.instances));
+    other.extend(defects(row, &derived.instances));
     if let Some(stored) = row.batch.column_by_name("objects").and_then(|list| list.as_list_opt::<i32>()) {
         let fields = stored.value(0);
         for (at, object) in row.objects.iter().enumerate() {
-            objects((object, fields.as_struct()), at, unlit, &mut other);
+            objects((object, fields.as_struct()), at, &derived.instances, &mut other);
         }
     }
     if !other.is_empty() {
@@ -86,9 +86,14 @@ fn defects(row: &StoredRow, instances: &[Instance]) -> Option<String> {
 }
 
 /// `stored` has the fields of the object at place `at`, and those of the others.
-fn objects((object, stored): (&StoredObject, &StructArray), at: usize, unlit: &UnlitRow, other: &mut Vec<String>) {
+fn objects(
+    (object, stored): (&StoredObject, &StructArray),
+    at: usize,
+    instances: &[Instance],
+    other: &mut Vec<String>,
+) {
     let of = format!("object {}: ", object.instance);
-    let Some(own) = unlit.instances.iter().find(|own| i32::from(own.id) == object.instance) else {
+    let Some(own) = instances.iter().find(|own| i32::from(own.id) == object.instance) else {
         other.push(format!("{of}the recipe makes none of that number"));
         return;
     };
