@@ -35,6 +35,17 @@ pub struct Mistake {
     likely: fn(&Drawn<'_>, f64) -> Option<f64>,
 }
 
+impl Mistake {
+    /// Millimetres at a key of micrometres.
+    const fn of_micrometres(
+        key: &'static str,
+        example: [&'static str; 2],
+        likely: fn(&Drawn<'_>, f64) -> Option<f64>,
+    ) -> Self {
+        Self { key, looks_like: "millimetres in place of micrometres", example, likely }
+    }
+}
+
 /// Every mistake that is known.
 pub const MISTAKES: &[Mistake] = &[
     Mistake {
@@ -46,18 +57,10 @@ pub const MISTAKES: &[Mistake] = &[
             (rate > 0.0 && rate < 20.0 && 1e3 * rate < fastest).then_some(1e3 * rate)
         },
     },
-    Mistake {
-        key: "motion.wow_um",
-        looks_like: MM_FOR_UM,
-        example: ["wood-small", "motion.wow_um=0.05"],
-        likely: |_, um| below(um, 0.5),
-    },
-    Mistake {
-        key: "motion.encoder_jitter_um",
-        looks_like: MM_FOR_UM,
-        example: ["wood-small", "motion.encoder_jitter_um=0.002"],
-        likely: |_, um| below(um, 0.02),
-    },
+    Mistake::of_micrometres("motion.wow_um", ["wood-small", "motion.wow_um=0.05"], |_, um| below(um, 0.5)),
+    Mistake::of_micrometres("motion.encoder_jitter_um", ["wood-small", "motion.encoder_jitter_um=0.002"], |_, um| {
+        below(um, 0.02)
+    }),
     Mistake {
         key: "laser.power_mw",
         looks_like: "watts in place of milliwatts",
@@ -111,18 +114,10 @@ pub const MISTAKES: &[Mistake] = &[
             (length > 90.0 && drawn.lit_share(angle) >= 1.0).then_some(angle)
         },
     },
-    Mistake {
-        key: "laser.smile_um",
-        looks_like: MM_FOR_UM,
-        example: ["wood-small", "laser.smile_um=0.03"],
-        likely: |_, um| below(um, 0.5),
-    },
-    Mistake {
-        key: "laser.smile_cubic_um",
-        looks_like: MM_FOR_UM,
-        example: ["wood-small", "laser.smile_cubic_um=-0.03"],
-        likely: |_, um| below(um, 0.5),
-    },
+    Mistake::of_micrometres("laser.smile_um", ["wood-small", "laser.smile_um=0.03"], |_, um| below(um, 0.5)),
+    Mistake::of_micrometres("laser.smile_cubic_um", ["wood-small", "laser.smile_cubic_um=-0.03"], |_, um| {
+        below(um, 0.5)
+    }),
     Mistake {
         key: "camera.distance_mm",
         looks_like: "centimetres in place of millimetres",
@@ -138,12 +133,7 @@ pub const MISTAKES: &[Mistake] = &[
             (diameter > 16.0 && number >= 1.0).then_some(number)
         },
     },
-    Mistake {
-        key: "camera.blur_um",
-        looks_like: MM_FOR_UM,
-        example: ["wood-small", "camera.blur_um=0.003"],
-        likely: |_, um| below(um, 0.02),
-    },
+    Mistake::of_micrometres("camera.blur_um", ["wood-small", "camera.blur_um=0.003"], |_, um| below(um, 0.02)),
     Mistake {
         key: "camera.filter_centre_nm",
         looks_like: "a filter for another laser",
@@ -206,30 +196,10 @@ pub const MISTAKES: &[Mistake] = &[
         example: ["wood", "board.width_mm=5"],
         likely: |drawn, width| (width < 0.25 * drawn.of("board.thickness_mm")).then_some(10.0 * width),
     },
-    Mistake {
-        key: "board.saw_ripple_um",
-        looks_like: MM_FOR_UM,
-        example: ["wood-small", "board.saw_ripple_um=0.05"],
-        likely: |_, um| below(um, 0.5),
-    },
-    Mistake {
-        key: "board.roughness_um",
-        looks_like: MM_FOR_UM,
-        example: ["wood-small", "board.roughness_um=0.012"],
-        likely: |_, um| below(um, 0.2),
-    },
-    Mistake {
-        key: "pack.knurl_um",
-        looks_like: MM_FOR_UM,
-        example: ["blister-small", "pack.knurl_um=0.025"],
-        likely: |_, um| below(um, 0.2),
-    },
-    Mistake {
-        key: "pocket.bumps_um",
-        looks_like: MM_FOR_UM,
-        example: ["blister-small", "pocket.bumps_um=0.025"],
-        likely: |_, um| below(um, 0.2),
-    },
+    Mistake::of_micrometres("board.saw_ripple_um", ["wood-small", "board.saw_ripple_um=0.05"], |_, um| below(um, 0.5)),
+    Mistake::of_micrometres("board.roughness_um", ["wood-small", "board.roughness_um=0.012"], |_, um| below(um, 0.2)),
+    Mistake::of_micrometres("pack.knurl_um", ["blister-small", "pack.knurl_um=0.025"], |_, um| below(um, 0.2)),
+    Mistake::of_micrometres("pocket.bumps_um", ["blister-small", "pocket.bumps_um=0.025"], |_, um| below(um, 0.2)),
     Mistake {
         key: "mesh.unit_mm",
         looks_like: "the unit of another file: no part is so small",
@@ -240,8 +210,6 @@ pub const MISTAKES: &[Mistake] = &[
         },
     },
 ];
-
-const MM_FOR_UM: &str = "millimetres in place of micrometres";
 
 /// A number of micrometres that is far below what can be seen or made, in the unit that it is likely to be in [um].
 fn below(um: f64, least: f64) -> Option<f64> {
