@@ -2,6 +2,8 @@
 //!
 //! `dataset/src/exr.rs` writes a channel, and the rule `exr` of validate checks it.
 
+use self::SampleType::*;
+
 /// Type of a channel's samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SampleType {
@@ -87,116 +89,73 @@ pub struct Channel {
     pub why: &'static str,
 }
 
-const fn channel(
-    (name, asked_by, subject): (&'static str, &'static str, &'static str),
-    samples: SampleType,
-    unit: &'static str,
-    range: &'static str,
-    missing: &'static str,
-    doc: &'static str,
-    why: &'static str,
-) -> Channel {
-    Channel { name, asked_by, subject, samples, unit, range, missing, doc, why }
+impl Channel {
+    /// A channel of every subject whose missing values are NaN.
+    const fn new(
+        name: &'static str,
+        asked_by: &'static str,
+        samples: SampleType,
+        unit: &'static str,
+        range: &'static str,
+    ) -> Self {
+        Self { name, asked_by, subject: "", samples, unit, range, missing: "NaN", doc: "", why: "" }
+    }
+
+    /// The same in files of one subject alone.
+    const fn of(self, subject: &'static str) -> Self {
+        Self { subject, ..self }
+    }
+
+    /// The same with another way to write missing values.
+    const fn missing(self, missing: &'static str) -> Self {
+        Self { missing, ..self }
+    }
+
+    /// The same with its meaning, and why it has this type.
+    const fn means(self, doc: &'static str, why: &'static str) -> Self {
+        Self { doc, why, ..self }
+    }
 }
 
 /// Every channel in the order of files (by name, as OpenEXR asks).
 pub const CHANNELS: [Channel; 11] = [
-    channel(
-        ("FibreAzimuth", "truth_maps", "wood"),
-        SampleType::Half,
-        "deg",
-        "-90 to 90",
-        "NaN",
-        "Angle of the fibre in the surface against the scan direction.",
-        "rounded by at most 0.03 deg",
-    ),
-    channel(
-        ("FibreDive", "truth_maps", "wood"),
-        SampleType::Half,
-        "deg",
-        "-90 to 90",
-        "NaN",
+    Channel::new("FibreAzimuth", "truth_maps", Half, "deg", "-90 to 90")
+        .of("wood")
+        .means("Angle of the fibre in the surface against the scan direction.", "rounded by at most 0.03 deg"),
+    Channel::new("FibreDive", "truth_maps", Half, "deg", "-90 to 90").of("wood").means(
         "Angle by which the fibre, followed along `FibreAzimuth`, runs below the surface; where it rises, below 0.",
         "rounded by at most 0.03 deg",
     ),
-    channel(
-        ("FilmGap", "truth_maps", "blister"),
-        SampleType::Half,
-        "mm",
-        "0 or more",
-        "NaN",
+    Channel::new("FilmGap", "truth_maps", Half, "mm", "0 or more").of("blister").means(
         "Air between the film and what it covers; 0 where it is sealed, or where there is no film.",
         "rounded by at most 2 um below 8 mm",
     ),
-    channel(
-        ("FilmThickness", "truth_maps", "blister"),
-        SampleType::Half,
-        "mm",
-        "0 or more",
-        "NaN",
-        "Thickness of the film; 0 where there is none.",
-        "rounded by at most 0.2 um below 0.5 mm",
-    ),
-    channel(
-        ("Height", "truth_maps", ""),
-        SampleType::Float,
-        "mm",
-        "any",
-        "NaN",
+    Channel::new("FilmThickness", "truth_maps", Half, "mm", "0 or more")
+        .of("blister")
+        .means("Thickness of the film; 0 where there is none.", "rounded by at most 0.2 um below 0.5 mm"),
+    Channel::new("Height", "truth_maps", Float, "mm", "any").means(
         "True height of the surface.",
         "half would round 20 mm to 0.016 mm; written in steps of 2^-13 mm (0.12 um), which compress",
     ),
-    channel(
-        ("Instance", "instance", ""),
-        SampleType::Float,
-        "",
-        "0 for none, else `objects.instance`",
-        "never",
-        "Which defect or pocket each pixel really shows.",
-        "exact; half is up to 2048 only",
-    ),
-    channel(
-        ("Label", "label", ""),
-        SampleType::Half,
-        "",
-        "number of a pixel class",
-        "never",
-        "What each pixel really shows.",
-        "exact",
-    ),
-    channel(
-        ("Range", "range", ""),
-        SampleType::Float,
-        "mm or px",
-        "see Range",
-        "NaN",
+    Channel::new("Instance", "instance", Float, "", "0 for none, else `objects.instance`")
+        .missing("never")
+        .means("Which defect or pocket each pixel really shows.", "exact; half is up to 2048 only"),
+    Channel::new("Label", "label", Half, "", "number of a pixel class")
+        .missing("never")
+        .means("What each pixel really shows.", "exact"),
+    Channel::new("Range", "range", Float, "mm or px", "see Range").means(
         "What was measured, in the form that `images.range` names.",
         "half would round 20 mm to 0.016 mm; written in steps of 2^-13 mm (0.12 um) or px, which compress",
     ),
-    channel(
-        ("Reflectance", "reflectance", ""),
-        SampleType::Half,
-        "DN",
-        "0 to 255, or to the end of 10 or 12 bits",
-        "NaN",
+    Channel::new("Reflectance", "reflectance", Half, "DN", "0 to 255, or to the end of 10 or 12 bits").means(
         "Digital number at the peak of the laser line; a whole number unless binned or rectified.",
         "whole numbers are exact, others rounded by at most 0.0625 DN, far below the noise; FLOAT for more than 8 bits",
     ),
-    channel(
-        ("Scatter", "scatter", ""),
-        SampleType::Float,
-        "DN",
-        "0 or more",
-        "NaN",
+    Channel::new("Scatter", "scatter", Float, "DN", "0 or more").means(
         "Sum of digital numbers beside the peak.",
         "sums pass 2048, where half is not exact, and may pass its end at 65504",
     ),
-    channel(
-        ("Y", "reflectance", ""),
-        SampleType::Half,
-        "DN",
-        "as Reflectance",
-        "0",
+    Channel::new("Y", "reflectance", Half, "DN", "as Reflectance").missing("0").means(
         "Reflectance once more, 0 where missing, under the name that OpenCV and viewers look for.",
         "as Reflectance",
     ),
@@ -217,7 +176,7 @@ pub fn channels(asked: &[String], truth_maps: bool, subject: &str, range: &str, 
     let formed = |c: Channel| match range_form(range).filter(|_| c.name == "Range") {
         Some(form) => Channel { unit: form.unit, range: form.range, doc: form.doc, ..c },
         // Halfs are whole numbers up to 2048 only.
-        None if bits > 8 && c.asked_by == "reflectance" => Channel { samples: SampleType::Float, ..c },
+        None if bits > 8 && c.asked_by == "reflectance" => Channel { samples: Float, ..c },
         None => c,
     };
     if asked.is_empty() { Vec::new() } else { CHANNELS.into_iter().filter(|c| holds(c)).map(formed).collect() }

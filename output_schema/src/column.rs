@@ -170,8 +170,18 @@ pub struct Column {
 
 impl Column {
     /// A column that every dataset has, that is never empty and follows from the images.
-    pub const fn new(name: &'static str, kind: ColumnKind, unit: &'static str, range: Values) -> Self {
+    pub const fn of_images(name: &'static str, kind: ColumnKind, unit: &'static str, range: Values) -> Self {
         Self { name, kind, unit, range, missing: "never", doc: "", follows: Source::Images, since: 0 }
+    }
+
+    /// The same, following from the scene.
+    pub const fn of_scene(name: &'static str, kind: ColumnKind, unit: &'static str, range: Values) -> Self {
+        Self { follows: Source::Scene, ..Self::of_images(name, kind, unit, range) }
+    }
+
+    /// The same, following from the draws.
+    pub const fn of_draws(name: &'static str, kind: ColumnKind, unit: &'static str, range: Values) -> Self {
+        Self { follows: Source::Draws, ..Self::of_images(name, kind, unit, range) }
     }
 
     /// The same with its meaning.
@@ -189,12 +199,6 @@ impl Column {
     #[must_use]
     pub const fn missing(self, missing: &'static str) -> Self {
         Self { missing, ..self }
-    }
-
-    /// The same with values that follow from something else.
-    #[must_use]
-    pub const fn follows(self, follows: Source) -> Self {
-        Self { follows, ..self }
     }
 
     /// The same in datasets of this minor version and newer ones alone.

@@ -14,10 +14,10 @@ use crate::subject::SUBJECTS;
 pub fn dictionary() -> String {
     let mut page = String::new();
     let [major, minor] = SCHEMA_VERSION;
-    line(&mut page, "# What is on disk\n");
     line(
         &mut page,
-        "This page is written from the declarations in `src/`; `BLESS=1 cargo test -p output_schema` renews it.\n",
+        "# What is on disk\n\nThis page is written from the declarations in `src/`; `BLESS=1 cargo test -p \
+         output_schema` renews it.\n",
     );
     line(
         &mut page,
@@ -28,11 +28,8 @@ pub fn dictionary() -> String {
     );
     line(
         &mut page,
-        "Lengths are in mm, angles in deg, digital numbers (DN) as the camera gives them. Images are `[rows, cols]`,",
-    );
-    line(
-        &mut page,
-        "row-major: x along the columns (the laser line), y along the rows (the scan, row 0 exposed first), z up.\n",
+        "Lengths are in mm, angles in deg, digital numbers (DN) as the camera gives them. Images are `[rows, cols]`,\n\
+         row-major: x along the columns (the laser line), y along the rows (the scan, row 0 exposed first), z up.\n",
     );
 
     line(&mut page, "## Files\n\n| path | when | what |\n|---|---|---|");
@@ -41,10 +38,9 @@ pub fn dictionary() -> String {
     }
     line(
         &mut page,
-        "\n`<shard>` has five digits. Temporary names start with `.tmp-`, lock files with `.lock-`; a finished \
-            dataset has",
+        "\n`<shard>` has five digits. Temporary names start with `.tmp-`, lock files with `.lock-`; a finished dataset \
+         has\nneither. A shard without a manifest is not finished and is made again.",
     );
-    line(&mut page, "neither. A shard without a manifest is not finished and is made again.");
 
     line(&mut page, "\n## Pixel classes\n\n| value | name | subject |\n|---|---|---|");
     for (value, name) in PIXEL_CLASSES.iter().enumerate() {
@@ -54,26 +50,20 @@ pub fn dictionary() -> String {
     line(
         &mut page,
         "\n`label_values` of `dataset.json` lists the values that labels of the dataset's subject can have; \
-            `class_area_px` has",
+         `class_area_px` has\na field for each of them.",
     );
-    line(&mut page, "a field for each of them.");
 
     line(
         &mut page,
         "\n`follows from` says what `gen validate` holds a column to: what the head says and the recipe *draws*; the \
-            *scene*, \
-         made\nagain without light and compared bit for bit; or the *images*. `since` is the oldest schema with it \
-         that is \
-         read.",
+         *scene*, made\nagain without light and compared bit for bit; or the *images*. `since` is the oldest schema \
+         with it that is read.",
     );
     table(&mut page, "Columns of `data/*.parquet`", &ROW);
     line(
         &mut page,
-        "\nThe columns of `parameters` and `physics` are listed with unit and meaning in `dataset.json`, and in the",
-    );
-    line(
-        &mut page,
-        "metadata (`unit`, `doc`) of each Arrow field. Images are there only where the recipe's output asks for them.",
+        "\nThe columns of `parameters` and `physics` are listed with unit and meaning in `dataset.json`, and in the\n\
+         metadata (`unit`, `doc`) of each Arrow field. Images are there only where the recipe's output asks for them.",
     );
     table(&mut page, "Fields of `calibration`", &CALIBRATION);
     table(&mut page, "Fields of `objects`", &OBJECT);
@@ -87,25 +77,16 @@ pub fn dictionary() -> String {
     line(
         &mut page,
         "\nIn EXR files Range has its unit; in PNG a pixel r above 0 stands for `range_offset_mm + r * \
-            range_scale_mm`, or the same",
+         range_scale_mm`, or the same\nwith `_px`. 0 is missing.\n\nRange is what the camera measures, and `Height` of \
+         the EXR files is where the surface is. Where light goes into matter,\n\
+         the camera sees it leave lower: Range lies below `Height`, by up to some tenths of a mm on wood and plastic, \
+         and not at all\non metal.",
     );
-    line(&mut page, "with `_px`. 0 is missing.\n");
-    line(
-        &mut page,
-        "Range is what the camera measures, and `Height` of the EXR files is where the surface is. Where light goes \
-            into matter,",
-    );
-    line(
-        &mut page,
-        "the camera sees it leave lower: Range lies below `Height`, by up to some tenths of a mm on wood and plastic, \
-            and not at all",
-    );
-    line(&mut page, "on metal.");
     line(&mut page, "\n## Channels of `exr/<shard>/<id>.exr`\n");
     line(
         &mut page,
-        "| channel | subject | type | shape | unit | values | missing | meaning | why this type \
-            |\n|---|---|---|---|---|---|---|---|---|",
+        "| channel | subject | type | shape | unit | values | missing | meaning | why this type |\n\
+         |---|---|---|---|---|---|---|---|---|",
     );
     for c in &CHANNELS {
         let (samples, unit) = (c.samples.name(), c.unit);
@@ -119,7 +100,7 @@ pub fn dictionary() -> String {
     line(
         &mut page,
         "\n`Height` and the channels of one subject are written with `truth_maps`, the others where the recipe's \
-            output asks for",
+         output asks for",
     );
     line(
         &mut page,
@@ -139,60 +120,28 @@ pub fn dictionary() -> String {
 fn places(page: &mut String) {
     line(
         page,
-        "\nThe pockets of a pack are its objects with `within` 0 whose class is none of `wrinkle`, `delamination` and",
-    );
-    line(
-        page,
-        "`tablet_on_flange`. They have the instances 1 to P, row after row along the laser line; a pocket of which no \
-            pixel shows",
-    );
-    line(page, "anything is not in the list.\n");
-    line(
-        page,
-        "With a sensor columns and b profiles to a pixel (`output.bin`: 1 unless the recipe says otherwise), column j \
-            of an image",
-    );
-    line(
-        page,
-        "is centred on sensor column c = (j + 1/2) a - 1/2, and row r on y = (r + 1/2 - 1/(2 b)) `row_mm`. At the \
-            upper surface x",
-    );
-    line(
-        page,
-        "is about (c - `calibration.centre_col_px`) `col_mm` / a; python/calibrate.py has it exactly, and of \
-            rectified scans it is",
-    );
-    line(
-        page,
-        "`calibration.x_first_mm` + j `col_mm`. On a turntable `x_mm` and `y_mm` are places on the object before it \
-            has turned.",
+        "\nThe pockets of a pack are its objects with `within` 0 whose class is none of `wrinkle`, `delamination` and\n\
+         `tablet_on_flange`. They have the instances 1 to P, row after row along the laser line; a pocket of which no \
+         pixel shows\nanything is not in the list.\n\nWith a sensor columns and b profiles to a pixel (`output.bin`: 1 \
+         unless the recipe says otherwise), column j of an image\nis centred on sensor column c = (j + 1/2) a - 1/2, \
+         and row r on y = (r + 1/2 - 1/(2 b)) `row_mm`. At the upper surface x\n\
+         is about (c - `calibration.centre_col_px`) `col_mm` / a; python/calibrate.py has it exactly, and of rectified \
+         scans it is\n`calibration.x_first_mm` + j `col_mm`. On a turntable `x_mm` and `y_mm` are places on the object \
+         before it has turned.",
     );
 }
 
 fn versions(page: &mut String) {
     let [major, minor] = SCHEMA_VERSION;
-    line(page, "\n## How versions change\n");
     line(
         page,
-        "`schema_version` stands in `dataset.json` and in each manifest as `[major, minor]`, and in the metadata of \
-            each Parquet",
-    );
-    line(page, "file as `sheetlight.schema_version`.\n");
-    line(
-        page,
-        "- **Minor** grows where something is added: a column, a channel, a key, a kind of file. What was there stays \
-            as it was, so",
-    );
-    line(page, "  a reader takes every newer minor number of its major one, and passes over what it does not know.");
-    line(
-        page,
-        "- **Major** grows where an old reader would misread: something is renamed, removed, or means another thing. \
-            Readers look",
-    );
-    line(
-        page,
-        "  at the version before anything else and refuse a newer major number, in words that say to take a newer \
-            program.",
+        "\n## How versions change\n\n`schema_version` stands in `dataset.json` and in each manifest as `[major, \
+         minor]`, and in the metadata of each Parquet\nfile as `sheetlight.schema_version`.\n\n\
+         - **Minor** grows where something is added: a column, a channel, a key, a kind of file. What was there stays \
+         as it was, so\n  a reader takes every newer minor number of its major one, and passes over what it does not \
+         know.\n- **Major** grows where an old reader would misread: something is renamed, removed, or means another \
+         thing. Readers look\n  at the version before anything else and refuse a newer major number, in words that say \
+         to take a newer program.",
     );
     line(
         page,

@@ -34,22 +34,21 @@ pub(super) fn card(head: &DatasetHead, present: &[Split], counts: &ClassCounts) 
     add(
         &mut page,
         "## Checking\n\n`gen validate PATH` reads every file again: checksums, columns, ranges, labels against \
-            pictures. `gen validate PATH\n\
-         --rerender 4` renders four samples anew and compares bytes. `shards/*.json` hold the SHA-256 of every file.\n",
+         pictures. `gen validate PATH\n--rerender 4` renders four samples anew and compares bytes. `shards/*.json` \
+         hold the SHA-256 of every file.\n",
     );
     add(&mut page, &format!("## Citing\n\n```bibtex\n{}\n```\n", citation(head)));
     add(
         &mut page,
         "## License\n\nCC0 1.0, as the front matter and `croissant.json` say: the authors of the generator claim no \
-            rights in what it\n\
-         writes. Whoever publishes this dataset may change both lines; the generator's own licence is another.",
+         rights in what it\nwrites. Whoever publishes this dataset may change both lines; the generator's own licence \
+         is another.",
     );
     if !head.assets.is_empty() {
         add(
             &mut page,
-            "\nThe files in `assets/` are copies of files that the recipe names. They keep the licences that they \
-                came with, and\n\
-             CC0 says nothing about them: see that you may pass them on before you publish this folder.",
+            "\nThe files in `assets/` are copies of files that the recipe names. They keep the licences that they came \
+             with, and\nCC0 says nothing about them: see that you may pass them on before you publish this folder.",
         );
     }
     page
@@ -59,14 +58,20 @@ fn loading(page: &mut String, head: &DatasetHead, present: &[Split]) {
     let split = present.first().map_or("train", |split| split.name());
     add(page, "## Loading\n\nPATH is this folder; for `load_dataset` it may be a name on the hub.\n\n```python");
     add(page, &format!("from datasets import load_dataset\nscans = load_dataset(\"PATH\", split=\"{split}\")\n"));
-    add(page, "import polars as pl  # numbers alone: columns of images are not read unless asked for");
-    add(page, "wanted = [\"id\", \"index\", \"class\", \"objects\", \"physics\"]");
+    add(
+        page,
+        "import polars as pl  # numbers alone: columns of images are not read unless asked for\n\
+         wanted = [\"id\", \"index\", \"class\", \"objects\", \"physics\"]",
+    );
     let is_spread = head.shards > SHARDS_PER_FOLDER;
     let tables = if is_spread { "**/*.parquet" } else { "*.parquet" };
     add(page, &format!("rows = pl.scan_parquet(\"PATH/data/{tables}\").select(wanted).collect()"));
     if !head.images.exr.is_empty() {
-        add(page, "\nimport OpenEXR  # maps of one row in physical units, NaN where nothing was measured");
-        add(page, "row = rows.row(0, named=True)");
+        add(
+            page,
+            "\nimport OpenEXR  # maps of one row in physical units, NaN where nothing was measured\n\
+             row = rows.row(0, named=True)",
+        );
         let mut folder = format!("{{row['index'] // {}:05}}", head.samples_per_shard);
         if is_spread {
             // The first thousand shards lie in no folder of their thousand.
@@ -178,10 +183,10 @@ fn shares(page: &mut String, head: &DatasetHead, counts: &ClassCounts) {
 fn columns(page: &mut String, head: &DatasetHead) {
     add(
         page,
-        "\n## Columns\n\nLengths in mm, angles in deg, DN as the camera gives them. Images are `[rows, cols]`: x \
-            along the columns (the laser",
+        "\n## Columns\n\nLengths in mm, angles in deg, DN as the camera gives them. Images are `[rows, cols]`: x along \
+         the columns (the laser\nline), y along the rows (the scan), z up.\n\n\
+         | column | unit | missing | meaning |\n|---|---|---|---|",
     );
-    add(page, "line), y along the rows (the scan), z up.\n\n| column | unit | missing | meaning |\n|---|---|---|---|");
     for column in ROW.iter().filter(|c| head.has(c)) {
         match column.kind {
             ColumnKind::Parameters => head.parameters.iter().for_each(|n| entry(page, &n.path(), &n.unit, "", &n.doc)),
