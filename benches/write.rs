@@ -6,14 +6,16 @@
 
 use dataset::record::{Below, Record};
 use dataset::{
-    ChannelValues, Dataset, ExrChannel, Grey, ShardWriter, encode, estimated_bytes_per_sample, read_exr, read_png,
-    write_exr_as, write_png_as,
+    Dataset, ExrChannel, Grey, ShardWriter, encode, estimated_bytes_per_sample, read_exr, read_png, write_exr_as,
+    write_png_as,
 };
 use divan::Bencher;
 use divan::counter::BytesCount;
 use exr::prelude::Compression;
 use image::codecs::png::{CompressionType, FilterType};
 use optical_bench::settings::{Output, SensorStack, Size};
+use optical_bench::settings::{Output, SensorStack, Size};
+use output_schema::SampleType;
 use test_support::records;
 
 const SIZE: Size = Size { columns: 2560, rows: 512, profiles: 500 };
@@ -67,11 +69,11 @@ fn channels(name: &str, kind: &str) -> Vec<ExrChannel> {
         _ => record.labels.instance.iter().map(|&n| f32::from(n)).collect(),
     };
     let samples = match kind {
-        "f16" => ChannelValues::Half(numbers),
-        "f32" => ChannelValues::Float(numbers),
-        _ => ChannelValues::Uint(numbers.iter().map(|&n| n as u32).collect()),
+        "f16" => SampleType::Half,
+        "f32" => SampleType::Float,
+        _ => SampleType::Uint,
     };
-    vec![ExrChannel { name: name.into(), samples }]
+    vec![ExrChannel { name: name.into(), samples, numbers }]
 }
 
 fn bytes_of(kind: &str) -> usize {
@@ -94,26 +96,25 @@ const EXR_TYPES: [(&str, &str); 10] = [
 /// Whole files: the measured and label channels, with truth maps or without, heights rounded to `2^-step` mm.
 fn whole_file(truth: bool, step: Option<i32>) -> Vec<ExrChannel> {
     let record = record();
-    let named = |name: &str, kind: &str| channels(name, kind).into_iter().next().map(|c| c.samples);
-    let mut list: Vec<(&str, Option<ChannelValues>)> = vec![
-        ("Instance", named("instance", "u32")),
-        ("Label", named("label", "f16")),
-        ("Range", named("range", "f32")),
-        ("Reflectance", named("reflectance", "f16")),
-        ("Scatter", named("scatter", "f32")),
-        ("Y", named("reflectance", "f16")),
+    let named = |name: &str, of: &str, kind: &str| ExrChannel { name: name.into(), ..channels(of, kind).remove(0) };
+    let mut list = vec![
+        named("Instance", "instance", "u32"),
+        named("Label", "label", "f16"),
+        named("Range", "range", "f32"),
+        named("Reflectance", "reflectance", "f16"),
+        named("Scatter", "scatter", "f32"),
+        named("Y", "reflectance", "f16"),
     ];
     if let (true, Some(truth)) = (truth, record.truth) {
         let round = |z: f32| step.map_or(z, |step| (z * 2f32.powi(step)).round() / 2f32.powi(step));
-        list.push(("Height", Some(ChannelValues::Float(truth.height.into_iter().map(round).collect()))));
+        let map = |name: &str, samples, numbers| ExrChannel { name: name.into(), samples, numbers };
+        list.push(map("Height", SampleType::Float, truth.height.into_iter().map(round).collect()));
         if let Below::Fibre { azimuth, dive } = truth.below {
-            list.push(("FibreAzimuth", Some(ChannelValues::Half(azimuth))));
-            list.push(("FibreDive", Some(ChannelValues::Half(dive))));
+            list.push(map("FibreAzimuth", SampleType::Half, azimuth));
+            list.push(map("FibreDive", SampleType::Half, dive));
         }
     }
-    let channel =
-        |(name, samples): (&str, Option<ChannelValues>)| Some(ExrChannel { name: name.into(), samples: samples? });
-    list.into_iter().filter_map(channel).collect()
+    list
 }
 
 fn sizes() {

@@ -373,7 +373,7 @@ impl StoredSample {
         }
         let maps = self.exr.get_or_init(|| self.dataset.dataset.exr(self.shard, &self.listed.id));
         let maps = maps.as_ref().map_err(Clone::clone)?;
-        Ok(maps.channel(name).map(|channel| channel.numbers()))
+        Ok(maps.channel(name).map(|channel| channel.numbers.clone()))
     }
 
     /// Its sensor frames, by profile; none where the dataset keeps none.

@@ -13,7 +13,8 @@ use serde_json::{Value, json};
 use super::output::{self, Written};
 use super::{CommandResult, DONE, UsageError, print};
 use crate::generate::MemoryEstimate;
-use dataset::{ChannelValues, ExrChannel, Fault, write_exr};
+use dataset::{ExrChannel, Fault, write_exr};
+use output_schema::SampleType;
 use procedural::wood::Wood;
 use wood_picture::{Encoding, Face, FibreMap, PictureAnalysis, face_absorption, fibre_map};
 
@@ -203,8 +204,7 @@ fn decode(bytes: impl BufRead + Seek) -> Result<(Vec<f32>, [usize; 2]), Box<dyn 
 fn maps(fibres: FibreMap, mu_a: Vec<f32>, document: &Value) -> Vec<u8> {
     let FibreMap { size, pixel_mm, azimuth_rad, dive_rad, confidence, .. } = fibres;
     let (sin, cos) = azimuth_rad.into_iter().map(|azimuth| libm::sincosf(2.0 * azimuth)).unzip();
-    let channel =
-        |name: &str, numbers: Vec<f32>| ExrChannel { name: name.into(), samples: ChannelValues::Float(numbers) };
+    let channel = |name: &str, numbers: Vec<f32>| ExrChannel { name: name.into(), samples: SampleType::Float, numbers };
     let mut channels = vec![
         channel("Absorption", mu_a),
         channel("FibreConfidence", confidence),

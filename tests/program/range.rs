@@ -22,7 +22,7 @@ fn exr(place: &Place, index: u64) -> (Vec<(String, Vec<f32>)>, Value) {
         let (_, _, channels, text) = read_exr(&std::fs::read(path).expect("it can be read")).expect("it is whole");
         let said: Value = serde_json::from_str(&text).expect("it is JSON");
         if said["index"] == index {
-            return (channels.into_iter().map(|c| (c.name.clone(), c.numbers())).collect(), said);
+            return (channels.into_iter().map(|c| (c.name, c.numbers)).collect(), said);
         }
     }
     panic!("sample {index} is not there")

@@ -173,7 +173,7 @@ fn exr_files_open_in_openexr_and_opencv() {
         let expected = [index as f64, rows as f64, spacing[0], cols as f64, spacing[1]];
         assert_eq!(said.numbers("sample "), expected);
         for channel in &channels {
-            let numbers = channel.numbers();
+            let numbers = &channel.numbers;
             let seen: Vec<f64> = numbers.iter().filter(|v| !v.is_nan()).map(|&v| f64::from(v)).collect();
             let found = said.line(&format!("{}: ", channel.name));
             assert!(
@@ -188,7 +188,7 @@ fn exr_files_open_in_openexr_and_opencv() {
             }
         }
         let said = example(&place.path("."), "load_opencv", &place.path("set"), &[]);
-        let bright = channels.iter().find(|channel| channel.name == "Y").expect("Y is there").numbers();
+        let bright = channels.iter().find(|channel| channel.name == "Y").expect("Y is there").numbers.clone();
         let total: f64 = bright.iter().map(|&v| f64::from(v)).sum();
         let missing = bright.iter().filter(|&&v| v == 0.0).count();
         let expected = format!("float32 ({rows}, {cols}), sum {total:.3} DN, missing {missing} px");

@@ -62,7 +62,7 @@ print("torch:", pixels.dtype, pixels.ndim, int(pixels.float().max()))
         // The first file by name.
         let (index, sample) = first(&samples, &["test", "train"]);
         let channels = read_exr(&sample.exr).expect("it is EXR").2;
-        let bright = channels.iter().find(|channel| channel.name == "Y").expect("Y is there").numbers();
+        let bright = channels.iter().find(|channel| channel.name == "Y").expect("Y is there").numbers.clone();
         let total: f64 = bright.iter().map(|&v| f64::from(v)).sum();
         assert_eq!(said.numbers("bright: "), [index as f64, total]);
     }

@@ -3,8 +3,9 @@
 use crate::damaged::{MANIFEST, after, check, edit_json, exr, png, with};
 use base::Class;
 use dataset::validate::{Code, ValidationOptions, validate};
-use dataset::{ChannelValues, Encoded, ExrChannel, Grey, write_png};
+use dataset::{Encoded, ExrChannel, Grey, write_png};
 use optical_bench::settings::Channel;
+use output_schema::SampleType;
 use serde_json::Value;
 use test_support::records::{encoded, output, write_dataset};
 
@@ -74,14 +75,13 @@ fn exr_files() {
     use Code::*;
     assert_eq!(with(|sample| exr(sample, |channels| _ = channels.pop())), [ExrChannels]);
     assert_eq!(with(|sample| exr(sample, |channels| channels[0].name = "Aha".into())), [ExrChannels]);
-    let float = |channels: &mut Vec<ExrChannel>| channels[4].samples = ChannelValues::Float(channels[4].numbers());
+    let float = |channels: &mut Vec<ExrChannel>| channels[4].samples = SampleType::Float;
     assert_eq!(with(|sample| exr(sample, float)), [ExrChannels]);
     let shift = |channels: &mut Vec<ExrChannel>| {
-        let range = channels[5].numbers().iter().map(|z| z + 0.0012).collect();
-        channels[5].samples = ChannelValues::Float(range);
+        channels[5].numbers.iter_mut().for_each(|z| *z += 0.0012);
     };
     assert_eq!(with(|sample| exr(sample, shift)), [ExrDiffers]);
-    let steep = |channels: &mut Vec<ExrChannel>| channels[1].samples = ChannelValues::Half(vec![120.0; 48 * 32]);
+    let steep = |channels: &mut Vec<ExrChannel>| channels[1].numbers.fill(120.0);
     assert_eq!(with(|sample| exr(sample, steep)), [ValueRange]);
     assert_eq!(with(|sample| sample.exr = encoded(3, &output()).exr), [ExrDiffers]);
 }

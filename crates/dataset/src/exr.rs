@@ -4,7 +4,6 @@
 //! keeps them in a hash map) and ASCII in it (the format stores Latin-1, which readers take for UTF-8). Blocks are
 //! compressed from the last one on, and the maps shortened by them, so that numbers go as compressed blocks come.
 
-use std::borrow::Cow;
 use std::io::Cursor;
 
 use exr::block::chunk::{Chunk, CompressedBlock};
@@ -46,48 +45,15 @@ fn stepped(height: f32) -> f32 {
     (height * HEIGHT_STEPS).round() / HEIGHT_STEPS
 }
 
-/// Samples of one channel, row-major.
-#[derive(Debug, Clone, PartialEq)]
-pub enum ChannelValues {
-    /// 16-bit floats, given as 32-bit ones.
-    Half(Vec<f32>),
-    /// 32-bit floats.
-    Float(Vec<f32>),
-    /// Whole numbers.
-    Uint(Vec<u32>),
-}
-
 /// One named channel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ExrChannel {
     /// Name in the file.
     pub name: String,
-    /// Its samples.
-    pub samples: ChannelValues,
-}
-
-impl ExrChannel {
-    /// Every sample as a number.
-    pub fn numbers(&self) -> Vec<f32> {
-        self.as_numbers().into_owned()
-    }
-
-    /// The same without a copy, where samples are floats.
-    pub(crate) fn as_numbers(&self) -> Cow<'_, [f32]> {
-        match &self.samples {
-            ChannelValues::Half(v) | ChannelValues::Float(v) => Cow::Borrowed(v),
-            ChannelValues::Uint(v) => v.iter().map(|&n| n as f32).collect(),
-        }
-    }
-
-    /// Type of the samples.
-    pub(crate) fn sample_type(&self) -> SampleType {
-        match self.samples {
-            ChannelValues::Half(_) => SampleType::Half,
-            ChannelValues::Float(_) => SampleType::Float,
-            ChannelValues::Uint(_) => SampleType::Uint,
-        }
-    }
+    /// Type of its samples there.
+    pub samples: SampleType,
+    /// Every sample as a number, row-major.
+    pub numbers: Vec<f32>,
 }
 
 /// The numbers of a channel of truth maps, before they are rounded to its type; `None` where these have none of that
@@ -164,12 +130,7 @@ fn map_channel(maps: &Maps, labels: &Labels, truth: Option<&TruthMaps>, c: &Chan
         "Reflectance" => seen(&maps.reflectance),
         _ => maps.reflectance.clone(),
     };
-    let samples = match c.samples {
-        SampleType::Half => ChannelValues::Half(numbers),
-        SampleType::Float => ChannelValues::Float(numbers),
-        SampleType::Uint => ChannelValues::Uint(numbers.iter().map(|&n| n as u32).collect()),
-    };
-    ExrChannel { name: c.name.into(), samples }
+    ExrChannel { name: c.name.into(), samples: c.samples, numbers }
 }
 
 /// What the text attribute says about a sample.
@@ -178,7 +139,8 @@ pub(crate) struct ExrDescription<'a> {
     pub(crate) id: &'a str,
     pub(crate) index: u64,
     pub(crate) split: &'a str,
-    pub(crate) class: &'a str,
+    /// Name of the recipe's class, where it has that.
+    pub(crate) class: Option<&'a str>,
     /// Distance between two rows, and between two columns [mm].
     pub(crate) pitch_mm: [f64; 2],
     pub(crate) bits: u64,
@@ -212,7 +174,7 @@ pub(super) fn description(record: &Record, declared: &[Channel], bits: u32) -> V
         id: &record.id,
         index: record.index,
         split: record.split.name(),
-        class: &record.class,
+        class: Some(&record.class),
         pitch_mm: [record.row_mm, record.col_mm],
         bits: bits.into(),
         range: record.range.name(),
@@ -248,11 +210,12 @@ pub fn write_exr_as(
     compression: Compression,
 ) -> Vec<u8> {
     let mut list: Vec<(String, FlatSamples)> =
-        channels.into_iter().map(|channel| (channel.name, samples(channel.samples))).collect();
+        channels.into_iter().map(|channel| (channel.name, samples(channel.samples, channel.numbers))).collect();
     // As files have them.
     list.sort_by(|a, b| a.0.cmp(&b.0));
     let size = Vec2(cols, list.first().map_or(0, |(_, samples)| samples.len()) / cols.max(1));
-    let empty = list.iter().map(|(name, samples)| (name.clone(), empty(sample_type(samples)))).collect();
+    let empty =
+        list.iter().map(|(name, samples)| (name.clone(), self::samples(sample_type(samples), Vec::new()))).collect();
     let headers = image(empty, size, (col_mm, row_mm), description, compression).write().infer_meta_data();
     let mut maps: Vec<FlatSamples> = list.into_iter().map(|(_, samples)| samples).collect();
     let blocks: Vec<(usize, BlockIndex)> = enumerate_ordered_header_block_indices(&headers).collect();
@@ -322,19 +285,12 @@ fn sample_type(samples: &FlatSamples) -> SampleType {
     }
 }
 
-fn empty(samples: SampleType) -> FlatSamples {
+/// Numbers as samples of that type.
+fn samples(samples: SampleType, numbers: Vec<f32>) -> FlatSamples {
     match samples {
-        SampleType::Half => FlatSamples::F16(Vec::new()),
-        SampleType::Float => FlatSamples::F32(Vec::new()),
-        SampleType::Uint => FlatSamples::U32(Vec::new()),
-    }
-}
-
-fn samples(samples: ChannelValues) -> FlatSamples {
-    match samples {
-        ChannelValues::Half(v) => FlatSamples::F16(v.into_iter().map(f16::from_f32).collect()),
-        ChannelValues::Float(v) => FlatSamples::F32(v),
-        ChannelValues::Uint(v) => FlatSamples::U32(v),
+        SampleType::Half => FlatSamples::F16(numbers.into_iter().map(f16::from_f32).collect()),
+        SampleType::Float => FlatSamples::F32(numbers),
+        SampleType::Uint => FlatSamples::U32(numbers.into_iter().map(|n| n as u32).collect()),
     }
 }
 
@@ -443,7 +399,7 @@ pub(crate) fn expected_header(
     spacing_mm: (f64, f64),
     description: &Value,
 ) -> Option<Header> {
-    let list = channels.iter().map(|channel| (channel.name.to_owned(), empty(channel.samples))).collect();
+    let list = channels.iter().map(|channel| (channel.name.to_owned(), samples(channel.samples, Vec::new()))).collect();
     image(list, Vec2(cols, rows), spacing_mm, description, COMPRESSION).write().infer_meta_data().pop().map(together)
 }
 
@@ -501,10 +457,11 @@ pub(crate) fn read_exr_of(bytes: &[u8], size: &ExrSize) -> Result<ExrContent, St
     };
     let channel = |channel: AnyChannel<FlatSamples>| ExrChannel {
         name: channel.name.to_string(),
-        samples: match channel.sample_data {
-            FlatSamples::F16(v) => ChannelValues::Half(v.into_iter().map(f16::to_f32).collect()),
-            FlatSamples::F32(v) => ChannelValues::Float(v),
-            FlatSamples::U32(v) => ChannelValues::Uint(v),
+        samples: sample_type(&channel.sample_data),
+        numbers: match channel.sample_data {
+            FlatSamples::F16(v) => v.into_iter().map(f16::to_f32).collect(),
+            FlatSamples::F32(v) => v,
+            FlatSamples::U32(v) => v.into_iter().map(|n| n as f32).collect(),
         },
     };
     let Vec2(cols, rows) = image.layer_data.size;

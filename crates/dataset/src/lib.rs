@@ -47,7 +47,7 @@ pub(crate) use card::ClassCounts;
 pub use differences::differences;
 pub use encoding::encode;
 pub(crate) use encoding::image_of;
-pub use exr::{ChannelValues, ExrChannel, read_exr, write_exr, write_exr_as};
+pub use exr::{ExrChannel, read_exr, write_exr, write_exr_as};
 pub(crate) use exr::{ExrDescription, ExrSize, channel_types, expected_header, exr_header, read_exr_of};
 pub(crate) use exr::{map_channels, truth_channel};
 pub use fault::{Fault, describe_bytes, one_line, own_remedy};

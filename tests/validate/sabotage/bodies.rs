@@ -3,7 +3,7 @@
 
 use base::Class;
 use dataset::validate::Code::*;
-use dataset::{ChannelValues, Encoded, ExrChannel};
+use dataset::{Encoded, ExrChannel};
 use optical_bench::settings::Channel;
 
 use super::place::{ESTIMATES, boards, exr, inspect, inspect_rows, labels, measured, png, relabel, with, write};
@@ -16,8 +16,7 @@ fn shown() -> usize {
 /// Adds `more` to the numbers of an EXR channel.
 fn raise(channels: &mut [ExrChannel], name: &str, more: f32) {
     let channel = channels.iter_mut().find(|channel| channel.name == name).expect("the channel");
-    let ChannelValues::Float(numbers) = &mut channel.samples else { panic!("{name} is no float") };
-    numbers.iter_mut().for_each(|number| *number += more);
+    channel.numbers.iter_mut().for_each(|number| *number += more);
 }
 
 #[test]

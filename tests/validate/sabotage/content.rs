@@ -2,7 +2,7 @@
 
 use base::Class;
 use dataset::validate::Code::*;
-use dataset::{ChannelValues, Encoded, Grey, write_png};
+use dataset::{Encoded, Grey, write_png};
 use optical_bench::settings::Channel;
 use optical_bench::split::Split;
 
@@ -136,7 +136,7 @@ fn fibres_of_knots() {
         for sample in &mut flat {
             exr(sample, |channels, _| {
                 let dive = channels.iter_mut().find(|channel| channel.name == "FibreDive").expect("truth maps");
-                dive.samples = ChannelValues::Half(dive.numbers().iter().map(|n| 0.0 * n).collect());
+                dive.numbers.iter_mut().for_each(|n| *n *= 0.0);
             });
         }
         let expected: &[dataset::validate::Code] = if is_told { &[DiveDiffers] } else { &[] };
@@ -271,17 +271,15 @@ fn images() {
     let negative = |samples: &mut Vec<Encoded>| {
         exr(&mut samples[of_class("knot")], |channels, _| {
             let dive = channels.iter_mut().find(|channel| channel.name == "FibreDive").expect("truth maps");
-            dive.samples = ChannelValues::Half(dive.numbers().iter().map(|n| n.abs() - 91.0).collect());
+            dive.numbers.iter_mut().for_each(|n| *n = n.abs() - 91.0);
         });
     };
     with(negative, &[ValueRange, TruthDiffers], ".exr", "a dive below -90");
     let none = |samples: &mut Vec<Encoded>| {
         exr(&mut samples[2], |channels, _| {
             let height = channels.iter_mut().find(|channel| channel.name == "Height").expect("truth maps");
-            let mut numbers = height.numbers();
-            let at = numbers.iter().position(|z| !z.is_nan()).expect("a board");
-            numbers[at] = f32::NAN;
-            height.samples = ChannelValues::Float(numbers);
+            let at = height.numbers.iter().position(|z| !z.is_nan()).expect("a board");
+            height.numbers[at] = f32::NAN;
         });
     };
     with(none, &[TruthDiffers], ".exr", "a height that is none");

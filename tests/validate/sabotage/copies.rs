@@ -1,9 +1,8 @@
 //! Samples that are there twice: as they are, with a little more noise, darker, mirrored.
 
+use dataset::Encoded;
 use dataset::validate::Code::{self, *};
 use dataset::validate::ValidationReport;
-use dataset::{ChannelValues, Encoded};
-use optical_bench::settings::Channel;
 
 use super::place::{ESTIMATES, SIZE, boards, exr, inspect, inspect_rows, labels, measured, png, relabel, write};
 
@@ -32,21 +31,16 @@ fn copy(samples: &mut [Encoded], from: usize, to: usize, change: &dyn Fn(Channel
     let (offset, scale) = (target.range_offset as f32, target.range_scale as f32);
     exr(target, |channels, text| {
         for channel in channels.iter_mut() {
-            let turned = |old: Vec<f32>| (0..old.len()).map(|i| old[place(i)]).collect::<Vec<f32>>();
+            let turned = |old: &[f32]| (0..old.len()).map(|i| old[place(i)]).collect::<Vec<f32>>();
             let dark = |map: &[f32]| (0..map.len()).map(|i| if range[i] == 0.0 { f32::NAN } else { map[i] }).collect();
-            let numbers = match channel.name.as_str() {
+            channel.numbers = match channel.name.as_str() {
                 "Range" => (0..range.len())
                     .map(|i| if range[i] == 0.0 { f32::NAN } else { offset + range[i] * scale })
                     .collect(),
                 "Reflectance" => dark(&reflectance),
                 "Y" => reflectance.clone(),
                 "Scatter" => dark(&scatter),
-                _ => turned(channel.numbers()),
-            };
-            channel.samples = match channel.samples {
-                ChannelValues::Half(_) => ChannelValues::Half(numbers),
-                ChannelValues::Float(_) => ChannelValues::Float(numbers),
-                ChannelValues::Uint(_) => ChannelValues::Uint(numbers.iter().map(|&n| n as u32).collect()),
+                _ => turned(&channel.numbers),
             };
         }
         let calibration = own.calibration.iter().filter(|(_, n)| !n.is_nan());

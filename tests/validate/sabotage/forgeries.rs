@@ -5,7 +5,7 @@
 use base::Stream;
 use dataset::validate::Code::ProfileDiffers;
 use dataset::validate::{RowChoice, ValidationReport};
-use dataset::{ChannelValues, Dataset, Encoded, range_numbers, read_exr, read_png};
+use dataset::{Dataset, Encoded, range_numbers, read_exr, read_png};
 use optical_bench::settings::Channel;
 use output_schema::DatasetHead;
 use rand::RngExt;
@@ -106,7 +106,7 @@ impl Subject {
 /// Numbers of a channel of the EXR file.
 fn numbers(sample: &Encoded, name: &str) -> Vec<f32> {
     let (_, _, channels, _) = read_exr(sample.exr.as_deref().expect("there")).expect("it was just written");
-    channels.iter().find(|channel| channel.name == name).expect("the channel").numbers()
+    channels.iter().find(|channel| channel.name == name).expect("the channel").numbers.clone()
 }
 
 /// Changes a map of a sample in the EXR file and in the image that repeats it.
@@ -119,11 +119,7 @@ fn forge(sample: &mut Encoded, name: &str, change: Change, other: &Encoded) {
         for channel in channels.iter_mut().filter(|c| c.name == name || (name == "Reflectance" && c.name == "Y")) {
             // The picture for viewers has no missing pixels.
             let missing = if channel.name == "Y" { 0.0 } else { f32::NAN };
-            let numbers = map.iter().map(|v| if v.is_nan() { missing } else { *v }).collect();
-            channel.samples = match channel.samples {
-                ChannelValues::Half(_) => ChannelValues::Half(numbers),
-                _ => ChannelValues::Float(numbers),
-            };
+            channel.numbers = map.iter().map(|v| if v.is_nan() { missing } else { *v }).collect();
         }
     });
     let scale = [sample.range_offset, sample.range_scale];

@@ -8,7 +8,7 @@ use std::sync::{Mutex, OnceLock};
 use base::Class;
 use dataset::record::AskedRows;
 use dataset::validate::{Code, Derive, Expect, RowChoice, TakeFrame, ValidationOptions, ValidationReport, validate};
-use dataset::{ChannelValues, Dataset, Encoded, ExrChannel, Grey, ShardWriter};
+use dataset::{Dataset, Encoded, ExrChannel, Grey, ShardWriter};
 use dataset::{read_exr, read_png, write_exr, write_png};
 use optical_bench::settings::Channel;
 use output_schema::{DatasetHead, RigWarning};
@@ -251,7 +251,7 @@ pub fn exr(sample: &mut Encoded, change: impl Fn(&mut Vec<ExrChannel>, &mut Valu
 /// Numbers of a channel.
 pub fn channel(sample: &Encoded, name: &str) -> Vec<f32> {
     let (_, _, channels, _) = read_exr(sample.exr.as_deref().expect("there")).expect("it was just written");
-    channels.iter().find(|channel| channel.name == name).expect("the channel").numbers()
+    channels.iter().find(|channel| channel.name == name).expect("the channel").numbers.clone()
 }
 
 /// Gives a sample other labels, and makes every number that is about them right again.
@@ -262,11 +262,7 @@ pub fn relabel(sample: &mut Encoded, label: &[u16], instance: &[u16]) {
     exr(sample, |channels, _| {
         for (name, numbers) in [("Label", label), ("Instance", instance)] {
             let channel = channels.iter_mut().find(|channel| channel.name == name).expect("the channel");
-            channel.samples = match channel.samples {
-                ChannelValues::Uint(_) => ChannelValues::Uint(numbers.iter().map(|&n| n.into()).collect()),
-                ChannelValues::Half(_) => ChannelValues::Half(numbers.iter().map(|&n| n.into()).collect()),
-                ChannelValues::Float(_) => ChannelValues::Float(numbers.iter().map(|&n| n.into()).collect()),
-            };
+            channel.numbers = numbers.iter().map(|&n| n.into()).collect();
         }
     });
     let numbers = |channel| {

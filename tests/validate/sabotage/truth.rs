@@ -3,7 +3,7 @@
 
 use base::Class;
 use dataset::validate::Code::*;
-use dataset::{ChannelValues, Encoded, ExrChannel};
+use dataset::{Encoded, ExrChannel};
 use optical_bench::settings::Channel;
 
 use super::place::{boards, exr, labels, of_recipe, relabel, with};
@@ -48,12 +48,7 @@ fn changed(samples: &mut [Encoded], name: &str, change: Change) {
         let cols = sample.cols;
         exr(sample, |channels: &mut Vec<ExrChannel>, _| {
             for channel in channels.iter_mut().filter(|channel| channel.name == name) {
-                let numbers = change(&channel.numbers(), cols);
-                channel.samples = match channel.samples {
-                    ChannelValues::Half(_) => ChannelValues::Half(numbers),
-                    ChannelValues::Float(_) => ChannelValues::Float(numbers),
-                    ChannelValues::Uint(_) => panic!("{name} is no number"),
-                };
+                channel.numbers = change(&channel.numbers, cols);
             }
         });
     }

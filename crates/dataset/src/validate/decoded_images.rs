@@ -1,7 +1,5 @@
 //! The images of a sample as numbers: of its row, and of its EXR file.
 
-use std::borrow::Cow;
-
 use output_schema::row::IMAGES;
 
 use crate::ExrChannel;
@@ -29,7 +27,7 @@ impl DecodedImages {
             if !IMAGES.contains(&name.as_str()) || self.get(&name).is_some() {
                 continue;
             }
-            let numbers = channel.as_numbers();
+            let numbers = &channel.numbers;
             let height = |z: f32| ((f64::from(z) - scale[0]) / scale[1]).round().clamp(1.0, 65535.0);
             let numbers: Vec<u16> = match name.as_str() {
                 "range" => numbers.iter().map(|&z| if z.is_nan() { 0 } else { height(z) as u16 }).collect(),
@@ -44,9 +42,4 @@ impl DecodedImages {
 /// Name of the image that repeats a channel of an EXR file.
 pub(super) fn image_of_channel(channel: &str) -> String {
     if channel == "Y" { "reflectance".into() } else { channel.to_lowercase() }
-}
-
-/// The numbers of a channel.
-pub(super) fn channel_named<'a>(channels: &'a [ExrChannel], name: &str) -> Option<Cow<'a, [f32]>> {
-    channels.iter().find(|channel| channel.name == name).map(ExrChannel::as_numbers)
 }

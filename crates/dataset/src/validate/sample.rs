@@ -13,7 +13,7 @@ use super::frame_digest::FrameDigest;
 use super::job_result::CheckedRow;
 use super::report::ValidationReport;
 use super::rules::profile_differs::RowComparison;
-use super::rules::{dive_differs, duplicates, exr, images, label_unknown, of_sample, tables, truth_differs};
+use super::rules::{duplicates, exr, images, label_unknown, of_sample, tables};
 use super::sample_to_check::SampleToCheck;
 use super::shard_task::ShardTask;
 use crate::record::{AskedRows, StackFrame};
@@ -35,19 +35,27 @@ pub(super) fn check(
     let images = images::check(&row, &task.head.images, &place, report);
     let (derived, frames) = made_again(task, listed.index, row.cols.max(1) as usize, &images, exr);
     let expected = task.expect.map(|expect| expect(listed.index));
-    let mut sample =
-        SampleToCheck { task, batch, row, listed, exr, place, images, unknown_label: None, expected, derived };
+    let mut sample = SampleToCheck {
+        exr_path: exr_path(task.number, &listed.id),
+        channels: Vec::new(),
+        unknown_label: None,
+        task,
+        batch,
+        row,
+        listed,
+        exr,
+        place,
+        images,
+        expected,
+        derived,
+    };
     report.frames += frames.len() as u64;
     report.unexposed += u64::from(sample.exposed().is_empty() && !sample.is_chosen());
     let mut exposed = RowComparison::of_images(&sample);
-    let path = exr_path(task.number, &listed.id);
-    let channels = exr.and_then(|bytes| exr::check(bytes, &sample, &mut exposed, &path, report));
+    let channels = exr::check(&sample, &mut exposed, report);
     exposed.tell(&sample.place, report);
-    if let Some(channels) = channels {
-        sample.images.add_channels(&channels, [sample.row.range_offset, sample.row.range_scale]);
-        truth_differs::labels(&sample, &channels, &path, report);
-        dive_differs::check(&sample, &channels, &path, report);
-    }
+    sample.images.add_channels(&channels, [sample.row.range_offset, sample.row.range_scale]);
+    sample.channels = channels;
     sample.unknown_label = label_unknown::unknown(&sample.images, &task.head.label_values);
     of_sample::check(&sample, report);
     // A copy differs in every row that is exposed again.

@@ -8,6 +8,7 @@ use super::columns::StoredRow;
 use super::decoded_images::DecodedImages;
 use super::expected::{DerivedSample, ExpectedRow};
 use super::shard_task::ShardTask;
+use crate::ExrChannel;
 use crate::record::{ExposedRows, TrueRow};
 
 /// One sample that is checked.
@@ -21,6 +22,10 @@ pub(super) struct SampleToCheck<'a> {
     pub(super) listed: &'a ManifestSample,
     /// Its EXR file, where that is whole.
     pub(super) exr: Option<&'a [u8]>,
+    /// Path of that file.
+    pub(super) exr_path: String,
+    /// Its channels, where they can be read.
+    pub(super) channels: Vec<ExrChannel>,
     /// Its table and index.
     pub(super) place: String,
     /// The images of its row, then those that its EXR file alone has.
@@ -42,6 +47,11 @@ impl SampleToCheck<'_> {
     /// Whether it is rendered again, and compared as a whole.
     pub(super) fn is_chosen(&self) -> bool {
         self.task.chosen.contains(&self.listed.index)
+    }
+
+    /// The numbers of a channel of its EXR file.
+    pub(super) fn channel(&self, name: &str) -> Option<&[f32]> {
+        self.channels.iter().find(|channel| channel.name == name).map(|channel| channel.numbers.as_slice())
     }
 
     /// Some rows of the body that its recipe makes.

@@ -164,7 +164,7 @@ impl SplitSamples {
 
 fn exr_plane(exr: Option<&ExrMaps>, name: &str) -> Result<StoredMap, String> {
     let channel = exr.and_then(|exr| exr.channel(name)).ok_or_else(|| format!("no EXR channel `{name}`"))?;
-    Ok(StoredMap::Float(channel.numbers()))
+    Ok(StoredMap::Float(channel.numbers.clone()))
 }
 
 fn first<T>(values: Vec<T>, name: &str) -> Result<T, String> {

@@ -80,7 +80,7 @@ pub(super) fn beside_object(dataset: &Dataset, index: u64, frame: &mut ScanMaps)
     } else if images.exr.iter().any(|image| image == LABEL) {
         let maps = dataset.exr(dataset.shard_of(index), &listed.id)?;
         let label = maps.channel(LABEL).ok_or_else(|| Fault::damaged(&maps.path, "it has no labels"))?;
-        label.numbers().into_iter().map(|label| label as u8).collect()
+        label.numbers.iter().map(|&label| label as u8).collect()
     } else {
         return Ok(None);
     };

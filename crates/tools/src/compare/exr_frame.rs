@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::scan_format::{CsvForm, FileEnding, ScanContent, ScanFormat};
 use super::{RangeUnit, ScanMaps, to_eight_bits};
-use dataset::{ExrChannel, ExrMaps, Fault, atomic_file};
+use dataset::{ExrMaps, Fault, atomic_file};
 
 /// Most bytes of a file that is read.
 const MAX_FILE_BYTES: u64 = 4 << 30;
@@ -29,7 +29,8 @@ impl ScanFormat for ExrScan {
 
 /// The maps of an EXR file.
 pub(super) fn frame(maps: &ExrMaps) -> Result<ScanMaps, Fault> {
-    let find = |name: &str| maps.channels.iter().find(|channel| channel.name == name).map(ExrChannel::numbers);
+    let find =
+        |name: &str| maps.channels.iter().find(|channel| channel.name == name).map(|channel| channel.numbers.clone());
     let remedy = "set `output: {exr: [range, reflectance]}` in the recipe";
     let missing = || Fault::at(&maps.path, "it has no channel Range", remedy);
     let range = find("Range").ok_or_else(missing)?.into_iter().map(f64::from).collect();

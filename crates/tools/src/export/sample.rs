@@ -114,7 +114,7 @@ impl ExportSample {
             Some(png) => read_png_of(png, (self.cols as u64, self.rows as u64)).map_err(told)?,
             None => {
                 let channel = self.exr.as_ref().and_then(|exr| exr.channel(name));
-                let numbers = channel.ok_or_else(|| told("there is no such EXR channel".into()))?.numbers();
+                let numbers = channel.ok_or_else(|| told("there is no such EXR channel".into()))?.numbers.clone();
                 if numbers.len() != self.cols * self.rows {
                     return Err(told(format!("its EXR file has not {} x {} pixels", self.cols, self.rows)));
                 }

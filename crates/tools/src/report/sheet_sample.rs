@@ -136,7 +136,7 @@ fn of_row(
                 None => dataset.exr(table.shard, &id).map_err(|fault| format!("{}: {}", fault.place, fault.what))?,
             };
             let channel = exr.insert(maps).channel(name);
-            channel.ok_or_else(|| format!("its EXR file has no `{name}`"))?.numbers()
+            channel.ok_or_else(|| format!("its EXR file has no `{name}`"))?.numbers.clone()
         } else {
             return Ok(None);
         };

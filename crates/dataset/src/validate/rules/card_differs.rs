@@ -8,8 +8,7 @@ use output_schema::DatasetHead;
 use output_schema::file::{CROISSANT, DATASET};
 
 use super::files::unread;
-use super::{Code, Finding, Rule};
-use crate::validate::report::ValidationReport;
+use super::{Code, Finding, Rule, ValidationReport};
 use crate::{ClassCounts, descriptions, enclosed, largest};
 use optical_bench::split::Split;
 

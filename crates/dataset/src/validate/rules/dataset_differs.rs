@@ -6,9 +6,8 @@ use std::path::Path;
 use output_schema::file::{DATASET, manifest_path};
 use output_schema::{DatasetHead, Generator, Manifest};
 
-use super::{Code, RESTORE, Rule};
+use super::{Code, RESTORE, Rule, ValidationReport};
 use crate::validate::Expect;
-use crate::validate::report::ValidationReport;
 use crate::{enclosed, largest};
 
 pub(super) const RULE: Rule = Rule {

@@ -8,8 +8,7 @@ use output_schema::{DatasetHead, FORMAT, SCHEMA_VERSION, SubjectFiles, refuse_ve
 use serde_json::Value;
 
 use super::files::unread;
-use super::{Code, Rule};
-use crate::validate::report::ValidationReport;
+use super::{Code, Rule, ValidationReport};
 use crate::{enclosed, largest, to_document};
 
 pub(super) const MISSING: Rule =

@@ -2,11 +2,7 @@
 
 use output_schema::PIXEL_CLASSES;
 
-use super::{Code, LOOK, Rule};
-use crate::ExrChannel;
-use crate::validate::decoded_images::channel_named;
-use crate::validate::report::ValidationReport;
-use crate::validate::sample_to_check::SampleToCheck;
+use super::{Code, LOOK, Rule, SampleToCheck, ValidationReport};
 
 pub(super) const RULE: Rule = Rule {
     meaning: "Warning: in the middle of a knot the fibre seems to dive otherwise than the knot's axis.",
@@ -21,18 +17,12 @@ const KNOT_PX: usize = 200;
 /// off by the image leave it within a few degrees, clear wood dives tens of degrees less.
 const DIVE_DEG: f32 = 20.0;
 
-pub(in crate::validate) fn check(
-    sample: &SampleToCheck,
-    channels: &[ExrChannel],
-    place: &str,
-    report: &mut ValidationReport,
-) {
+pub(super) fn check(sample: &SampleToCheck, report: &mut ValidationReport) {
     if sample.task.is_exact() {
         return;
     }
     let row = &sample.row;
-    let (dive, instance) = (channel_named(channels, "FibreDive"), sample.images.get("instance"));
-    let (Some(dive), Some(instance)) = (dive, instance) else { return };
+    let (Some(dive), Some(instance)) = (sample.channel("FibreDive"), sample.images.get("instance")) else { return };
     let class = |class: i64| usize::try_from(class).ok().and_then(|class| PIXEL_CLASSES.get(class));
     let grown = row.objects.iter().filter(|object| class(object.class).is_some_and(|name| GROWN.contains(name)));
     for object in grown.filter(|object| object.dive_deg.is_some()) {
@@ -52,7 +42,7 @@ pub(in crate::validate) fn check(
         let axis = object.dive_deg.unwrap_or_default().abs() as f32;
         if (*median - axis).abs() > DIVE_DEG {
             let what = format!("the fibre dives {median:.0} deg in object {}, its axis {axis:.0} deg", object.instance);
-            report.warn(Code::DiveDiffers, place, what);
+            report.warn(Code::DiveDiffers, &sample.exr_path, what);
         }
     }
 }

@@ -10,12 +10,10 @@ use base::Instance;
 use output_schema::row::{OBJECT, ROW};
 use output_schema::{ColumnKind, Source};
 
-use super::{Code, REMAKE_OR_REPORT, Rule};
+use super::{Code, REMAKE_OR_REPORT, Rule, SampleToCheck, ValidationReport};
 use crate::record::Object;
 use crate::validate::columns::{StoredObject, StoredRow};
 use crate::validate::expected;
-use crate::validate::report::ValidationReport;
-use crate::validate::sample_to_check::SampleToCheck;
 use crate::{cell, object_cells, table_reader};
 
 pub(super) const RULE: Rule = Rule {

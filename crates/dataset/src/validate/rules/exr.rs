@@ -1,16 +1,14 @@
 //! The EXR file of a sample, decoded once: declared channels, the same content as the row and its images. The rules of
 //! reading it are one file.
 
-use output_schema::DatasetHead;
 use output_schema::row::CALIBRATION;
+use output_schema::{Channel, DatasetHead};
 use serde_json::Value;
 
 use super::profile_differs::RowComparison;
-use super::{Code, REMAKE_OR_REPORT, Rule, header_differs, truth_differs};
+use super::{Code, REMAKE_OR_REPORT, Rule, SampleToCheck, ValidationReport, header_differs, truth_differs};
 use crate::validate::decoded_images::image_of_channel;
-use crate::validate::report::ValidationReport;
-use crate::validate::sample_to_check::SampleToCheck;
-use crate::{ExrChannel, ExrSize, channel_types, exr_header, read_exr_of};
+use crate::{ExrChannel, ExrDescription, ExrSize, channel_types, exr_header, read_exr_of};
 
 pub(super) const UNREADABLE: Rule = Rule { meaning: "An EXR file cannot be read.", remedy: REMAKE_OR_REPORT };
 pub(super) const CHANNELS: Rule =
@@ -18,18 +16,24 @@ pub(super) const CHANNELS: Rule =
 pub(super) const DIFFERS: Rule =
     Rule { meaning: "An EXR file says something else than the row's images.", remedy: REMAKE_OR_REPORT };
 
-/// Checks the EXR file of a sample, which lies at `place`, against its declaration in the head, the row, its images,
-/// what the body shows and what is `exposed` again in some rows; its channels, where they can be read.
+/// Checks the EXR file of a sample, where that is whole, against its declaration in the head, the row, its images, what
+/// the body shows and what is `exposed` again in some rows; its channels, where they can be read.
 pub(in crate::validate) fn check(
-    bytes: &[u8],
     sample: &SampleToCheck,
     exposed: &mut RowComparison,
-    place: &str,
     report: &mut ValidationReport,
-) -> Option<Vec<ExrChannel>> {
-    let (head, row) = (sample.task.head, &sample.row);
+) -> Vec<ExrChannel> {
+    let (head, row, place) = (sample.task.head, &sample.row, &sample.exr_path);
+    let Some(bytes) = sample.exr else { return Vec::new() };
+    let unreadable = |what: String, report: &mut ValidationReport| {
+        report.fault(Code::ExrUnreadable, place, what);
+        Vec::new()
+    };
     let declared = head.channels();
-    let header = exr_header(bytes).map_err(|what| report.fault(Code::ExrUnreadable, place, what)).ok()?;
+    let header = match exr_header(bytes) {
+        Ok(header) => header,
+        Err(what) => return unreadable(what, report),
+    };
     // Nothing is decoded that is not as large as declared.
     let expected: Vec<_> = declared.iter().map(|c| (c.name.to_owned(), c.samples)).collect();
     let (found, size) = (channel_types(&header), (header.layer_size.0, header.layer_size.1));
@@ -40,72 +44,81 @@ pub(in crate::validate) fn check(
         let named = &found[..found.len().min(declared.len() + 1)];
         let what = format!("it holds {cols} x {lines} of {named:?}, not {} x {} of {expected:?}", row.cols, row.rows);
         report.fault(Code::ExrChannels, place, what);
-        return None;
+        return Vec::new();
     }
-    let content = read_exr_of(bytes, &ExrSize::of(head));
-    let (.., channels, text) = content.map_err(|what| report.fault(Code::ExrUnreadable, place, what)).ok()?;
+    let (.., channels, text) = match read_exr_of(bytes, &ExrSize::of(head)) {
+        Ok(content) => content,
+        Err(what) => return unreadable(what, report),
+    };
     report.images += channels.len() as u64;
-    let description: Value = serde_json::from_str(&text).unwrap_or_default();
-    let before = report.faults.len();
-    attribute(&description, sample, place, report);
-    for channel in declared.iter().filter(|c| description["units"][c.name] != c.unit) {
-        let what = format!(
-            "its attribute gives {} in {}, not in {}",
-            channel.name, description["units"][channel.name], channel.unit
-        );
-        report.fault(Code::ExrDiffers, place, what);
+    let (found, expected) = (serde_json::from_str(&text).unwrap_or_default(), description(sample, &declared));
+    let other = attribute(&found, &expected, sample, &declared);
+    if other.is_empty() {
+        header_differs::check(&header, &expected, sample, report);
     }
-    if report.faults.len() == before {
-        header_differs::check(&header, sample, place, report);
-    }
+    other.into_iter().for_each(|what| report.fault(Code::ExrDiffers, place, what));
     for channel in &channels {
-        let numbers = channel.as_numbers();
         let ((low, high), missing) = range(&channel.name, head);
         // Without branches: of every number of every channel.
         let inside = |n: f32| (n >= low) & (n <= high) | (missing & n.is_nan());
-        let outside = numbers.iter().filter(|n| !inside(**n)).count();
+        let outside = channel.numbers.iter().filter(|n| !inside(**n)).count();
         if outside > 0 {
             let what = format!("{outside} samples of {} are outside of the declared range", channel.name);
             report.fault(Code::ValueRange, place, what);
         }
-        truth_differs::rows(sample, channel, place, report);
+        truth_differs::rows(sample, channel, report);
         exposed.channel(channel);
-        compare(channel, &numbers, sample, place, report);
+        compare(channel, sample, report);
     }
-    Some(channels)
+    channels
 }
 
 /// The label image of an EXR file that is as its head declares it.
 pub(in crate::validate) fn label(bytes: &[u8], head: &DatasetHead) -> Option<Vec<u16>> {
     let (_, _, channels, _) = read_exr_of(bytes, &ExrSize::of(head)).ok()?;
-    let label = channels.iter().find(|channel| channel.name == "Label")?.as_numbers();
-    Some(label.iter().map(|&class| class as u16).collect())
+    let label = channels.iter().find(|channel| channel.name == "Label")?;
+    Some(label.numbers.iter().map(|&class| class as u16).collect())
 }
 
-/// The text attribute repeats what the row says.
-fn attribute(description: &Value, sample: &SampleToCheck, place: &str, report: &mut ValidationReport) {
+/// The numbers of the camera that a row has, by name.
+fn calibration<'a>(sample: &'a SampleToCheck) -> impl Iterator<Item = (&'a str, f64)> {
+    let of_camera = |(name, _): &&(String, f64)| CALIBRATION.iter().any(|field| field.name == name);
+    sample.row.derived.iter().filter(of_camera).map(|(name, value)| (name.as_str(), *value))
+}
+
+/// The text attribute that the row makes.
+fn description(sample: &SampleToCheck, declared: &[Channel]) -> Value {
     let (head, row) = (sample.task.head, &sample.row);
     let class = usize::try_from(row.class).ok().and_then(|class| head.classes.get(class));
-    let expected = [
-        ("id", Value::from(row.id.as_str())),
-        ("index", row.index.into()),
-        ("split", row.split.as_str().into()),
-        ("class", class.map(String::as_str).into()),
-        ("row_mm", row.row_mm.into()),
-        ("col_mm", row.col_mm.into()),
-        ("bits", head.images.bits.into()),
-        ("range", head.images.range.as_str().into()),
-        ("sensor_rows", head.images.sensor_rows.into()),
-    ];
-    for (key, expected) in expected.iter().filter(|(key, expected)| description[key] != *expected) {
-        let what = format!("its attribute gives {key} as {}, the row as {expected}", description[key]);
-        report.fault(Code::ExrDiffers, place, what);
-    }
-    let bench = row.derived.iter().take_while(|(name, _)| CALIBRATION.iter().any(|field| field.name == name));
-    for (name, value) in bench.filter(|(name, value)| description["calibration"][name] != *value) {
-        let what = format!("its attribute gives {name} as {}, the row as {value}", description["calibration"][name]);
-        report.fault(Code::ExrDiffers, place, what);
-    }
+    let description = ExrDescription {
+        id: &row.id,
+        index: row.index.unsigned_abs(),
+        split: &row.split,
+        class: class.map(String::as_str),
+        pitch_mm: [row.row_mm, row.col_mm],
+        bits: head.images.bits,
+        range: &head.images.range,
+        sensor_rows: head.images.sensor_rows,
+        calibration: calibration(sample).collect(),
+        channels: declared,
+    };
+    description.json()
+}
+
+/// In what the text attribute differs from the one that the row makes.
+fn attribute(found: &Value, expected: &Value, sample: &SampleToCheck, declared: &[Channel]) -> Vec<String> {
+    let plain = expected.as_object().into_iter().flatten().filter(|(_, value)| !value.is_object());
+    let plain = plain.filter(|(key, value)| found[*key] != **value);
+    let said = plain.map(|(key, value)| format!("its attribute gives {key} as {}, the row as {value}", found[key]));
+    let camera = calibration(sample).filter(|(name, value)| found["calibration"][name] != *value);
+    let camera = camera.map(|(name, value)| {
+        format!("its attribute gives {name} as {}, the row as {value}", found["calibration"][name])
+    });
+    let units = declared
+        .iter()
+        .filter(|c| found["units"][c.name] != c.unit)
+        .map(|c| format!("its attribute gives {} in {}, not in {}", c.name, found["units"][c.name], c.unit));
+    said.chain(camera).chain(units).collect()
 }
 
 /// Smallest and largest number that a channel may have, and whether it may be missing.
@@ -121,8 +134,8 @@ fn range(channel: &str, head: &DatasetHead) -> ((f32, f32), bool) {
     }
 }
 
-fn compare(channel: &ExrChannel, exr: &[f32], sample: &SampleToCheck, place: &str, report: &mut ValidationReport) {
-    let (row, name) = (&sample.row, image_of_channel(&channel.name));
+fn compare(channel: &ExrChannel, sample: &SampleToCheck, report: &mut ValidationReport) {
+    let (row, exr, name) = (&sample.row, &channel.numbers, image_of_channel(&channel.name));
     let Some(png) = sample.images.get(&name) else { return };
     // One loop for each rule: a name that is asked at every pixel costs more than the pixel.
     let other = match name.as_str() {
@@ -148,7 +161,7 @@ fn compare(channel: &ExrChannel, exr: &[f32], sample: &SampleToCheck, place: &st
     };
     if other > 0 {
         let what = format!("{other} samples of {} are not those of the image `{name}`", channel.name);
-        report.fault(Code::ExrDiffers, place, what);
+        report.fault(Code::ExrDiffers, &sample.exr_path, what);
     }
 }
 

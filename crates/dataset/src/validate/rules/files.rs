@@ -9,8 +9,7 @@ use output_schema::file::DATASET;
 use output_schema::{AssetHead, DatasetHead, ManifestFile};
 use sha2::{Digest, Sha256};
 
-use super::{Code, Finding, REMAKE, Rule};
-use crate::validate::report::ValidationReport;
+use super::{Code, Finding, REMAKE, Rule, ValidationReport};
 use crate::{enclosed, hex, largest, own_remedy};
 
 pub(super) const MISSING: Rule = Rule { meaning: "A file of the manifest is not there.", remedy: REMAKE };

@@ -2,8 +2,7 @@
 
 use output_schema::file::manifest_path;
 
-use super::{Code, REMAKE_OR_REPORT, Rule};
-use crate::validate::report::ValidationReport;
+use super::{Code, REMAKE_OR_REPORT, Rule, ValidationReport};
 
 pub(super) const RULE: Rule = Rule { meaning: "Two samples have one id.", remedy: REMAKE_OR_REPORT };
 

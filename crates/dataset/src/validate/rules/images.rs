@@ -4,10 +4,9 @@
 use output_schema::row::{IMAGES, ROW};
 use output_schema::{ColumnKind, Images};
 
-use super::{Code, REMAKE_OR_REPORT, Rule, missing_rule};
+use super::{Code, REMAKE_OR_REPORT, Rule, ValidationReport, missing_rule};
 use crate::validate::columns::StoredRow;
 use crate::validate::decoded_images::DecodedImages;
-use crate::validate::report::ValidationReport;
 use crate::{PngSize, foreign_part, png_size, read_png_of};
 
 pub(super) const UNREADABLE: Rule = Rule { meaning: "An image cannot be decoded.", remedy: REMAKE_OR_REPORT };

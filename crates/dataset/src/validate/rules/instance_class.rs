@@ -2,9 +2,7 @@
 
 use output_schema::PIXEL_CLASSES;
 
-use super::{Code, REMAKE_OR_REPORT, Rule};
-use crate::validate::report::ValidationReport;
-use crate::validate::sample_to_check::SampleToCheck;
+use super::{Code, REMAKE_OR_REPORT, Rule, SampleToCheck, ValidationReport};
 
 pub(super) const RULE: Rule = Rule {
     meaning: "A pixel has another class than its instance, or an instance where there is none.",

@@ -1,9 +1,7 @@
 //! Label and instance images in some rows against the body that the recipe makes, grown again without light, pixel by
 //! pixel.
 
-use super::{Code, REMAKE_OR_REPORT, Rule};
-use crate::validate::report::ValidationReport;
-use crate::validate::sample_to_check::SampleToCheck;
+use super::{Code, REMAKE_OR_REPORT, Rule, SampleToCheck, ValidationReport};
 
 pub(super) const RULE: Rule =
     Rule { meaning: "Labels or instances are not those of the body that the recipe makes.", remedy: REMAKE_OR_REPORT };

@@ -1,9 +1,7 @@
 //! Every label is a pixel class of the dataset's subject.
 
-use super::{Code, REMAKE_OR_REPORT, Rule};
+use super::{Code, REMAKE_OR_REPORT, Rule, SampleToCheck, ValidationReport};
 use crate::validate::decoded_images::DecodedImages;
-use crate::validate::report::ValidationReport;
-use crate::validate::sample_to_check::SampleToCheck;
 
 pub(super) const RULE: Rule = Rule { meaning: "A label that is no pixel class.", remedy: REMAKE_OR_REPORT };
 

@@ -8,10 +8,9 @@ use output_schema::file::manifest_path;
 use output_schema::{FORMAT, Manifest, ManifestFile, SCHEMA_VERSION, refuse_version};
 use serde::Deserialize;
 
-use super::{Code, REMAKE, Rule, files};
+use super::{Code, REMAKE, Rule, ValidationReport, files};
 use crate::validate::expected;
 use crate::validate::job_result::JobResult;
-use crate::validate::report::ValidationReport;
 use crate::validate::shard_task::ShardTask;
 use crate::{enclosed, largest, one_line, to_document};
 

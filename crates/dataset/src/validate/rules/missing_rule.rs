@@ -1,8 +1,7 @@
 //! Range is 0 exactly where reflectance and scatter are 0.
 
-use super::{Code, REMAKE_OR_REPORT, Rule};
+use super::{Code, REMAKE_OR_REPORT, Rule, ValidationReport};
 use crate::validate::decoded_images::DecodedImages;
-use crate::validate::report::ValidationReport;
 
 pub(super) const RULE: Rule =
     Rule { meaning: "Range is missing where light was measured, or the other way round.", remedy: REMAKE_OR_REPORT };

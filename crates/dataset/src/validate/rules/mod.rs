@@ -1,14 +1,14 @@
 //! Rules: every finding of `gen validate`, each a file with its sentence, its remedy and its check. What tells it in a
 //! damaged dataset stands in `tests/validate/sabotage`, and the table of docs/guide/faults.md is made from here.
 //!
-//! Rules whose checks share one pass, such as the reading of a file, are one file, which says so. A rule about one
+//! What all of them name ([`Code`], [`Rule`], [`SampleToCheck`], [`ValidationReport`]) they take from here. Rules whose checks share one pass, such as the reading of a file, are one file, which says so. A rule about one
 //! sample is called by `of_sample`; others are called where what they are about is read.
 
 pub(super) mod card_differs;
 mod class_area_differs;
 pub(super) mod dataset_differs;
 pub(super) mod dataset_json;
-pub(super) mod dive_differs;
+mod dive_differs;
 mod draw_differs;
 pub(super) mod duplicates;
 pub(super) mod exr;
@@ -35,11 +35,13 @@ pub(super) mod stack_blank;
 pub(super) mod stack_differs;
 pub(super) mod stack_repeated;
 pub(super) mod tables;
-pub(super) mod truth_differs;
+mod truth_differs;
 mod value_range;
 
 use serde::Serialize;
 
+use super::report::ValidationReport;
+use super::sample_to_check::SampleToCheck;
 use crate::Fault;
 
 /// What to do about a shard whose files are not those that were written.

@@ -4,10 +4,8 @@ use std::collections::BTreeMap;
 
 use base::Class;
 
-use super::{Code, REMAKE_OR_REPORT, Rule};
+use super::{Code, REMAKE_OR_REPORT, Rule, SampleToCheck, ValidationReport};
 use crate::validate::columns::{StoredRow, in_range};
-use crate::validate::report::ValidationReport;
-use crate::validate::sample_to_check::SampleToCheck;
 
 pub(super) const RULE: Rule = Rule {
     meaning: "An object's area or box is not what the instance image shows, an instance has no object, or \

@@ -12,9 +12,7 @@
 //! the object, their peaks are out of place by more than a card is thick, and a conveyor that is taken for the object
 //! is dark.
 
-use super::{Code, LOOK, Rule};
-use crate::validate::report::ValidationReport;
-use crate::validate::sample_to_check::SampleToCheck;
+use super::{Code, LOOK, Rule, SampleToCheck, ValidationReport};
 
 pub(super) const RULE: Rule = Rule {
     meaning: "Warning: the label's outline seems not to be where Range steps from the conveyor to the object.",

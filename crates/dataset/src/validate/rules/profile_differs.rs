@@ -13,11 +13,9 @@ use optical_bench::settings::Channel;
 use output_schema::SampleType;
 use output_schema::file::stack_path;
 
-use super::{Code, Finding, REMAKE_OR_REPORT, Rule};
+use super::{Code, Finding, REMAKE_OR_REPORT, Rule, SampleToCheck, ValidationReport};
 use crate::record::ExposedRows;
 use crate::validate::frame_digest::FrameDigest;
-use crate::validate::report::ValidationReport;
-use crate::validate::sample_to_check::SampleToCheck;
 use crate::validate::shard_task::ShardTask;
 use crate::validate::stored_frames;
 use crate::{ExrChannel, image_of, map_channels};
@@ -69,15 +67,13 @@ impl<'a> RowComparison<'a> {
         if self.rows.is_empty() {
             return;
         }
-        let is_half = stored.sample_type() == SampleType::Half;
-        let numbers = stored.as_numbers();
+        let is_half = stored.samples == SampleType::Half;
         for (place, row) in self.rows.iter().enumerate() {
             let Some(made) = self.channels[place].iter().find(|channel| channel.name == stored.name) else { continue };
-            let made = made.numbers();
-            let rounded = |made: f32| if is_half { f16::from_f32(made).to_f32() } else { made };
-            let made: Vec<f32> = made.into_iter().map(rounded).collect();
+            let rounded = |made: &f32| if is_half { f16::from_f32(*made).to_f32() } else { *made };
+            let made: Vec<f32> = made.numbers.iter().map(rounded).collect();
             let same = |a: f32, b: f32| a.to_bits() == b.to_bits() || (a.is_nan() && b.is_nan());
-            self.strip(&stored.name, row, &numbers, &made, same);
+            self.strip(&stored.name, row, &stored.numbers, &made, same);
         }
     }
 

@@ -6,9 +6,7 @@
 //! lies below a film is [`FAR_MM`] at most. Pixels at the greatest digital number are left out: a line that is
 //! saturated over many rows is measured in the middle of these.
 
-use super::{Code, Rule};
-use crate::validate::report::ValidationReport;
-use crate::validate::sample_to_check::SampleToCheck;
+use super::{Code, Rule, SampleToCheck, ValidationReport};
 
 pub(super) const RULE: Rule = Rule {
     meaning: "Warning: Range seems to be nowhere near the body that the recipe makes.",

@@ -3,10 +3,8 @@
 
 use std::sync::Arc;
 
-use super::{Code, Rule};
+use super::{Code, Rule, SampleToCheck, ValidationReport};
 use crate::row_batch;
-use crate::validate::report::ValidationReport;
-use crate::validate::sample_to_check::SampleToCheck;
 use crate::validate::stored_frames;
 
 pub(super) const FAILED: Rule = Rule {

@@ -1,10 +1,8 @@
 //! A row says what it should of its id, split, class, seed and the names of its images. A class without a name has a
 //! code of its own.
 
-use super::{Code, REMAKE_OR_REPORT, Rule};
+use super::{Code, REMAKE_OR_REPORT, Rule, SampleToCheck, ValidationReport};
 use crate::image_path;
-use crate::validate::report::ValidationReport;
-use crate::validate::sample_to_check::SampleToCheck;
 
 pub(super) const RULE: Rule = Rule {
     meaning: "A row says another id, split, class or seed than its file, manifest or `dataset.json`.",

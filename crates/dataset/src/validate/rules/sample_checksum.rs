@@ -1,9 +1,7 @@
 //! The maps of a sample are those whose sum its manifest lists.
 
-use super::{Code, REMAKE, Rule};
+use super::{Code, REMAKE, Rule, SampleToCheck, ValidationReport};
 use crate::maps_sha256;
-use crate::validate::report::ValidationReport;
-use crate::validate::sample_to_check::SampleToCheck;
 
 pub(super) const RULE: Rule =
     Rule { meaning: "The maps of a sample have another SHA-256 than the manifest says.", remedy: REMAKE };

@@ -3,10 +3,8 @@
 
 use output_schema::row::SHARES;
 
-use super::{Code, REMAKE_OR_REPORT, Rule};
+use super::{Code, REMAKE_OR_REPORT, Rule, SampleToCheck, ValidationReport};
 use crate::shares::{ObjectPixels, SampleShares, Shortfall};
-use crate::validate::report::ValidationReport;
-use crate::validate::sample_to_check::SampleToCheck;
 
 pub(super) const DIFFERS: Rule =
     Rule { meaning: "The measured or the saturated share is not what the images show.", remedy: REMAKE_OR_REPORT };

@@ -1,8 +1,7 @@
 //! A sensor frame of nothing is a fault unless it is one when it is exposed again: where little light comes and the
 //! dark level is 0, some are. Where none can be exposed it is looked at.
 
-use super::{Code, REMAKE_OR_REPORT, Rule};
-use crate::validate::report::ValidationReport;
+use super::{Code, REMAKE_OR_REPORT, Rule, ValidationReport};
 use crate::validate::shard_task::ShardTask;
 use crate::validate::stored_frames::FrameRow;
 

@@ -2,8 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::{Code, REMAKE_OR_REPORT, Rule};
-use crate::validate::report::ValidationReport;
+use super::{Code, REMAKE_OR_REPORT, Rule, ValidationReport};
 use crate::validate::stored_frames::FrameRow;
 
 pub(super) const RULE: Rule =

@@ -8,9 +8,8 @@ use output_schema::arrow::row_schema;
 use output_schema::{ManifestFile, ManifestSample, SCHEMA_VERSION};
 use parquet::arrow::arrow_reader::ParquetRecordBatchReader;
 
-use super::{Code, Finding, REMAKE, REMAKE_OR_REPORT, Rule};
+use super::{Code, Finding, REMAKE, REMAKE_OR_REPORT, Rule, ValidationReport};
 use crate::validate::columns::{StoredRow, stored_row};
-use crate::validate::report::ValidationReport;
 use crate::validate::shard::OpenShard;
 use crate::validate::shard_task::ShardTask;
 use crate::{TableBounds, enclosed, largest};

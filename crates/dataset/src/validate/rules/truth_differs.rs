@@ -5,10 +5,7 @@
 use exr::prelude::f16;
 use output_schema::SampleType;
 
-use super::{Code, REMAKE_OR_REPORT, Rule};
-use crate::validate::decoded_images::channel_named;
-use crate::validate::report::ValidationReport;
-use crate::validate::sample_to_check::SampleToCheck;
+use super::{Code, REMAKE_OR_REPORT, Rule, SampleToCheck, ValidationReport};
 use crate::{ExrChannel, truth_channel};
 
 pub(super) const RULE: Rule = Rule {
@@ -17,39 +14,32 @@ pub(super) const RULE: Rule = Rule {
 };
 
 /// A channel of truth maps of an EXR file, number by number: both are made from one noise-free hit and rounded alike.
-pub(super) fn rows(sample: &SampleToCheck, channel: &ExrChannel, place: &str, report: &mut ValidationReport) {
+pub(super) fn rows(sample: &SampleToCheck, channel: &ExrChannel, report: &mut ValidationReport) {
     let (rows, cols) = (sample.true_rows(), sample.cols());
-    let numbers = channel.as_numbers();
-    let is_half = channel.sample_type() == SampleType::Half;
+    let is_half = channel.samples == SampleType::Half;
     let rounded = |made: f32| if is_half { f16::from_f32(made).to_f32() } else { made };
     let other = |(found, made): (&f32, f32)| *found != rounded(made) && !(found.is_nan() && made.is_nan());
     let (mut count, mut compared) = (0, 0);
     for row in rows {
         let Some(made) = truth_channel(&row.truth, &channel.name) else { return };
-        let Some(line) = numbers.get(row.row * cols..(row.row + 1) * cols) else { continue };
+        let Some(line) = channel.numbers.get(row.row * cols..(row.row + 1) * cols) else { continue };
         count += line.iter().zip(made).filter(|pair| other(*pair)).count();
         compared += 1;
     }
     if count > 0 {
         let what = format!("{} of {count} pixels of {compared} rows is not the body's", channel.name);
-        report.fault(Code::TruthDiffers, place, what);
+        report.fault(Code::TruthDiffers, &sample.exr_path, what);
     }
 }
 
 /// Labels against the truth maps of the EXR file.
-pub(in crate::validate) fn labels(
-    sample: &SampleToCheck,
-    channels: &[ExrChannel],
-    place: &str,
-    report: &mut ValidationReport,
-) {
-    let SampleToCheck { task, images: decoded, .. } = sample;
-    let map = |name| channel_named(channels, name);
-    let mut fault = |what: String| report.tell(task.is_exact(), Code::TruthDiffers, place, what);
+pub(super) fn labels(sample: &SampleToCheck, report: &mut ValidationReport) {
+    let SampleToCheck { task, images: decoded, exr_path, .. } = sample;
+    let mut fault = |what: String| report.tell(task.is_exact(), Code::TruthDiffers, exr_path, what);
     let bin = &task.head.recipe.canonical["output"]["bin"];
     // A binned pixel is of the most frequent class, its truth a mean of what is known.
     let whole = bin["columns"] == 1 && bin["profiles"] == 1;
-    if let (Some(height), Some(label)) = (map("Height"), decoded.get("label")) {
+    if let (Some(height), Some(label)) = (sample.channel("Height"), decoded.get("label")) {
         let wrong =
             |(z, label): &(&f32, &u16)| if whole { z.is_nan() != (**label == 0) } else { z.is_nan() && **label != 0 };
         let count = height.iter().zip(label).filter(wrong).count();
@@ -58,7 +48,7 @@ pub(in crate::validate) fn labels(
         }
     }
     let Some(instance) = decoded.get("instance") else { return };
-    if let Some(gap) = map("FilmGap").filter(|_| whole) {
+    if let Some(gap) = sample.channel("FilmGap").filter(|_| whole) {
         let count = gap.iter().zip(instance).filter(|(gap, instance)| **gap > 0.0 && **instance == 0).count();
         if count > 0 {
             fault(format!("{count} pixels of the flange have air below the film"));

@@ -1,9 +1,7 @@
 //! Numbers of a row lie in their ranges. Those of objects, images, channels, shares and sensor frames are told with
 //! this code where they are read.
 
-use super::{Code, REMAKE_OR_REPORT, Rule};
-use crate::validate::report::ValidationReport;
-use crate::validate::sample_to_check::SampleToCheck;
+use super::{Code, REMAKE_OR_REPORT, Rule, SampleToCheck, ValidationReport};
 
 pub(super) const RULE: Rule = Rule { meaning: "A number is outside of its range.", remedy: REMAKE_OR_REPORT };
 
