@@ -16,7 +16,7 @@ use super::rules::tables::{self, caught};
 use super::rules::{Code, Finding, files};
 use super::shard::{self, OpenShard};
 use super::shard_task::ShardTask;
-use super::{sample, stack};
+use super::{sample, stored_frames};
 use crate::{check_lengths, largest};
 use optical_bench::split::Split;
 
@@ -25,10 +25,8 @@ type ShardJobs<'a> = Box<dyn Iterator<Item = ValidationJob<'a>> + Send + 'a>;
 
 /// One piece of work.
 pub(super) enum ValidationJob<'a> {
-    /// What a shard shows before its files are opened.
-    Opened(Box<JobResult>),
-    /// What reading a table showed.
-    Told(ValidationReport),
+    /// What a shard shows before its files are opened, or the reading of a table.
+    Found(Box<JobResult>),
     /// A row of the table at a path, and the place of its sample in the manifest.
     CheckedRow(Arc<OpenShard<'a>>, Arc<str>, Option<usize>, RecordBatch),
     /// The EXR file of a sample, by its place in the manifest, that no row leads to.
@@ -40,7 +38,7 @@ pub(super) enum ValidationJob<'a> {
 /// Everything that is to be done for one shard.
 pub(super) fn of(task: ShardTask<'_>) -> ShardJobs<'_> {
     let (found, shard) = shard::open(task);
-    let opened = std::iter::once(ValidationJob::Opened(Box::new(found)));
+    let opened = std::iter::once(ValidationJob::Found(Box::new(found)));
     let Some(shard) = shard.map(Arc::new) else { return Box::new(opened) };
     let stack = shard.file(&stack_path(task.number)).is_some().then(|| ValidationJob::Stack(shard.clone()));
     let splits = Split::ALL.into_iter().map(Some).chain([None]);
@@ -52,16 +50,17 @@ fn table<'a>(shard: &Arc<OpenShard<'a>>, split: Option<Split>) -> ShardJobs<'a> 
     let shard = shard.clone();
     let listed = shard.listed(split);
     let path = split.map(|split| data_path(split.name(), shard.task.number)).unwrap_or_default();
-    let mut report = ValidationReport::default();
+    let mut found = JobResult::default();
+    let report = &mut found.report;
     let file = shard.file(&path).filter(|file| {
         let most = largest::table_bytes(shard.task.head);
-        files::check(shard.task.root, file, most, &mut report)
+        files::check(shard.task.root, file, most, report)
     });
     let reader = file.and_then(|_| {
         let opened = caught(&path, || tables::rows(&shard, &path));
         opened.map_err(|fault| report.faults.push(fault)).ok()
     });
-    let told = std::iter::once(ValidationJob::Told(report));
+    let told = std::iter::once(ValidationJob::Found(Box::new(found)));
     Box::new(told.chain(SampleTable { shard, path: path.into(), listed, count: 0, reader }))
 }
 
@@ -97,10 +96,9 @@ impl<'a> Iterator for SampleTable<'a> {
                 Err(fault) => Some(fault),
             };
             self.reader = None;
-            return Some(ValidationJob::Told(ValidationReport {
-                faults: fault.into_iter().collect(),
-                ..ValidationReport::default()
-            }));
+            let mut found = JobResult::default();
+            found.report.faults.extend(fault);
+            return Some(ValidationJob::Found(Box::new(found)));
         }
         self.count += 1;
         self.listed.get(self.count - 1).map(|&place| ValidationJob::Exr(self.shard.clone(), place))
@@ -119,31 +117,30 @@ impl SampleTable<'_> {
 impl ValidationJob<'_> {
     /// What is found when it is done.
     pub(super) fn run(self) -> JobResult {
-        let mut report = ValidationReport::default();
-        let (mut kept, mut frames) = (None, Vec::new());
+        let mut found = JobResult::default();
+        let report = &mut found.report;
         match self {
-            ValidationJob::Opened(found) => return *found,
-            ValidationJob::Told(told) => report = told,
+            ValidationJob::Found(found) => return *found,
             ValidationJob::CheckedRow(shard, path, listed, batch) => {
-                kept = row(&shard, &path, listed, &batch, &mut report)
+                found.rows.extend(row(&shard, &path, listed, &batch, report));
             }
             ValidationJob::Exr(shard, place) => {
-                shard.exr(&shard.manifest.samples[place], &mut report);
+                shard.exr(&shard.manifest.samples[place], report);
             }
             ValidationJob::Stack(shard) => {
                 let ShardTask { root, head, number, .. } = shard.task;
                 let path = stack_path(number);
                 let most = largest::stack_bytes(head);
-                if let Some(file) = shard.file(&path).filter(|file| files::check(root, file, most, &mut report)) {
-                    let read = caught(&path, || Ok(stack::check(&shard.task, &shard.manifest, file, &mut report)));
+                if let Some(file) = shard.file(&path).filter(|file| files::check(root, file, most, report)) {
+                    let read = caught(&path, || Ok(stored_frames::check(&shard.task, &shard.manifest, file, report)));
                     match read {
-                        Ok(asked) => frames = asked,
+                        Ok(asked) => found.frames = asked,
                         Err(fault) => report.faults.push(fault),
                     }
                 }
             }
         }
-        JobResult { report, row: kept, frames, ..JobResult::default() }
+        found
     }
 }
 

@@ -8,7 +8,6 @@
 //! A damaged file gives a fault, never a panic. Only files whose checksum is right are decoded. Of the samples as many
 //! are in memory as there are threads; what stays of each is its print (see `duplicates`) and the digest of its id.
 
-mod collected_results;
 mod columns;
 mod decoded_images;
 mod expected;
@@ -22,7 +21,6 @@ mod sample;
 mod sample_to_check;
 mod shard;
 mod shard_task;
-mod stack;
 mod stored_frames;
 
 use std::collections::{BTreeSet, HashSet};
@@ -38,7 +36,7 @@ pub use report::ValidationReport;
 pub use row_choice::RowChoice;
 pub use rules::{Code, Finding, fault_table};
 
-use self::collected_results::CollectedResults;
+use self::job_result::JobResult;
 use self::rules::{card_differs, dataset_differs, dataset_json, files};
 use self::shard_task::ShardTask;
 use crate::Encoded;
@@ -150,20 +148,20 @@ impl Comparable {
 }
 
 /// Runs the jobs of all shards.
-fn shards(task: &ShardTask, options: &ValidationOptions) -> CollectedResults {
+fn shards(task: &ShardTask, options: &ValidationOptions) -> JobResult {
     let jobs = (0..task.head.shards).flat_map(|number| jobs::of(ShardTask { number, ..*task }));
     let run = |(place, job): (u64, jobs::ValidationJob)| {
         let found = job.run();
         if let Some(progress) = options.progress {
             progress(ValidationStep { samples: found.report.samples, bytes: found.report.bytes });
         }
-        CollectedResults::of(place, found)
+        found.at(place)
     };
-    (0u64..).zip(jobs).par_bridge().map(run).reduce(CollectedResults::default, CollectedResults::and)
+    (0u64..).zip(jobs).par_bridge().map(run).reduce(JobResult::default, JobResult::and)
 }
 
 /// Files of the folder that nothing names.
-fn strangers(task: &ShardTask, found: &CollectedResults, assets: Vec<String>) -> Vec<Finding> {
+fn strangers(task: &ShardTask, found: &JobResult, assets: Vec<String>) -> Vec<Finding> {
     let mut expected: HashSet<String> = [DATASET, CARD, CROISSANT].map(String::from).into();
     expected.extend(assets);
     expected.extend((0..task.head.shards).map(manifest_path));

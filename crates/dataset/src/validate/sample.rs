@@ -61,7 +61,7 @@ pub(super) fn check(
     // A copy differs in every row that is exposed again.
     let is_printed = task.rows.is_none();
     let print = is_printed.then(|| duplicates::print(sample.cols(), &sample.images, &sample.row.numbers)).flatten();
-    Some(CheckedRow { index: listed.index, split: sample.row.split, print: print.map(Box::new), frames })
+    Some(CheckedRow { place: 0, index: listed.index, split: sample.row.split, print: print.map(Box::new), frames })
 }
 
 /// What the recipe makes of a sample without rendering it whole, and its sensor frames that were exposed again, in any

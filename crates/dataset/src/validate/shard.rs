@@ -26,11 +26,11 @@ pub(super) fn open<'a>(task: ShardTask<'a>) -> (JobResult, Option<OpenShard<'a>>
     let mut found = JobResult::default();
     let Some((text, manifest)) = manifests::read(&task, &mut found) else { return (found, None) };
     found.report.shards = 1;
-    found.opened = Some(task.number);
+    found.opened.push(task.number);
     let id = |sample: &ManifestSample| (digest(&sample.id), sample.index, task.number);
     found.ids = manifest.samples.iter().map(id).collect();
     for sample in &manifest.samples {
-        *found.counts.entry((sample.class.clone(), sample.split.clone())).or_default() += 1;
+        *found.listed.entry((sample.class.clone(), sample.split.clone())).or_default() += 1;
     }
     let expected: HashSet<String> = expected_paths(&task, &manifest).into_iter().collect();
     manifests::check(&task, (&text, &manifest), &expected, &mut found.report);

@@ -32,8 +32,8 @@ pub(in crate::validate) fn read(task: &ShardTask, found: &mut JobResult) -> Opti
     let text = match enclosed::read(task.root, &place, largest::manifest_bytes(task.head)) {
         Ok(text) => text,
         Err(e) => {
-            found.hidden = (e.kind() != ErrorKind::NotFound).then_some(task.number);
-            let otherwise = if found.hidden.is_none() { Code::ManifestMissing } else { Code::ManifestUnreadable };
+            found.hidden.extend((e.kind() != ErrorKind::NotFound).then_some(task.number));
+            let otherwise = if found.hidden.is_empty() { Code::ManifestMissing } else { Code::ManifestUnreadable };
             found.report.fault(files::unread(&e, otherwise), place, format!("shard {}: {e}", task.number));
             return None;
         }
@@ -41,7 +41,7 @@ pub(in crate::validate) fn read(task: &ShardTask, found: &mut JobResult) -> Opti
     match serde_json::from_slice(&text) {
         Ok(manifest) => Some((text, manifest)),
         Err(e) => {
-            found.hidden = Some(task.number);
+            found.hidden.push(task.number);
             // A newer document may have other keys.
             let newer = newer(&text);
             let code = if newer.is_some() { Code::VersionUnknown } else { Code::ManifestUnreadable };

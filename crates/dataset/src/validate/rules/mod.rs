@@ -40,8 +40,8 @@ mod value_range;
 
 use serde::Serialize;
 
-use super::report::ValidationReport;
-use super::sample_to_check::SampleToCheck;
+pub(super) use super::report::ValidationReport;
+pub(super) use super::sample_to_check::SampleToCheck;
 use crate::Fault;
 
 /// What to do about a shard whose files are not those that were written.

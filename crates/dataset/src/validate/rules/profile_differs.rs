@@ -6,13 +6,13 @@
 
 use std::collections::HashMap;
 use std::fmt::Display;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use exr::prelude::f16;
 use optical_bench::settings::Channel;
 use output_schema::SampleType;
 use output_schema::file::stack_path;
 
+use super::tables::caught;
 use super::{Code, Finding, REMAKE_OR_REPORT, Rule, SampleToCheck, ValidationReport};
 use crate::record::ExposedRows;
 use crate::validate::frame_digest::FrameDigest;
@@ -144,8 +144,8 @@ pub(in crate::validate) fn frames(
         let FrameDigest { index, profile, .. } = frames[0];
         let shard = index / task.head.samples_per_shard.max(1);
         let task = ShardTask { number: shard, ..*task };
-        let shown = (count < MAX_SHOWN_SAMPLES).then(|| caught(|| first_difference(&task, index, profile)));
-        let first = shown.flatten().map_or(String::new(), |first| format!("; {first}"));
+        let shown = (count < MAX_SHOWN_SAMPLES).then(|| caught("", || Ok(first_difference(&task, index, profile))));
+        let first = shown.and_then(|shown| shown.ok()?).map_or(String::new(), |first| format!("; {first}"));
         let others = frames.len() - 1;
         let more = if others > 0 { format!("; nor are {others} of its other frames") } else { String::new() };
         let what =
@@ -153,11 +153,6 @@ pub(in crate::validate) fn frames(
         Finding::new(Code::ProfileDiffers, format!("{}, sample {index}", stack_path(shard)), what)
     };
     made.chunk_by(|a, b| a.index == b.index).enumerate().map(finding).collect()
-}
-
-/// What a reader of another crate says, which may panic on content that was made to mislead.
-fn caught(read: impl FnOnce() -> Option<String>) -> Option<String> {
-    catch_unwind(AssertUnwindSafe(read)).ok().flatten()
 }
 
 /// The first pixel in which a frame differs.
