@@ -18,8 +18,8 @@ pub(super) fn grid(scene: &Scene, rig: &Rig) -> Option<RectifiedGrid> {
 /// its sixteenths of rows.
 const MOST: f64 = 32767.0;
 
-/// What the whole numbers of Range of a scene under a rig mean, of which 0 is missing: Range of the number 0, and of one
-/// step [mm or px].
+/// What the whole numbers of Range of a scene under a rig mean, of which 0 is missing: Range of the number 0, and of
+/// one step [mm or px].
 pub(super) fn range_scale(scene: &Scene, rig: &Rig) -> [f64; 2] {
     let rows = scene.size.rows as f64;
     if scene.extraction.range == RangeForm::Uncalibrated {

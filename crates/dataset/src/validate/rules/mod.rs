@@ -1,8 +1,9 @@
 //! Rules: every finding of `gen validate`, each a file with its sentence, its remedy and its check. What tells it in a
 //! damaged dataset stands in `tests/validate/sabotage`, and the table of docs/guide/faults.md is made from here.
 //!
-//! What all of them name ([`Code`], [`Rule`], [`SampleToCheck`], [`ValidationReport`]) they take from here. Rules whose checks share one pass, such as the reading of a file, are one file, which says so. A rule about one
-//! sample is called by `of_sample`; others are called where what they are about is read.
+//! What all of them name ([`Code`], [`Rule`], [`SampleToCheck`], [`ValidationReport`]) they take from here. Rules whose
+//! checks share one pass, such as the reading of a file, are one file, which says so. A rule about one sample is called
+//! by `of_sample`; others are called where what they are about is read.
 
 pub(super) mod card_differs;
 mod class_area_differs;

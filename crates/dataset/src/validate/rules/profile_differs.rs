@@ -12,9 +12,9 @@ use optical_bench::settings::Channel;
 use output_schema::SampleType;
 use output_schema::file::stack_path;
 
-use super::tables::caught;
 use super::{Code, Finding, REMAKE_OR_REPORT, Rule, SampleToCheck, ValidationReport};
 use crate::record::ExposedRows;
+use crate::table_reader::guarded;
 use crate::validate::frame_digest::FrameDigest;
 use crate::validate::shard_task::ShardTask;
 use crate::validate::stored_frames;
@@ -144,7 +144,7 @@ pub(in crate::validate) fn frames(
         let FrameDigest { index, profile, .. } = frames[0];
         let shard = index / task.head.samples_per_shard.max(1);
         let task = ShardTask { number: shard, ..*task };
-        let shown = (count < MAX_SHOWN_SAMPLES).then(|| caught("", || Ok(first_difference(&task, index, profile))));
+        let shown = (count < MAX_SHOWN_SAMPLES).then(|| guarded(|| Ok(first_difference(&task, index, profile))));
         let first = shown.and_then(|shown| shown.ok()?).map_or(String::new(), |first| format!("; {first}"));
         let others = frames.len() - 1;
         let more = if others > 0 { format!("; nor are {others} of its other frames") } else { String::new() };
