@@ -13,10 +13,10 @@ use parquet::arrow::arrow_reader::ParquetRecordBatchReader;
 use super::job_result::{CheckedRow, JobResult};
 use super::report::ValidationReport;
 use super::rules::tables::{self, caught};
-use super::rules::{Code, Finding, files};
+use super::rules::{Code, Finding, files, stack};
+use super::sample;
 use super::shard::{self, OpenShard};
 use super::shard_task::ShardTask;
-use super::{sample, stored_frames};
 use crate::{check_lengths, largest};
 use optical_bench::split::Split;
 
@@ -132,7 +132,7 @@ impl ValidationJob<'_> {
                 let path = stack_path(number);
                 let most = largest::stack_bytes(head);
                 if let Some(file) = shard.file(&path).filter(|file| files::check(root, file, most, report)) {
-                    let read = caught(&path, || Ok(stored_frames::check(&shard.task, &shard.manifest, file, report)));
+                    let read = caught(&path, || Ok(stack::check(&shard.task, &shard.manifest, file, report)));
                     match read {
                         Ok(asked) => found.frames = asked,
                         Err(fault) => report.faults.push(fault),

@@ -1,17 +1,15 @@
-//! Stored sensor frames: every kept profile of every sample, in order; read from a shard's table, with or without their
-//! pixels.
+//! Stored sensor frames: read from a shard's table, with or without their pixels.
 
 use arrow_array::RecordBatch;
 use arrow_array::cast::AsArray;
 use arrow_array::types::{Int32Type, Int64Type};
+use output_schema::SCHEMA_VERSION;
 use output_schema::arrow::stack_schema;
 use output_schema::file::stack_path;
-use output_schema::{Manifest, ManifestFile, SCHEMA_VERSION};
 
 use super::frame_digest::{self, FrameDigest};
-use super::report::ValidationReport;
+use super::rules::Code;
 use super::rules::duplicates::sum;
-use super::rules::{Code, stack_blank, stack_differs, stack_repeated};
 use super::shard_task::ShardTask;
 use crate::record::StackFrame;
 use crate::{TableBounds, check_lengths, enclosed, frame_numbers, largest};
@@ -36,37 +34,8 @@ impl FrameRow {
     }
 }
 
-/// Checks the sensor frames of a shard: every so-many-th of the profiles of each sample, as the recipe says; those that
-/// are to be compared with what is exposed again.
-pub(super) fn check(
-    task: &ShardTask,
-    manifest: &Manifest,
-    file: &ManifestFile,
-    report: &mut ValidationReport,
-) -> Vec<FrameDigest> {
-    let (rows, asked) = match read(task, &file.path) {
-        Ok(read) => read,
-        Err((code, what)) => {
-            report.fault(code, &file.path, what);
-            return Vec::new();
-        }
-    };
-    let most = task.head.images.most_dn();
-    for row in rows.iter().filter(|row| row.most > most) {
-        report.fault(Code::ValueRange, &file.path, format!("{} has {} DN, beyond {most}", row.name(), row.most));
-    }
-    stack_repeated::check(&rows, &file.path, report);
-    if file.rows != Some(rows.len() as u64) {
-        let what = format!("it has {} rows, its manifest says {:?}", rows.len(), file.rows);
-        report.fault(Code::RowCount, &file.path, what);
-    }
-    stack_differs::check(&rows, task.head, manifest, &file.path, report);
-    stack_blank::check(&rows, task, &file.path, report);
-    asked
-}
-
 /// Every row without its pixels, and the frames that are to be compared.
-fn read(task: &ShardTask, path: &str) -> Result<(Vec<FrameRow>, Vec<FrameDigest>), (Code, String)> {
+pub(super) fn read(task: &ShardTask, path: &str) -> Result<(Vec<FrameRow>, Vec<FrameDigest>), (Code, String)> {
     let head = task.head;
     let unreadable = |e: String| (Code::TableUnreadable, e);
     let file = enclosed::open(task.root, path, largest::stack_bytes(head)).map_err(|e| unreadable(e.to_string()))?;

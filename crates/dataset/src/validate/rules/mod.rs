@@ -32,9 +32,7 @@ mod rerender;
 mod row_differs;
 mod sample_checksum;
 mod shares;
-pub(super) mod stack_blank;
-pub(super) mod stack_differs;
-pub(super) mod stack_repeated;
+pub(super) mod stack;
 pub(super) mod tables;
 mod truth_differs;
 mod value_range;
@@ -129,9 +127,9 @@ codes! {
     ExrDiffers => exr::DIFFERS,
     SampleChecksum => sample_checksum::RULE,
     CardDiffers => card_differs::RULE,
-    StackDiffers => stack_differs::RULE,
-    StackBlank => stack_blank::RULE,
-    StackRepeated => stack_repeated::RULE,
+    StackDiffers => stack::DIFFERS,
+    StackBlank => stack::BLANK,
+    StackRepeated => stack::REPEATED,
     RerenderFailed => rerender::FAILED,
     RerenderDiffers => rerender::DIFFERS,
     ProfileDiffers => profile_differs::RULE,
