@@ -158,8 +158,7 @@ pub(in crate::validate) fn frames(
 /// The first pixel in which a frame differs.
 fn first_difference(task: &ShardTask, index: u64, profile: u64) -> Option<String> {
     let made = task.exposed_again(index, profile)?;
-    let stored =
-        stored_frames::frames(task, index).ok()?.into_iter().find(|frame| u64::from(frame.profile) == profile)?;
+    let stored = stored_frames::frames(task, index)?.into_iter().find(|frame| u64::from(frame.profile) == profile)?;
     let pairs = || stored.dn.iter().zip(&made.dn);
     let count = pairs().filter(|(stored, made)| stored != made).count();
     let (place, (stored, made)) = pairs().enumerate().find(|(_, (stored, made))| stored != made)?;

@@ -33,7 +33,7 @@ pub(super) fn check(sample: &SampleToCheck, report: &mut ValidationReport) {
     if made.exr.as_deref() != *exr {
         other.push("EXR file");
     }
-    if task.head.images.stack_every.is_some() && stored_frames::frames(task, index) != Ok(made.stack) {
+    if task.head.images.stack_every.is_some() && stored_frames::frames(task, index) != Some(made.stack) {
         other.push("sensor frames");
     }
     if !other.is_empty() {
