@@ -17,6 +17,7 @@ use output_schema::dataset::{Generator, RecipeHead, SplitShares};
 use output_schema::file::asset_path;
 use output_schema::{AssetHead, DatasetHead, FORMAT, NumberColumn, RigWarning, SCHEMA_VERSION, SubjectFiles};
 use rayon::prelude::*;
+use serde::Serialize;
 
 use dataset::shares::Shortfall;
 use dataset::{self, Claim, Dataset, Encoded, Fault, GENERATOR_VERSION, ShardWriter, differences, number_column};
@@ -71,8 +72,9 @@ impl DatasetRequest {
     }
 }
 
-/// What a run reports while it makes a dataset.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// What a run reports while it makes a dataset; as it is told to programs, its name is the key `event`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(tag = "event", rename_all = "kebab-case")]
 pub enum GenerateEvent {
     /// The dataset in the folder, of which nothing was made, is begun anew: with fewer samples than these, or in shards
     /// of another size than this.
@@ -98,21 +100,42 @@ pub enum GenerateEvent {
         /// Samples of this part that were finished before.
         finished: u64,
     },
-    /// So many profiles more are rendered.
-    Profiles(u64),
-    /// A sample is written, so many bytes.
-    Sample(u64),
+    /// Profiles are rendered.
+    Profiles {
+        /// How many more.
+        done: u64,
+    },
+    /// A sample is written.
+    Sample {
+        /// Its size.
+        bytes: u64,
+    },
     /// A shard is finished.
-    Shard(u64),
+    Shard {
+        /// Its number.
+        shard: u64,
+    },
     /// A shard is left for later, because another process works on it.
-    Busy(u64),
+    Busy {
+        /// Its number.
+        shard: u64,
+    },
     /// The file system keeps no two processes apart that make the same shard.
-    NoLocks,
-    /// Nothing goes on until another process lets go of the folder's documents.
-    WaitsForFolder,
-    /// Nothing goes on until another process lets go of this shard.
-    WaitsForShard(u64),
+    NoLocks {
+        /// In words.
+        text: &'static str,
+    },
+    /// Nothing goes on until another process lets go of a shard.
+    Waits {
+        /// Its number; `None` for the folder's documents.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        shard: Option<u64>,
+    },
 }
+
+/// What is told where the file system has no locks.
+const NO_LOCKS: &str =
+    "the file system has no locks between processes (flock): let no two make the same shards, give each its --part";
 
 /// Result of a run.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -310,7 +333,7 @@ pub fn generate(
     warnings: Vec<RigWarning>,
     progress: &(dyn Fn(GenerateEvent) + Sync),
 ) -> Result<GenerateSummary, Fault> {
-    let waits = || progress(GenerateEvent::WaitsForFolder);
+    let waits = || progress(GenerateEvent::Waits { shard: None });
     let begun = Dataset::open(&request.out).ok();
     let head = dataset_head(recipe, request, warnings);
     let folder = Dataset::open_or_create_telling(&request.out, head, request.is_whole(), &waits)?;
@@ -323,7 +346,7 @@ pub fn generate(
         folder.keep(&asset.path, file.1.bytes(), &waits)?;
     }
     if !folder.has_locks() {
-        progress(GenerateEvent::NoLocks);
+        progress(GenerateEvent::NoLocks { text: NO_LOCKS });
     }
     let head = folder.head();
     let mine: Vec<u64> = request.shards(head).collect();
@@ -342,7 +365,7 @@ pub fn generate(
     let making = Making { recipe, seed: request.seed, patterns: &patterns, progress };
     let busy = making.make(remaining, &|shard| ShardWriter::claim(&folder, shard), &mut summary)?;
     let when_free =
-        |shard| ShardWriter::claim_when_free(&folder, shard, &|| progress(GenerateEvent::WaitsForShard(shard)));
+        |shard| ShardWriter::claim_when_free(&folder, shard, &|| progress(GenerateEvent::Waits { shard: Some(shard) }));
     making.make(busy, &when_free, &mut summary)?;
     folder.complete_telling(&waits)?;
     Ok(summary)
@@ -393,7 +416,7 @@ impl Making<'_> {
         let written = std::thread::scope(|scope| {
             let writing = scope.spawn(|| self.write(arrived, written, summary));
             order.par_bridge().for_each_with(pieces, |pieces, index| {
-                let progress = |n| (self.progress)(GenerateEvent::Profiles(n));
+                let progress = |done| (self.progress)(GenerateEvent::Profiles { done });
                 let sample = render_sample(self.recipe, self.seed, index, self.patterns, &progress);
                 // Where writing has ended with a fault, nobody takes it.
                 let _ = pieces.send(ToWrite::Sample(Box::new(sample)));
@@ -408,7 +431,7 @@ impl Making<'_> {
 
     fn tell_busy(&self, shard: u64, claim: &Claim) {
         if matches!(claim, Claim::Busy) {
-            (self.progress)(GenerateEvent::Busy(shard));
+            (self.progress)(GenerateEvent::Busy { shard });
         }
     }
 
@@ -431,13 +454,13 @@ impl Making<'_> {
                 let bytes = sample.bytes();
                 summary.count(&sample);
                 writer.push(*sample)?;
-                (self.progress)(GenerateEvent::Sample(bytes));
+                (self.progress)(GenerateEvent::Sample { bytes });
                 // Where all are rendered, nobody asks for a place.
                 let _ = written.try_send(());
                 if let Some(writer) = shards.pop_front_if(|writer| writer.is_full()) {
                     let shard = writer.finish()?.shard;
                     summary.shards += 1;
-                    (self.progress)(GenerateEvent::Shard(shard));
+                    (self.progress)(GenerateEvent::Shard { shard });
                 }
             }
         }

@@ -84,13 +84,10 @@ impl<'c> Progress<'c> {
 
     /// So much of so much is done.
     pub(super) fn set(&self, done: u64, total: u64) {
-        let mut state = self.state();
-        if state.total != Some(total) {
-            state.total = Some(total);
-            if let Some(bar) = &self.bar {
-                bar.set_length(total);
-            }
+        if self.state().total != Some(total) {
+            self.set_total(total);
         }
+        let mut state = self.state();
         if done != state.done {
             self.update(&mut state, done);
         }
@@ -171,10 +168,6 @@ impl Drop for Progress<'_> {
     }
 }
 
-/// What is told where the file system has no locks.
-const NO_LOCKS: &str =
-    "the file system has no locks between processes (flock): let no two make the same shards, give each its --part";
-
 /// Least time between two events of profiles.
 const EVENT_INTERVAL: Duration = Duration::from_secs(1);
 
@@ -183,17 +176,22 @@ pub(super) struct GenerateProgress<'c> {
     progress: Progress<'c>,
     console: &'c Console,
     profiles_per_sample: u64,
-    total: AtomicU64,
-    samples: AtomicU64,
-    /// Samples of these whose shard is not finished: what is lost where the run is stopped.
+    counts: Mutex<GenerateCounts>,
+    /// Samples that are written and whose shard is not finished: what is lost where the run is stopped.
     unkept: Arc<AtomicU64>,
-    bytes: AtomicU64,
     hint: String,
     out: PathBuf,
     /// Samples that are asked for.
     asked: u64,
+}
+
+/// What has been made.
+struct GenerateCounts {
+    total: u64,
+    samples: u64,
+    bytes: u64,
     /// When profiles were told to a program, last.
-    told: Mutex<Instant>,
+    told: Instant,
 }
 
 impl<'c> GenerateProgress<'c> {
@@ -209,20 +207,18 @@ impl<'c> GenerateProgress<'c> {
             progress: Progress::new(console, "profiles", None),
             console,
             profiles_per_sample: recipe.size().profiles as u64,
-            total: AtomicU64::new(0),
-            samples: AtomicU64::new(0),
+            counts: Mutex::new(GenerateCounts { total: 0, samples: 0, bytes: 0, told: Instant::now() }),
             unkept,
-            bytes: AtomicU64::new(0),
             hint: format!("gen preview --recipe {name} --seed {}", request.seed),
             out: request.out.clone(),
             asked: request.samples,
-            told: Mutex::new(Instant::now()),
         }
     }
 
     /// Takes one event.
     pub(super) fn show(&self, event: GenerateEvent) {
         self.tell(event);
+        let mut counts = self.counts.lock().unwrap_or_else(PoisonError::into_inner);
         // A program has been told all of it.
         let note = |text: &str| {
             if !self.console.has_events() {
@@ -237,45 +233,43 @@ impl<'c> GenerateProgress<'c> {
             )),
             GenerateEvent::Larger { samples, to_make, left } => note(&format!(
                 "{} was begun with {}, more than -n {} asks for: {to_make} are made now, in whole shards, and {left} \
-                    are left; \
-                 -n {samples} makes all",
+                 are left; -n {samples} makes all",
                 self.out.display(),
                 counted(samples, "sample"),
                 self.asked,
             )),
             GenerateEvent::Begin { samples, finished } => {
-                self.total.store(samples, Ordering::Relaxed);
+                counts.total = samples;
                 if finished > 0 {
                     note(&format!("{finished} samples are there already; {samples} to make"));
                 } else if self.progress.is_drawn() && samples > 20 {
                     note(&format!("{samples} samples to make; to look at one first: {}", self.hint));
                 }
                 self.progress.set_total(samples * self.profiles_per_sample);
-                self.say(0, 0);
+                self.say(&counts);
             }
-            GenerateEvent::Profiles(n) => self.progress.add(n),
-            GenerateEvent::Sample(size) => {
-                let samples = self.samples.fetch_add(1, Ordering::Relaxed) + 1;
+            GenerateEvent::Profiles { done } => self.progress.add(done),
+            GenerateEvent::Sample { bytes } => {
+                counts.samples += 1;
+                counts.bytes += bytes;
                 self.unkept.fetch_add(1, Ordering::Relaxed);
-                self.say(samples, self.bytes.fetch_add(size, Ordering::Relaxed) + size);
+                self.say(&counts);
             }
-            GenerateEvent::Shard(shard) => {
+            GenerateEvent::Shard { shard } => {
                 // Samples are written in the order of shards: those before its last one are kept.
                 self.unkept.store(0, Ordering::Relaxed);
-                self.say(self.samples.load(Ordering::Relaxed), self.bytes.load(Ordering::Relaxed));
+                self.say(&counts);
                 self.console.detail(&format!("shard {shard} is finished"));
             }
-            GenerateEvent::Busy(shard) => {
+            GenerateEvent::Busy { shard } => {
                 note(&format!("shard {shard} is being made by another process; it is looked at again at the end"));
             }
-            GenerateEvent::NoLocks => {
-                note(&format!("warning: {NO_LOCKS}"));
-            }
-            GenerateEvent::WaitsForFolder => {
+            GenerateEvent::NoLocks { text } => note(&format!("warning: {text}")),
+            GenerateEvent::Waits { shard: None } => {
                 let lock = self.out.join(format!("{LOCK}dataset"));
                 note(&format!("waiting for another process, which holds {}", lock.display()));
             }
-            GenerateEvent::WaitsForShard(shard) => {
+            GenerateEvent::Waits { shard: Some(shard) } => {
                 note(&format!("waiting for shard {shard}, which another process is making"));
             }
         }
@@ -283,44 +277,25 @@ impl<'c> GenerateProgress<'c> {
 
     /// The same for a program.
     fn tell(&self, event: GenerateEvent) {
-        let document = || match event {
-            GenerateEvent::Anew { samples, samples_per_shard } => {
-                json!({ "event": "anew", "samples": samples, "samples_per_shard": samples_per_shard })
-            }
-            GenerateEvent::Larger { samples, to_make, left } => {
-                json!({ "event": "larger", "samples": samples, "to_make": to_make, "left": left })
-            }
-            GenerateEvent::Begin { samples, finished } => {
-                json!({ "event": "begin", "samples": samples, "finished": finished })
-            }
-            GenerateEvent::Profiles(_) => {
-                let of = self.total.load(Ordering::Relaxed) * self.profiles_per_sample;
-                json!({ "event": "profiles", "done": self.progress.done(), "of": of })
-            }
-            GenerateEvent::Sample(bytes) => json!({ "event": "sample", "bytes": bytes }),
-            GenerateEvent::Shard(shard) => json!({ "event": "shard", "shard": shard }),
-            GenerateEvent::Busy(shard) => json!({ "event": "busy", "shard": shard }),
-            GenerateEvent::NoLocks => json!({ "event": "no-locks", "text": NO_LOCKS }),
-            GenerateEvent::WaitsForFolder => json!({ "event": "waits" }),
-            GenerateEvent::WaitsForShard(shard) => json!({ "event": "waits", "shard": shard }),
-        };
-        if matches!(event, GenerateEvent::Profiles(_)) {
-            let mut told = self.told.lock().unwrap_or_else(PoisonError::into_inner);
-            if told.elapsed() < EVENT_INTERVAL {
-                return;
-            }
-            *told = Instant::now();
+        if !matches!(event, GenerateEvent::Profiles { .. }) {
+            // An event is plain data: it always becomes JSON.
+            return self.console.event(|| serde_json::to_value(event).unwrap_or_default());
         }
-        self.console.event(document);
+        let mut counts = self.counts.lock().unwrap_or_else(PoisonError::into_inner);
+        if counts.told.elapsed() >= EVENT_INTERVAL {
+            counts.told = Instant::now();
+            let of = counts.total * self.profiles_per_sample;
+            self.console.event(|| json!({ "event": "profiles", "done": self.progress.done(), "of": of }));
+        }
     }
 
-    fn say(&self, samples: u64, bytes: u64) {
-        let total = self.total.load(Ordering::Relaxed);
+    fn say(&self, counts: &GenerateCounts) {
+        let GenerateCounts { total, samples, bytes, .. } = counts;
         let kept = match self.unkept.load(Ordering::Relaxed) {
             0 => String::new(),
-            unkept => format!(" ({} kept)", samples - unkept.min(samples)),
+            unkept => format!(" ({} kept)", samples - unkept.min(*samples)),
         };
-        self.progress.say(&format!("{samples}/{total} samples{kept}, {}", describe_bytes(bytes)));
+        self.progress.say(&format!("{samples}/{total} samples{kept}, {}", describe_bytes(*bytes)));
     }
 }
 
