@@ -161,10 +161,10 @@ pub(super) fn run(arguments: &CheckArgs, console: &Console) -> CommandResult {
         let time = std::time::Duration::from_secs_f64(report.timing.seconds);
         console.note(&format!("{} in {}", counted(windows, "window"), describe_duration(time)));
     }
-    let drawn = arguments.out.as_ref().map_or(Ok(()), |out| {
-        let remedy = "give another place with --out";
-        write(ResultFolder::Named(out), REPORT_FILE, &document, "", &report, remedy)
-    });
+    let drawn = arguments
+        .out
+        .as_ref()
+        .map_or(Ok(()), |out| write(ResultFolder::Named(out), REPORT_FILE, &document, "", &report, output::ELSEWHERE));
     let saved = before.map_or(Ok(()), |before| save(&arguments.dir, &arguments.model, before, &report, console));
     let printed = printed.map_err(|error| error.to_string());
     let failed: Vec<String> = [printed, drawn, saved].into_iter().filter_map(Result::err).collect();

@@ -1,6 +1,5 @@
 //! `gen fibres`: fibre directions, knots and absorption of a board from a picture of it.
 
-use std::error::Error;
 use std::f32::consts::{FRAC_PI_2, PI};
 use std::fmt::Write;
 use std::io::{BufRead, BufReader, Cursor, Seek};
@@ -110,7 +109,7 @@ pub(super) fn run(arguments: &FibresArgs) -> CommandResult {
     let told = if arguments.json { format!("{document:#}\n") } else { text(&fibres, &out, &view) };
     let picture = output::png(&directions(&fibres))?;
     output::write(&out, &maps(fibres, mu_a, &document))?;
-    output::write_or(&view, &picture, "give another place with --out")?;
+    output::write(&view, &picture)?;
     print(&told)?;
     Ok(DONE)
 }
@@ -174,7 +173,7 @@ fn read(path: &Path) -> Result<(Vec<f32>, [usize; 2]), String> {
 }
 
 /// The same of the bytes of a PNG.
-fn decode(bytes: impl BufRead + Seek) -> Result<(Vec<f32>, [usize; 2]), Box<dyn Error + Send + Sync>> {
+fn decode(bytes: impl BufRead + Seek) -> CommandResult<(Vec<f32>, [usize; 2])> {
     let mut reader = ImageReader::with_format(bytes, ImageFormat::Png);
     let mut limits = Limits::default();
     (limits.max_image_width, limits.max_image_height) = (Some(MAX_SIDE), Some(MAX_SIDE));

@@ -126,11 +126,7 @@ fn requested_samples(arguments: &GenerateArgs) -> Result<u64, UsageError> {
 
 /// The request that the arguments make. A dataset that is there already keeps its samples per shard, and where its
 /// folder is named in place of a recipe its seed too, unless others are asked for.
-fn dataset_request(
-    arguments: &GenerateArgs,
-    loaded: &LoadedRecipe,
-    samples: u64,
-) -> Result<DatasetRequest, Box<dyn std::error::Error + Send + Sync>> {
+fn dataset_request(arguments: &GenerateArgs, loaded: &LoadedRecipe, samples: u64) -> CommandResult<DatasetRequest> {
     let recipe = &loaded.recipe;
     let out = match (&arguments.out, &loaded.dataset) {
         (Some(out), _) => out.clone(),

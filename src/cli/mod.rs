@@ -254,8 +254,8 @@ enum SchemaKind {
     RecipeReference,
 }
 
-/// What a command ends with: the exit status of the program.
-type CommandResult = Result<u8, Box<dyn std::error::Error + Send + Sync>>;
+/// What a command, or a step of one, ends with; without a type the exit status of the program.
+type CommandResult<T = u8> = Result<T, Box<dyn std::error::Error + Send + Sync>>;
 
 /// Exit status of what is done.
 const DONE: u8 = 0;
@@ -358,13 +358,13 @@ struct UsageError(String);
 
 /// Writes all of a result to standard output. A reader that has gone away is no fault; a disk that takes no more is
 /// one.
-fn print(text: &str) -> Result<(), Box<dyn std::error::Error + Send + Sync>> {
+fn print(text: &str) -> CommandResult<()> {
     let mut out = std::io::stdout().lock();
     printed(out.write_all(shown(text).as_bytes()).and_then(|()| out.flush()))
 }
 
 /// What became of a result on standard output, in words.
-fn printed(result: std::io::Result<()>) -> Result<(), Box<dyn std::error::Error + Send + Sync>> {
+fn printed(result: std::io::Result<()>) -> CommandResult<()> {
     match result {
         Err(e) if e.kind() != ErrorKind::BrokenPipe => {
             let remedy = "what it holds is not whole: make room there, then try again";
@@ -376,18 +376,14 @@ fn printed(result: std::io::Result<()>) -> Result<(), Box<dyn std::error::Error 
 
 impl RecipeArgs {
     /// The recipe, changed.
-    fn load(&self, console: &Console) -> Result<LoadedRecipe, Box<dyn std::error::Error + Send + Sync>> {
+    fn load(&self, console: &Console) -> CommandResult<LoadedRecipe> {
         load(self.name.get()?, &self.changes.set, console)
     }
 }
 
 /// The recipe in the file `name`, the built-in one of that name, that of the dataset in the folder `name`, or on
 /// standard input that of the name `-`; with changes.
-fn load(
-    name: &str,
-    changes: &[Change],
-    console: &Console,
-) -> Result<LoadedRecipe, Box<dyn std::error::Error + Send + Sync>> {
+fn load(name: &str, changes: &[Change], console: &Console) -> CommandResult<LoadedRecipe> {
     let loaded = if name == "-" && !holds_dataset(Path::new(name)) {
         let origin = "standard input";
         let bytes = yaml::read_bytes_or_standard_input(Path::new(name))

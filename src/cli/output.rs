@@ -89,6 +89,8 @@ fn told(FileError { operation, path, source }: &FileError, remedy: &str) -> Stri
     format!("cannot {operation} {}: {source}; {remedy}", path.display())
 }
 
+/// What to do where a file cannot be written.
+pub(super) const ELSEWHERE: &str = "give another place with --out";
 /// How arguments name standard output.
 const STANDARD_OUTPUT: &str = "-";
 /// Endings of pictures that are no PNG.
@@ -164,7 +166,7 @@ fn ends(path: PathBuf, ending: &str) -> Result<PathBuf, String> {
 
 /// Writes `content` to `path`, which `--out` names.
 pub(super) fn write(path: &Path, content: &[u8]) -> Result<(), String> {
-    write_or(path, content, "give another place with --out")
+    write_or(path, content, ELSEWHERE)
 }
 
 /// The same for a path that follows from other arguments; `remedy` is what to do where it cannot be written.
@@ -290,11 +292,7 @@ fn dataset_around(path: &Path) -> Option<PathBuf> {
 
 /// Refuses a path that cannot be written, before hours are spent on its content; `--out` names it.
 pub(super) fn check_writable(path: &Path) -> Result<(), String> {
-    check_writable_or(path, "give another place with --out")
-}
-
-/// The same for a path that follows from other arguments.
-pub(super) fn check_writable_or(path: &Path, remedy: &str) -> Result<(), String> {
+    let remedy = ELSEWHERE;
     let error_text = |what: String, remedy: String| Err(format!("cannot write {}: {what}; {remedy}", path.display()));
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     if path.is_dir() || path.file_name().is_none() {

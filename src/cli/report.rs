@@ -8,7 +8,7 @@ use output_schema::file::{DATASET, REPORTS};
 
 use super::console::{Console, say};
 use super::generate::threads;
-use super::output::ResultFolder;
+use super::output::{ELSEWHERE, ResultFolder};
 use super::progress::{Progress, counted, describe_bytes};
 use super::{CommandResult, DONE, FAULTS, UsageError, output, whole};
 use crate::generate::{recipe_of, render_sample};
@@ -17,9 +17,6 @@ use dataset::Dataset;
 use optical_bench::settings::Transport;
 use scanner::optics::speckle::PatternCache;
 use tools::report::{ExposedProfile, RenderTiming, Renderer, ReportOptions, report};
-
-/// What to do where the page cannot be kept.
-const ELSEWHERE: &str = "give another place with --out";
 
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use crate::cli::UsageError;
+use crate::cli::{CommandResult, UsageError};
 use dataset::Fault;
 use tools::compare::{ScanMaps, ScanMask, ScanRegion, ScanSource};
 
@@ -41,10 +41,7 @@ pub(super) struct SidePart {
 
 impl PartArgs {
     /// What counts of SIM and of REAL.
-    pub(super) fn sides(
-        &self,
-        sources: &[ScanSource; 2],
-    ) -> Result<[SidePart; 2], Box<dyn std::error::Error + Send + Sync>> {
+    pub(super) fn sides(&self, sources: &[ScanSource; 2]) -> CommandResult<[SidePart; 2]> {
         if self.whole && !sources.iter().any(ScanSource::is_dataset) {
             let what = "--whole: no effect, for no side is a dataset, whose labels tell the object; leave it away";
             return Err(UsageError(what.into()).into());

@@ -1,12 +1,11 @@
 //! What the command line states of files of bare numbers, and whether it has an effect.
 
-use std::error::Error;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use crate::cli::UsageError;
 use crate::cli::console::Console;
+use crate::cli::{CommandResult, UsageError};
 use tools::compare::{CountScale, CsvForm, MissingNumber, ScanSource, StatedScale};
 
 #[derive(Debug, Args)]
@@ -82,7 +81,7 @@ impl ScaleArgs {
         stated: &StatedScale,
         sides: &mut [ScanSource],
         console: &Console,
-    ) -> Result<(), Box<dyn Error + Send + Sync>> {
+    ) -> CommandResult<()> {
         let forms: Vec<_> = sides.iter().map(ScanSource::stated_forms).collect();
         if let Some(what) = stated.without_effect(&forms.concat()) {
             return Err(UsageError(what).into());

@@ -172,10 +172,7 @@ fn kept_assets(recipe: &Recipe) -> AssetSource {
     AssetSource::Kept(kept.collect())
 }
 
-fn real_scans(
-    arguments: &FitArgs,
-    console: &Console,
-) -> Result<Vec<RealScan>, Box<dyn std::error::Error + Send + Sync>> {
+fn real_scans(arguments: &FitArgs, console: &Console) -> CommandResult<Vec<RealScan>> {
     let stated = arguments.scale.stated();
     let mut sources = arguments
         .real
