@@ -37,6 +37,21 @@ enum Entry {
     Names,
 }
 
+/// What a file is opened for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Use {
+    /// To read it. A pipe is opened without waiting for its other end.
+    Read,
+    /// To read and to change it.
+    Change,
+    /// To sync it.
+    Sync,
+    /// To lock it; made where it is missing.
+    Lock,
+    /// To write it; made, and refused where it is there.
+    New,
+}
+
 /// Something else lies there than a dataset has there, or more of it.
 #[derive(Debug)]
 pub(super) struct Strange(String);
@@ -69,6 +84,14 @@ enum Found {
 }
 
 impl Found {
+    /// Size of a plain file [bytes]; why it is none.
+    fn plain(self, name: &str) -> io::Result<u64> {
+        match self {
+            Self::File(bytes) => Ok(bytes),
+            other => Err(other.refused(name, "plain file")),
+        }
+    }
+
     /// Why it is not what is `wanted`.
     fn refused(self, name: &str, wanted: &str) -> io::Error {
         let found = match self {
@@ -122,12 +145,9 @@ fn place<'a>(root: &Path, relative: &'a str) -> io::Result<(Folder, &'a str)> {
 /// The system's; `FileTooLarge` for a larger file.
 pub fn open(root: &Path, relative: &str, most: u64) -> io::Result<File> {
     let (folder, name) = place(root, relative)?;
-    let file = folder.open_file(name).map_err(|e| reason(&folder, name, "plain file", e))?;
-    match Folder::kind(&file)? {
-        Found::File(bytes) if bytes <= most => Ok(file),
-        Found::File(bytes) => Err(too_large(bytes, most)),
-        other => Err(other.refused(name, "plain file")),
-    }
+    let file = folder.file(name, Use::Read).map_err(|e| reason(&folder, name, "plain file", e))?;
+    let bytes = Folder::kind(&file)?.plain(name)?;
+    if bytes <= most { Ok(file) } else { Err(too_large(bytes, most)) }
 }
 
 fn too_large(bytes: u64, most: u64) -> io::Error {
@@ -181,10 +201,7 @@ pub(super) fn lengths<'a>(
         };
         let found = folder.found(name);
         open = Some((folders, folder));
-        match found? {
-            Found::File(bytes) => Ok(bytes),
-            other => Err(other.refused(name, "plain file")),
-        }
+        found?.plain(name)
     })
 }
 
@@ -209,7 +226,7 @@ pub(super) fn entries(root: &Path, relative: &str) -> io::Result<Vec<(String, bo
 /// What the system refuses, and where something else than a file has the name.
 pub fn create(root: &Path, relative: &str) -> Result<File, FileError> {
     remove(root, relative)?;
-    let made = place(root, relative).and_then(|(folder, name)| folder.create_file(name));
+    let made = place(root, relative).and_then(|(folder, name)| folder.file(name, Use::New));
     made.map_err(FileError::of("create", &root.join(relative)))
 }
 
@@ -272,7 +289,7 @@ pub(super) fn sync_folder(root: &Path, relative: &str) -> Result<(), FileError> 
 
 /// Makes the bytes of a plain file last.
 pub(super) fn sync(root: &Path, relative: &str) -> Result<(), FileError> {
-    let synced = place(root, relative).and_then(|(folder, name)| folder.open_to_sync(name)?.sync_all());
+    let synced = place(root, relative).and_then(|(folder, name)| folder.file(name, Use::Sync)?.sync_all());
     synced.map_err(FileError::of("sync", &root.join(relative)))
 }
 
@@ -311,7 +328,7 @@ pub fn open_kept(path: &Path) -> io::Result<File> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let name = path.file_name().ok_or(ErrorKind::NotFound)?;
     let folder = Folder::open(folder, Entry::Passage)?;
-    let file = match (folder.open_to_change(name), path.symlink_metadata()) {
+    let file = match (folder.file(name, Use::Change), path.symlink_metadata()) {
         (Ok(file), _) => file,
         (Err(_), Ok(found)) if found.is_symlink() => return Err(strange("it is a link, no plain file".into())),
         (Err(error), _) => return Err(error),
@@ -323,22 +340,23 @@ pub fn open_kept(path: &Path) -> io::Result<File> {
     }
 }
 
-/// Refuses what [`remove`] would refuse, and removes nothing.
-pub(super) fn check_removable(root: &Path, relative: &str) -> Result<(), FileError> {
-    match length(root, relative) {
+/// What came of removing something; nothing to remove is well.
+fn removed<T>(root: &Path, relative: &str, outcome: io::Result<T>) -> Result<(), FileError> {
+    match outcome {
         Err(e) if e.kind() != ErrorKind::NotFound => Err(FileError::of("remove", &root.join(relative))(e)),
         _ => Ok(()),
     }
 }
 
+/// Refuses what [`remove`] would refuse, and removes nothing.
+pub(super) fn check_removable(root: &Path, relative: &str) -> Result<(), FileError> {
+    removed(root, relative, length(root, relative))
+}
+
 /// Removes a plain file; nothing to remove is well.
 pub fn remove(root: &Path, relative: &str) -> Result<(), FileError> {
     check_removable(root, relative)?;
-    let removed = place(root, relative).and_then(|(folder, name)| folder.remove_file(name));
-    match removed {
-        Err(e) if e.kind() != ErrorKind::NotFound => Err(FileError::of("remove", &root.join(relative))(e)),
-        _ => Ok(()),
-    }
+    removed(root, relative, place(root, relative).and_then(|(folder, name)| folder.remove_file(name)))
 }
 
 /// Whether a new file of that name can be made; none is left.
@@ -362,21 +380,15 @@ pub(super) fn own_files(root: &Path, relative: &str, is_own: fn(&str) -> bool) -
 
 /// Removes an empty folder; nothing to remove is well.
 pub(super) fn remove_empty_folder(root: &Path, relative: &str) -> Result<(), FileError> {
-    let removed = place(root, relative).and_then(|(folder, name)| folder.remove_folder(name));
-    match removed {
-        Err(e) if e.kind() != ErrorKind::NotFound => Err(FileError::of("remove", &root.join(relative))(e)),
-        _ => Ok(()),
-    }
+    removed(root, relative, place(root, relative).and_then(|(folder, name)| folder.remove_folder(name)))
 }
 
 /// Opens a lock file, and makes it where it is missing; its content is never looked at.
 pub(super) fn open_lock(root: &Path, relative: &str) -> io::Result<File> {
     let (folder, name) = place(root, relative)?;
-    let file = folder.open_lock(name).map_err(|e| reason(&folder, name, "plain file", e))?;
-    match Folder::kind(&file)? {
-        Found::File(_) => Ok(file),
-        other => Err(other.refused(name, "plain file")),
-    }
+    let file = folder.file(name, Use::Lock).map_err(|e| reason(&folder, name, "plain file", e))?;
+    Folder::kind(&file)?.plain(name)?;
+    Ok(file)
 }
 
 /// Whether the open file is still the one of that name.

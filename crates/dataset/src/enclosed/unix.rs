@@ -1,6 +1,5 @@
 //! Folders on Unix: open ones, names looked up in them without following links.
 
-use std::ffi::OsStr;
 use std::fs::File;
 use std::io;
 use std::os::fd::OwnedFd;
@@ -8,8 +7,9 @@ use std::path::Path;
 
 use rustix::fs::{AtFlags, Dir, FileType, Mode, OFlags, Stat};
 use rustix::io::Errno;
+use rustix::path::Arg;
 
-use super::{Entry, Found};
+use super::{Entry, Found, Use};
 
 /// How a folder is opened that is only gone through.
 #[cfg(target_os = "linux")]
@@ -62,32 +62,15 @@ impl Folder {
         Ok(kind(&rustix::fs::fstat(file)?))
     }
 
-    /// Opens a file to read. A pipe is opened without waiting for its other end.
-    pub(super) fn open_file(&self, name: &str) -> io::Result<File> {
-        let flags = OFlags::RDONLY | OFlags::NOFOLLOW | OFlags::NONBLOCK | OFlags::NOCTTY | OFlags::CLOEXEC;
-        Ok(rustix::fs::openat(&self.0, name, flags, Mode::empty())?.into())
-    }
-
-    /// Opens a file to read and to change.
-    pub(super) fn open_to_change(&self, name: &OsStr) -> io::Result<File> {
-        let flags = OFlags::RDWR | OFlags::NOFOLLOW | OFlags::NONBLOCK | OFlags::CLOEXEC;
-        Ok(rustix::fs::openat(&self.0, name, flags, Mode::empty())?.into())
-    }
-
-    /// Opens a file so that it can be synced.
-    pub(super) fn open_to_sync(&self, name: &str) -> io::Result<File> {
-        self.open_file(name)
-    }
-
-    /// A new file.
-    pub(super) fn create_file(&self, name: &str) -> io::Result<File> {
-        let flags = OFlags::WRONLY | OFlags::CREATE | OFlags::EXCL | OFlags::NOFOLLOW | OFlags::CLOEXEC;
-        Ok(rustix::fs::openat(&self.0, name, flags, Mode::from_raw_mode(0o666))?.into())
-    }
-
-    /// A file to lock, made where it is missing.
-    pub(super) fn open_lock(&self, name: &str) -> io::Result<File> {
-        let flags = OFlags::RDWR | OFlags::CREATE | OFlags::NOFOLLOW | OFlags::NONBLOCK | OFlags::CLOEXEC;
+    /// A file in it.
+    pub(super) fn file(&self, name: impl Arg, how: Use) -> io::Result<File> {
+        let own = match how {
+            Use::Read | Use::Sync => OFlags::RDONLY | OFlags::NONBLOCK | OFlags::NOCTTY,
+            Use::Change => OFlags::RDWR | OFlags::NONBLOCK,
+            Use::Lock => OFlags::RDWR | OFlags::CREATE | OFlags::NONBLOCK,
+            Use::New => OFlags::WRONLY | OFlags::CREATE | OFlags::EXCL,
+        };
+        let flags = own | OFlags::NOFOLLOW | OFlags::CLOEXEC;
         Ok(rustix::fs::openat(&self.0, name, flags, Mode::from_raw_mode(0o666))?.into())
     }
 

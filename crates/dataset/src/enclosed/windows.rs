@@ -1,6 +1,5 @@
 //! Folders on Windows: paths that were looked at, part by part, before they are used.
 
-use std::ffi::OsStr;
 use std::fs::{self, File, Metadata, OpenOptions};
 use std::io::{self, ErrorKind};
 use std::os::windows::fs::OpenOptionsExt;
@@ -8,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use same_file::Handle;
 
-use super::{Entry, Found};
+use super::{Entry, Found, Use};
 
 /// Opens a link itself, not what it leads to (`FILE_FLAG_OPEN_REPARSE_POINT`).
 const NO_FOLLOW: u32 = 0x0020_0000;
@@ -58,30 +57,17 @@ impl Folder {
         Ok(kind(&file.metadata()?))
     }
 
-    /// Opens a file to read.
-    pub(super) fn open_file(&self, name: &str) -> io::Result<File> {
-        OpenOptions::new().read(true).custom_flags(NO_FOLLOW).open(self.0.join(name))
-    }
-
-    /// Opens a file so that it can be synced, which the system grants to those who may write alone.
-    pub(super) fn open_to_sync(&self, name: &str) -> io::Result<File> {
-        OpenOptions::new().write(true).custom_flags(NO_FOLLOW).open(self.0.join(name))
-    }
-
-    /// A new file.
-    pub(super) fn create_file(&self, name: &str) -> io::Result<File> {
-        OpenOptions::new().write(true).create_new(true).open(self.0.join(name))
-    }
-
-    /// A file to lock, made where it is missing.
-    pub(super) fn open_lock(&self, name: &str) -> io::Result<File> {
+    /// A file in it. The system lets those sync a file alone who may write it.
+    pub(super) fn file(&self, name: impl AsRef<Path>, how: Use) -> io::Result<File> {
         let mut options = OpenOptions::new();
-        options.read(true).write(true).create(true).truncate(false).custom_flags(NO_FOLLOW).open(self.0.join(name))
-    }
-
-    /// Opens a file to read and to change.
-    pub(super) fn open_to_change(&self, name: &OsStr) -> io::Result<File> {
-        OpenOptions::new().read(true).write(true).custom_flags(NO_FOLLOW).open(self.0.join(name))
+        match how {
+            Use::Read => options.read(true),
+            Use::Sync => options.write(true),
+            Use::Change => options.read(true).write(true),
+            Use::Lock => options.read(true).write(true).create(true).truncate(false),
+            Use::New => return options.write(true).create_new(true).open(self.0.join(name)),
+        };
+        options.custom_flags(NO_FOLLOW).open(self.0.join(name))
     }
 
     /// Makes a folder in it.
