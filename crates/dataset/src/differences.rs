@@ -33,6 +33,15 @@ pub fn differences(path: &str, old: &Value, new: &Value) -> Vec<String> {
     }
 }
 
+/// Differences in one line, no more than `most` of them.
+pub(super) fn shortened(all: &[String], most: usize) -> String {
+    let named = all[..all.len().min(most)].join("; ");
+    match all.len().saturating_sub(most) {
+        0 => named,
+        more => format!("{named}; and {more} more"),
+    }
+}
+
 fn short(value: &Value) -> String {
     let text = value.to_string();
     match text.char_indices().nth(60) {

@@ -35,6 +35,10 @@ use optical_bench::split::Split;
 /// Directories of a dataset folder.
 pub(super) const DIRECTORIES: [&str; 4] = ["data", "exr", "stacks", "shards"];
 
+/// Reasons against continuing a dataset that one fault names, and those that it names first: what the objects are.
+const MAX_NAMED_REASONS: usize = 8;
+const FIRST_KEYS: [&str; 2] = ["recipe.subject:", "recipe.name:"];
+
 impl Dataset {
     /// Opens the dataset at `path`, or begins it. A larger number of samples extends it, a smaller one changes nothing.
     /// Several processes may do this at once.
@@ -62,7 +66,7 @@ impl Dataset {
         let old = read_head(path)?;
         let mut new = head;
         if let Some(old) = &old {
-            let reasons = differences::reasons_to_refuse(old, &new);
+            let mut reasons = differences::reasons_to_refuse(old, &new);
             let only_size = reasons.iter().all(|reason| reason.starts_with("samples_per_shard"));
             let is_other = !reasons.is_empty() || new.samples < old.samples;
             if !(anew && only_size && is_other && Self::of(path, old.clone()).nothing_is_made(&lock)?) {
@@ -74,7 +78,8 @@ impl Dataset {
                     } else {
                         "choose another folder, or run the recipe, seed and program that began this one"
                     };
-                    return Err(unusable(path, shortened(reasons), remedy));
+                    reasons.sort_by_key(|reason| !FIRST_KEYS.iter().any(|key| reason.starts_with(key)));
+                    return Err(unusable(path, differences::shortened(&reasons, MAX_NAMED_REASONS), remedy));
                 }
                 new.samples = new.samples.max(old.samples);
             }
@@ -392,16 +397,6 @@ fn ranges(numbers: &[u64]) -> String {
     let told: Vec<String> = runs.iter().take(MOST).map(told).collect();
     let more = if runs.len() > MOST { ", and others" } else { "" };
     format!("{}{more}", told.join(", "))
-}
-
-/// Reasons in one line: what the objects are first, and no more than a reader takes in.
-fn shortened(mut reasons: Vec<String>) -> String {
-    const MOST: usize = 8;
-    reasons.sort_by_key(|reason| !["recipe.subject:", "recipe.name:"].iter().any(|key| reason.starts_with(key)));
-    let more = reasons.len().saturating_sub(MOST);
-    reasons.truncate(MOST);
-    let told = reasons.join("; ");
-    if more > 0 { format!("{told}; and {more} more") } else { told }
 }
 
 #[cfg(test)]

@@ -8,6 +8,7 @@ use output_schema::{DatasetHead, ManifestSample};
 use super::columns::StoredRow;
 use super::report::ValidationReport;
 use super::rules::{Code, Finding};
+use crate::differences::shortened;
 use crate::record::{AskedRows, ExposedRows, StackFrame, TrueRow};
 use crate::{Encoded, differences};
 
@@ -70,13 +71,8 @@ pub(super) fn head(found: &DatasetHead, expected: Result<&DatasetHead, &str>, re
     let value = |head: &DatasetHead| serde_json::to_value(head).unwrap_or_default();
     let other = differences("", &value(found), &value(expected));
     if !other.is_empty() {
-        let more = if other.len() > MAX_NAMED_DIFFERENCES {
-            format!("; and {} more", other.len() - MAX_NAMED_DIFFERENCES)
-        } else {
-            String::new()
-        };
-        let named: Vec<&str> = other.iter().take(MAX_NAMED_DIFFERENCES).map(String::as_str).collect();
-        fault(Code::DatasetDiffers, format!("said -> what the recipe gives: {}{more}", named.join("; ")));
+        let named = shortened(&other, MAX_NAMED_DIFFERENCES);
+        fault(Code::DatasetDiffers, format!("said -> what the recipe gives: {named}"));
     }
     // Rows have other columns where these differ.
     found.parameters.len() == expected.parameters.len()
