@@ -19,7 +19,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
 
 use output_schema::arrow::row_schema;
-use output_schema::channel::{channels, range_form};
 use output_schema::file::{DATASET, data_path, exr_path, stack_path};
 use output_schema::{Manifest, ManifestFile, ManifestSample};
 use serde_json::{Map, Value};
@@ -90,6 +89,15 @@ pub fn load(name: &str, changes: &[Change]) -> Result<LoadedRecipe, LoadError> {
 /// Whether the folder holds something by the name of a dataset's document; whether that can be used is asked elsewhere.
 pub fn holds_dataset(root: &Path) -> bool {
     root.join(DATASET).symlink_metadata().is_ok()
+}
+
+/// Most threads for each core, and on a machine of few cores; each takes room for a band of rows.
+const MAX_THREADS: (usize, usize) = (4, 16);
+
+/// The cores of this machine, and the most threads that work is given here.
+pub fn cores_and_threads() -> [usize; 2] {
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    [cores, (MAX_THREADS.0 * cores).max(MAX_THREADS.1)]
 }
 
 /// Asks work in other threads to stop.
@@ -320,10 +328,7 @@ impl StoredSample {
 
     /// Names of the channels that its EXR file has; none where there is no file.
     pub fn channels(&self) -> Vec<&'static str> {
-        let head = self.dataset.dataset.head();
-        let images = &head.images;
-        let found = channels(&images.exr, images.truth_maps, &head.subject, &images.range, images.bits);
-        found.into_iter().map(|channel| channel.name).collect()
+        self.dataset.dataset.head().channels().into_iter().map(|channel| channel.name).collect()
     }
 
     /// What the number 0 of the image `range` means, and what a step of it is [mm or px].
@@ -331,7 +336,7 @@ impl StoredSample {
     /// # Errors
     /// Where the row does not say.
     pub fn range_scale(&self) -> Result<[f64; 2], Fault> {
-        let unit = range_form(&self.images().range).map_or("mm", |form| form.unit);
+        let unit = self.dataset.dataset.head().range_unit();
         let number = |what: &str| {
             let column = format!("range_{what}_{unit}");
             let found = self.row.numbers(&column).map_err(|what| self.row.damaged(what))?;

@@ -329,15 +329,11 @@ pub fn refuse_version(format: &str, version: [u32; 2]) -> Option<String> {
     let [known, _] = SCHEMA_VERSION;
     if format != FORMAT {
         Some(format!("its format is `{format}`, not `{FORMAT}`"))
-    } else if major > known {
+    } else if major != known {
+        let [age, program] = if major > known { ["newer", "a newer"] } else { ["older", "an older"] };
         Some(format!(
-            "it was written with schema {major}.{minor}, newer than {known}.x that this program reads; use a newer \
-                program"
-        ))
-    } else if major < known {
-        Some(format!(
-            "it was written with schema {major}.{minor}, older than {known}.x that this program reads; use an older \
-                program"
+            "it was written with schema {major}.{minor}, {age} than {known}.x that this program reads; use {program} \
+             program"
         ))
     } else if minor < OLDEST_MINOR {
         Some(format!(

@@ -152,13 +152,5 @@ fn say_event(event: &Value) {
 
 /// A text of several lines without what a terminal would obey: names of files may hold escape characters.
 pub(super) fn shown(text: &str) -> Cow<'_, str> {
-    let is_plain = |c: char| c == '\n' || c == '\t' || !c.is_control();
-    if text.chars().all(is_plain) {
-        return Cow::Borrowed(text);
-    }
-    let mut plain = String::with_capacity(text.len());
-    for c in text.chars() {
-        if is_plain(c) { plain.push(c) } else { plain.extend(c.escape_default()) }
-    }
-    Cow::Owned(plain)
+    dataset::plain(text, &['\n', '\t'])
 }

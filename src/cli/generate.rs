@@ -11,7 +11,7 @@ use serde_json::{Map, Value, json};
 use super::console::Console;
 use super::progress::{GenerateProgress, Progress, counted, describe_bytes, describe_duration};
 use super::{CommandResult, DONE, FAULTS, GenerateArgs, UsageError, print};
-use crate::api::{LoadedRecipe, holds_dataset};
+use crate::api::{LoadedRecipe, cores_and_threads, holds_dataset};
 use crate::generate::{
     DatasetRequest, GenerateEstimate, GenerateSummary, MemoryEstimate, dataset_head, dataset_warnings, generate,
     unlikely_values,
@@ -20,9 +20,6 @@ use dataset::Dataset;
 use dataset::shares::Shortfall;
 use optical_bench::settings::Transport;
 use recipe::Recipe;
-
-/// Most threads for each core, and on a machine of few cores; each takes room for a band of rows.
-const MAX_THREADS: (usize, usize) = (4, 16);
 
 pub(super) fn run(arguments: &GenerateArgs, console: &Console) -> CommandResult {
     let name = arguments.recipe.get()?;
@@ -81,8 +78,7 @@ pub(super) fn described(warning: &RigWarning) -> String {
 
 /// The number of threads to start, 0 for one a core.
 pub(super) fn threads(asked: Option<usize>) -> Result<usize, UsageError> {
-    let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let most = (MAX_THREADS.0 * cores).max(MAX_THREADS.1);
+    let [cores, most] = cores_and_threads();
     match asked {
         Some(0) => Err(UsageError("--threads 0: use 1 or more, or leave it out for all cores".into())),
         Some(n) if n > most => Err(UsageError(format!(

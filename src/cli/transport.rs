@@ -84,18 +84,14 @@ pub(super) fn run(arguments: &TransportArgs, console: &Console) -> CommandResult
 
 fn document(model: Model, effort: Effort, medium: &LayeredMedium, answer: &Answer) -> Result<Value, serde_json::Error> {
     let effort = model.walks().then(|| json!({ "photons": effort.walked(), "seed": effort.seed }));
-    let Value::Object(shown) = medium.json() else { return Ok(Value::Null) };
-    let part = |wanted: bool| -> serde_json::Map<String, Value> {
-        let keep = |(key, _): &(String, Value)| (key == "question") == wanted;
-        shown.clone().into_iter().filter(keep).collect()
-    };
-    let question = part(true).remove("question");
+    let Value::Object(mut shown) = medium.json() else { return Ok(Value::Null) };
+    let question = shown.shift_remove("question");
     Ok(json!({
         "schema_version": SCHEMA_VERSION,
         "program": format!("gen {}", env!("CARGO_PKG_VERSION")),
         "model": model.name(),
         "effort": effort,
-        "medium": part(false),
+        "medium": shown,
         "question": question,
         "answer": serde_json::to_value(answer)?,
     }))

@@ -74,14 +74,20 @@ impl Fault {
 
 /// A name on one line, without what a terminal would obey: a file can be called anything.
 pub fn one_line(name: String) -> String {
-    if !name.contains(char::is_control) {
-        return name;
+    plain(&name, &[]).into_owned()
+}
+
+/// A text without what a terminal would obey, but for characters that are `kept`.
+pub fn plain<'t>(text: &'t str, kept: &[char]) -> Cow<'t, str> {
+    let is_plain = |c: char| kept.contains(&c) || !c.is_control();
+    if text.chars().all(is_plain) {
+        return Cow::Borrowed(text);
     }
-    let mut plain = String::with_capacity(name.len());
-    for c in name.chars() {
-        if c.is_control() { plain.extend(c.escape_default()) } else { plain.push(c) }
+    let mut plain = String::with_capacity(text.len());
+    for c in text.chars() {
+        if is_plain(c) { plain.push(c) } else { plain.extend(c.escape_default()) }
     }
-    plain
+    Cow::Owned(plain)
 }
 
 impl fmt::Display for Fault {

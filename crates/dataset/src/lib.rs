@@ -50,7 +50,7 @@ pub(crate) use encoding::image_of;
 pub use exr::{ExrChannel, read_exr, write_exr, write_exr_as};
 pub(crate) use exr::{ExrDescription, ExrSize, channel_types, expected_header, exr_header, read_exr_of};
 pub(crate) use exr::{map_channels, truth_channel};
-pub use fault::{Fault, describe_bytes, one_line, own_remedy};
+pub use fault::{Fault, describe_bytes, one_line, own_remedy, plain};
 pub(crate) use folder::descriptions;
 pub use png::{Grey, range_numbers, read_png, read_png_of, rounded8, rounded16, write_png, write_png_as};
 pub(crate) use png::{PngSize, foreign_part, png_size};

@@ -13,13 +13,12 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
+use sheetlight::api::cores_and_threads;
+
 use crate::errors::of_program;
 
 /// Time between two looks for Ctrl-C.
 const LOOK: Duration = Duration::from_millis(50);
-
-/// Most threads for each core, and on a machine of few cores, as `gen --threads` has them.
-const MAX_THREADS: (usize, usize) = (4, 16);
 
 /// Pools that are kept for the next sample; threads of one that is dropped end when their work is done.
 const MAX_POOLS: usize = 3;
@@ -37,8 +36,7 @@ static POOLS: Mutex<Vec<Pool>> = Mutex::new(Vec::new());
 
 /// A number of threads as it was asked for, `None` for one a core.
 pub(crate) fn thread_count(asked: Option<usize>) -> PyResult<usize> {
-    let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let most = (MAX_THREADS.0 * cores).max(MAX_THREADS.1);
+    let [cores, most] = cores_and_threads();
     match asked {
         None => Ok(cores),
         Some(threads) if (1..=most).contains(&threads) => Ok(threads),

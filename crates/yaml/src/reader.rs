@@ -93,26 +93,16 @@ impl<'t> YamlReader<'t> {
 
     /// A finite number.
     pub fn number(&mut self, node: &YamlNode, path: &str, allowed: &str) -> Option<f64> {
-        match &node.value {
-            YamlValue::Number(number) if number.is_finite() => Some(*number),
-            YamlValue::Number(number) => {
-                self.fault(
-                    node.place,
-                    path,
-                    format!("is {number}, which is no finite number"),
-                    format!("give {allowed}"),
-                );
-                None
-            }
+        let (problem, remedy) = match &node.value {
+            YamlValue::Number(number) if number.is_finite() => return Some(*number),
+            YamlValue::Number(number) => (format!("is {number}, which is no finite number"), format!("give {allowed}")),
             YamlValue::Text(text) if text.trim().parse::<f64>().is_ok_and(f64::is_finite) => {
-                self.fault(node.place, path, "is a text", "remove the quotes to make it a number");
-                None
+                ("is a text".to_owned(), "remove the quotes to make it a number".to_owned())
             }
-            other => {
-                self.fault(node.place, path, format!("is {}", other.kind()), format!("give {allowed}"));
-                None
-            }
-        }
+            other => (format!("is {}", other.kind()), format!("give {allowed}")),
+        };
+        self.fault(node.place, path, problem, remedy);
+        None
     }
 
     /// A number from `min` to `max`, whole where `whole`.
