@@ -173,7 +173,7 @@ fn generate_dataset(
         console.note(&format!("note: {what}"));
     }
     // What the check of the rig has told is not told again.
-    let short = summary.short_samples().filter(|(shortfall, _)| !known.iter().any(|code| code == shortfall.code()));
+    let short = summary.short_samples().filter(|(shortfall, _)| !known.iter().any(|code| code == shortfall.name()));
     let short: Vec<String> = short.map(|(shortfall, count)| describe_short(shortfall, count, &summary)).collect();
     short.iter().for_each(|what| console.note(&format!("warning: {what}")));
     warned.extend(short.iter().cloned());
@@ -210,7 +210,7 @@ fn describe_hidden(summary: &GenerateSummary) -> Option<String> {
 /// What is told of samples of this run that are of little use.
 fn describe_short(shortfall: Shortfall, count: u64, summary: &GenerateSummary) -> String {
     let of = format!("{count} of {} made are of little use", counted(summary.samples, "sample"));
-    format!("{of} ({}); {}; `gen validate` names them", shortfall.code(), shortfall.remedy())
+    format!("{of} ({}); {}; `gen validate` names them", shortfall.name(), shortfall.remedy())
 }
 
 /// What is there after a run was stopped, what is lost, and how to go on; `unkept` samples were finished in a shard

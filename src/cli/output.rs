@@ -10,6 +10,7 @@ use image::RgbImage;
 use super::UsageError;
 use dataset::atomic_file::{self, FileError};
 use dataset::{enclosed, own_remedy};
+use optical_bench::words;
 use output_schema::file::{REPORTS, TEMPORARY};
 
 /// A folder that a command fills with results.
@@ -205,30 +206,21 @@ pub(super) fn resolve(path: &Path) -> Option<PathBuf> {
     Some(resolved)
 }
 
-/// What a command writes to the path that `--out` names.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Written {
-    /// A picture.
-    Png,
-    /// A document.
-    Json,
-    /// A page.
-    Html,
-    /// Maps.
-    Exr,
+words! {
+    /// What a command writes to the path that `--out` names, by the ending of its name.
+    Written {
+        /// A picture.
+        Png = "png",
+        /// A document.
+        Json = "json",
+        /// A page.
+        Html = "html",
+        /// Maps.
+        Exr = "exr",
+    }
 }
 
 impl Written {
-    /// The ending of its name.
-    fn extension(self) -> &'static str {
-        match self {
-            Self::Png => "png",
-            Self::Json => "json",
-            Self::Html => "html",
-            Self::Exr => "exr",
-        }
-    }
-
     /// Whether a file that begins so can be one that was written before.
     fn begins(self, start: &[u8]) -> bool {
         match self {
@@ -244,7 +236,7 @@ impl Written {
 /// file of a dataset but under reports/.
 pub(super) fn check_replaceable(path: &Path, written: Written) -> Result<(), UsageError> {
     let refuse = |what: String| Err(UsageError(format!("--out {}: {what}", path.display())));
-    let extension = written.extension();
+    let extension = written.name();
     if path.extension().is_some() && !has_ending(path, extension) && !path.is_dir() {
         return refuse(format!("give a name that ends in .{extension}"));
     }

@@ -27,7 +27,7 @@ fn every_code_has_its_row() {
 fn shortfalls_have_the_codes_of_findings() {
     for shortfall in Shortfall::ALL {
         let code = Code::from(shortfall);
-        assert_eq!((code.name().as_str(), code.remedy()), (shortfall.code(), shortfall.remedy()));
+        assert_eq!((code.name().as_str(), code.remedy()), (shortfall.name(), shortfall.remedy()));
         assert!(code.meaning().starts_with("Warning: "), "{}", code.meaning());
     }
 }

@@ -4,7 +4,7 @@ use output_schema::channel::channels;
 use rayon::prelude::*;
 
 use super::png::{range_numbers, rounded8, rounded16};
-use super::{Encoded, Grey, channel_name, encode_numbers, exr, write_exr, write_png};
+use super::{Encoded, Grey, encode_numbers, exr, write_exr, write_png};
 use crate::record::{Labels, Maps, Record};
 use optical_bench::settings::{Channel, Output};
 
@@ -18,7 +18,7 @@ pub fn encode(mut record: Record, output: &Output) -> Encoded {
     asked.dedup();
     let png = asked.into_par_iter().map(|channel| (channel, image(&record, channel, output.bits))).collect();
 
-    let names: Vec<String> = output.exr.iter().map(|&channel| channel_name(channel).into()).collect();
+    let names: Vec<String> = output.exr.iter().map(|&channel| channel.name().into()).collect();
     let subject = record.truth.as_ref().map_or("", |truth| truth.below.subject());
     let declared = channels(&names, output.truth_maps, subject, record.range.name(), output.bits.into());
     let numbers = encode_numbers(&record, output.bits);

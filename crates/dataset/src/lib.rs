@@ -58,7 +58,7 @@ pub(crate) use reader::to_document;
 pub use reader::{Dataset, DatasetSums, ExrMaps, FinishedTables, is_dataset};
 pub use recipe_words::objects_in_words;
 pub use sample_rows::{Encoded, encode_numbers, row_batch};
-pub(crate) use sample_rows::{cell, channel_name, frame_numbers, image_path, maps_sha256, object_cells};
+pub(crate) use sample_rows::{cell, frame_numbers, image_path, maps_sha256, object_cells};
 pub use shard_size::{
     DOCUMENTS_BYTES, ROW_BYTES, TABLES_BYTES, estimated_bytes_per_sample, open_tables_bytes, samples_per_shard,
 };
@@ -88,7 +88,7 @@ pub fn images(output: &Output, size: &Size, range: RangeForm) -> Images {
         let mut channels = channels.to_vec();
         channels.sort_unstable();
         channels.dedup();
-        channels.into_iter().map(|channel| channel_name(channel).to_string()).collect()
+        channels.into_iter().map(|channel| channel.name().to_string()).collect()
     };
     Images {
         cols: (size.columns / output.bin_columns.max(1)) as u64,

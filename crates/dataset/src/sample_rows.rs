@@ -72,7 +72,7 @@ pub struct Encoded {
 impl Encoded {
     /// SHA-256 over the maps as the manifest gives it: name, length and bytes of each PNG, then of the EXR file.
     pub fn sha256(&self) -> String {
-        let png = self.png.iter().map(|(channel, bytes)| (channel_name(*channel), bytes.as_slice()));
+        let png = self.png.iter().map(|(channel, bytes)| (channel.name(), bytes.as_slice()));
         maps_sha256(png, self.exr.as_deref())
     }
 
@@ -93,17 +93,6 @@ pub(crate) fn maps_sha256<'a>(png: impl Iterator<Item = (&'a str, &'a [u8])>, ex
         sum.update(bytes);
     }
     hex(&sum.finalize())
-}
-
-/// Name of an image in files; a column of the rows and a word of `images` in `dataset.json`.
-pub(crate) fn channel_name(channel: Channel) -> &'static str {
-    match channel {
-        Channel::Range => "range",
-        Channel::Reflectance => "reflectance",
-        Channel::Scatter => "scatter",
-        Channel::Label => "label",
-        Channel::Instance => "instance",
-    }
 }
 
 /// The numbers of a record as they will be on disk, without its images and sensor frames; `bits` are those of a digital
@@ -338,7 +327,7 @@ pub(crate) fn image_path(id: &str, name: &str) -> String {
 }
 
 fn image(field: &Field, name: &str, sample: &Encoded) -> Result<ArrayRef, String> {
-    let png = sample.png.iter().find(|(channel, _)| channel_name(*channel) == name);
+    let png = sample.png.iter().find(|(channel, _)| channel.name() == name);
     let (_, png) = png.ok_or_else(|| format!("its image `{name}` is missing"))?;
     let bytes = Arc::new(BinaryArray::from(vec![png.as_slice()]));
     structure(field, vec![bytes, text(&image_path(&sample.id, name))])

@@ -8,6 +8,7 @@
 use base::Class;
 
 use crate::record::{Labels, Maps};
+use optical_bench::words;
 
 /// Least share of the object's pixels in which Range is measured: shadows, glints and dark parts of shipped recipes
 /// leave 0.89 [1].
@@ -39,33 +40,22 @@ pub struct SampleShares {
     pub in_view: f64,
 }
 
-/// What makes a sample of little use.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Shortfall {
-    /// Less of the object than [`LEAST_IN_VIEW`] lies in the field, or no pixel shows it.
-    ObjectOutOfView,
-    /// Range is measured in less of the object than [`LEAST_MEASURED`].
-    HardlyMeasured,
-    /// Range is measured in less of sound matter than [`LEAST_SOUND`].
-    PartlyMeasured,
-    /// The line saturates in [`MOST_SATURATED`] of what is measured of the object, or more.
-    Saturated,
+words! {
+    /// What makes a sample of little use, by its code in documents and reports.
+    #[derive(PartialOrd, Ord)]
+    Shortfall {
+        /// Less of the object than [`LEAST_IN_VIEW`] lies in the field, or no pixel shows it.
+        ObjectOutOfView = "object-out-of-view",
+        /// Range is measured in less of the object than [`LEAST_MEASURED`].
+        HardlyMeasured = "hardly-measured",
+        /// Range is measured in less of sound matter than [`LEAST_SOUND`].
+        PartlyMeasured = "partly-measured",
+        /// The line saturates in [`MOST_SATURATED`] of what is measured of the object, or more.
+        Saturated = "saturated",
+    }
 }
 
 impl Shortfall {
-    /// Every one in order.
-    pub const ALL: [Self; 4] = [Self::ObjectOutOfView, Self::HardlyMeasured, Self::PartlyMeasured, Self::Saturated];
-
-    /// Its code, in documents and reports.
-    pub fn code(self) -> &'static str {
-        match self {
-            Self::ObjectOutOfView => "object-out-of-view",
-            Self::HardlyMeasured => "hardly-measured",
-            Self::PartlyMeasured => "partly-measured",
-            Self::Saturated => "saturated",
-        }
-    }
-
     /// What to do, where no more is known.
     pub const fn remedy(self) -> &'static str {
         match self {

@@ -77,7 +77,7 @@ impl RigFault {
     /// Its code, in documents.
     pub fn code(self) -> &'static str {
         match self {
-            Self::Shortfall(shortfall) => shortfall.code(),
+            Self::Shortfall(shortfall) => shortfall.name(),
             Self::WideLine => "wide-line",
             Self::FarApart => "profiles-far-apart",
             Self::FanCuts => "fan-cuts-object",

@@ -116,7 +116,7 @@ pub(super) fn warnings(facts: &PageData) -> Markup {
                                     " (warning.what) } td { (warning.remedy) } }
                             }
                             @for short in short() {
-                                tr { td { code { (short.shortfall.code()) } } td { (found(short, total)) }
+                                tr { td { code { (short.shortfall.name()) } } td { (found(short, total)) }
                                     td { (short.shortfall.remedy()) } }
                             }
                         }
