@@ -14,7 +14,6 @@ use divan::counter::BytesCount;
 use exr::prelude::Compression;
 use image::codecs::png::{CompressionType, FilterType};
 use optical_bench::settings::{Output, SensorStack, Size};
-use optical_bench::settings::{Output, SensorStack, Size};
 use output_schema::SampleType;
 use test_support::records;
 
@@ -187,7 +186,8 @@ fn sensor_frames() {
     let sample = encode(records::record(0, &SIZE, &output), &output);
     let (frames, pixels) = (sample.stack.len(), sample.stack.len() * SIZE.columns * SIZE.rows);
     let place = tempfile::tempdir().expect("a folder");
-    let folder = Dataset::open_or_create(place.path(), records::head(&output, &SIZE, 1)).expect("it opens");
+    let folder =
+        Dataset::open_or_create(place.path(), records::head(&output, &SIZE, 1), false, &|| ()).expect("it opens");
     let mut writer =
         ShardWriter::claim(&folder, 0).expect("the folder can be written").granted().expect("the shard is free");
     let start = std::time::Instant::now();

@@ -336,7 +336,7 @@ pub fn generate(
     let waits = || progress(GenerateEvent::Waits { shard: None });
     let begun = Dataset::open(&request.out).ok();
     let head = dataset_head(recipe, request, warnings);
-    let folder = Dataset::open_or_create_telling(&request.out, head, request.is_whole(), &waits)?;
+    let folder = Dataset::open_or_create(&request.out, head, request.is_whole(), &waits)?;
     if let Some(DatasetHead { samples, samples_per_shard, .. }) = begun.as_ref().map(Dataset::head)
         && (*samples > folder.head().samples || *samples_per_shard != folder.head().samples_per_shard)
     {
@@ -367,7 +367,7 @@ pub fn generate(
     let when_free =
         |shard| ShardWriter::claim_when_free(&folder, shard, &|| progress(GenerateEvent::Waits { shard: Some(shard) }));
     making.make(busy, &when_free, &mut summary)?;
-    folder.complete_telling(&waits)?;
+    folder.complete(&waits)?;
     Ok(summary)
 }
 

@@ -22,7 +22,7 @@ const LARGE: Size = Size { columns: 640, rows: 20, profiles: 512 };
 /// Samples of one kind in one shard.
 fn write(path: &Path, samples: u64) {
     let output = Output { sensor_stack: SensorStack::None, samples_per_shard: Some(samples as usize), ..output() };
-    let folder = Dataset::open_or_create(path, head(&output, &LARGE, samples)).expect("it opens");
+    let folder = Dataset::open_or_create(path, head(&output, &LARGE, samples), false, &|| ()).expect("it opens");
     let mut writer =
         ShardWriter::claim(&folder, 0).expect("the folder can be written").granted().expect("the shard is free");
     for index in 0..samples {
@@ -30,7 +30,7 @@ fn write(path: &Path, samples: u64) {
         writer.push(dataset::encode(record, &output)).expect("it is written");
     }
     writer.finish().expect("it is finished");
-    folder.complete().expect("the card is written");
+    folder.complete(&|| ()).expect("the card is written");
 }
 
 /// Largest memory of a process of its own that does what the test `name` does there, told by `variables` [MB].

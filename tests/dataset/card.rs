@@ -16,7 +16,8 @@ fn said(recipe: &Recipe) -> (String, String, Value) {
     let place = tempfile::tempdir().expect("a temporary folder");
     let request =
         DatasetRequest { samples: 1, seed: 0, out: place.path().to_owned(), part: (0, 1), samples_per_shard: Some(1) };
-    let folder = Dataset::open_or_create(place.path(), dataset_head(recipe, &request, Vec::new())).expect("it opens");
+    let folder = Dataset::open_or_create(place.path(), dataset_head(recipe, &request, Vec::new()), false, &|| ())
+        .expect("it opens");
     let head = folder.head();
     let sample = ManifestSample {
         index: 0,
@@ -40,7 +41,7 @@ fn said(recipe: &Recipe) -> (String, String, Value) {
     fs::create_dir_all(place.path().join("shards")).expect("a folder");
     fs::write(place.path().join(manifest_path(0)), serde_json::to_vec(&manifest).expect("plain data"))
         .expect("written");
-    assert!(folder.complete().expect("documents are written"));
+    assert!(folder.complete(&|| ()).expect("documents are written"));
     let text = |name: &str| fs::read_to_string(place.path().join(name)).expect("it is there");
     (objects_in_words(head), text(CARD), serde_json::from_str(&text(CROISSANT)).expect("JSON"))
 }

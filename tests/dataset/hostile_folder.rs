@@ -40,14 +40,14 @@ impl Scene {
 
     /// Continues the dataset to `samples`.
     fn go_on(&self, samples: u64) -> Result<(), Fault> {
-        let folder = Dataset::open_or_create(&self.set(""), head(&output(), &SIZE, samples))?;
+        let folder = Dataset::open_or_create(&self.set(""), head(&output(), &SIZE, samples), false, &|| ())?;
         for shard in folder.remaining(0..folder.head().shards)? {
             let mut writer = ShardWriter::claim(&folder, shard)?.granted().expect("the shard is free");
             let (first, count) = writer.span();
             (first..first + count).try_for_each(|index| writer.push(encoded(index, &output())))?;
             writer.finish()?;
         }
-        folder.complete().map(drop)
+        folder.complete(&|| ()).map(drop)
     }
 
     /// Continuing is refused, names the place, and leaves what is foreign.
@@ -262,11 +262,11 @@ fn a_manifest_that_cannot_be_read_is_a_fault() {
     let folder = Dataset::open(&scene.set("")).expect("it opens");
     assert!(folder.is_done(0).is_err() && folder.remaining(0..1).is_err());
     // Other shards are missing, as names tell: nothing is opened. Once all are named, all are looked at.
-    assert_eq!(folder.complete().map_err(|fault| fault.to_string()), Ok(false));
+    assert_eq!(folder.complete(&|| ()).map_err(|fault| fault.to_string()), Ok(false));
     for shard in 1..folder.head().shards {
         fs::copy(scene.set("dataset.json"), scene.set(&format!("shards/{shard:05}.json"))).expect("copied");
     }
-    assert!(folder.complete().expect_err("a folder is no manifest").to_string().contains("is a folder"));
+    assert!(folder.complete(&|| ()).expect_err("a folder is no manifest").to_string().contains("is a folder"));
 
     let scene = Scene::new();
     fs::write(scene.set(MANIFEST), "{").expect("written");
@@ -280,25 +280,27 @@ fn a_manifest_that_cannot_be_read_is_a_fault() {
 fn a_smaller_run_that_ends_last_leaves_the_card_of_the_larger_one() {
     let (place, alone) = (tempfile::tempdir().expect("a folder"), tempfile::tempdir().expect("a folder"));
     write_dataset(alone.path(), 10, &output());
-    let smaller = Dataset::open_or_create(place.path(), head(&output(), &SIZE, 4)).expect("it opens");
+    let smaller = Dataset::open_or_create(place.path(), head(&output(), &SIZE, 4), false, &|| ()).expect("it opens");
     write_shard(&smaller, 0, &output());
     write_dataset(place.path(), 10, &output());
-    assert!(smaller.complete().expect("it is complete"));
+    assert!(smaller.complete(&|| ()).expect("it is complete"));
     assert_eq!(tree(place.path()), tree(alone.path()));
 
     // The same where the larger one is not finished: its card stays as it was begun.
     let place = tempfile::tempdir().expect("a folder");
-    let smaller = Dataset::open_or_create(place.path(), head(&output(), &SIZE, 4)).expect("it opens");
+    let smaller = Dataset::open_or_create(place.path(), head(&output(), &SIZE, 4), false, &|| ()).expect("it opens");
     write_shard(&smaller, 0, &output());
-    let larger = Dataset::open_or_create(place.path(), head(&output(), &SIZE, 10)).expect("it is extended");
+    let larger =
+        Dataset::open_or_create(place.path(), head(&output(), &SIZE, 10), false, &|| ()).expect("it is extended");
     let card = || fs::read(place.path().join("README.md")).expect("there");
     let before = card();
-    assert!(!smaller.complete().expect("it can be read"));
+    assert!(!smaller.complete(&|| ()).expect("it can be read"));
     assert!(card() == before, "the card of the larger dataset was replaced");
 
     // And a shard that was made larger stays so.
     let smaller = Dataset::open(place.path()).expect("it opens");
-    let wider = Dataset::open_or_create(place.path(), head(&output(), &SIZE, 12)).expect("it is extended");
+    let wider =
+        Dataset::open_or_create(place.path(), head(&output(), &SIZE, 12), false, &|| ()).expect("it is extended");
     assert_eq!((smaller.head().span(2), wider.head().span(2)), ((8, 2), (8, 4)));
     write_shard(&wider, 2, &output());
     assert!(matches!(ShardWriter::claim(&smaller, 2), Ok(Claim::Done)));
@@ -308,7 +310,7 @@ fn a_smaller_run_that_ends_last_leaves_the_card_of_the_larger_one() {
 #[test]
 fn whoever_waits_says_so_and_takes_over() {
     let place = tempfile::tempdir().expect("a folder");
-    let folder = Dataset::open_or_create(place.path(), head(&output(), &SIZE, 4)).expect("it opens");
+    let folder = Dataset::open_or_create(place.path(), head(&output(), &SIZE, 4), false, &|| ()).expect("it opens");
     let held = ShardWriter::claim(&folder, 0).expect("it can be written").granted().expect("the shard is free");
     let (tell, told) = std::sync::mpsc::channel();
     thread::scope(|scope| {

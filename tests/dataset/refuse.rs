@@ -12,7 +12,7 @@ use test_support::records::{SIZE, encoded, head, output, tree, write_dataset, wr
 fn refusal(path: &Path, change: impl Fn(&mut DatasetHead)) -> String {
     let mut other = head(&output(), &SIZE, 6);
     change(&mut other);
-    match Dataset::open_or_create(path, other) {
+    match Dataset::open_or_create(path, other, false, &|| ()) {
         Err(fault) if fault.tried == Some("use") => fault.to_string(),
         other => panic!("not refused: {other:?}"),
     }
@@ -71,7 +71,7 @@ fn fewer_samples_remove_nothing() {
     let place = tempfile::tempdir().expect("a folder");
     write_dataset(place.path(), 10, &output());
     let before = tree(place.path());
-    let folder = Dataset::open_or_create(place.path(), head(&output(), &SIZE, 2)).expect("it opens");
+    let folder = Dataset::open_or_create(place.path(), head(&output(), &SIZE, 2), false, &|| ()).expect("it opens");
     assert_eq!((folder.head().samples, folder.remaining(0..9).expect("they can be read")), (10, vec![]));
     assert_eq!(tree(place.path()), before);
 }
@@ -82,7 +82,7 @@ fn fewer_samples_remove_nothing() {
 fn nothing_that_is_made_is_begun_anew() {
     let place = tempfile::tempdir().expect("a folder");
     let begin = |samples, anew| {
-        let folder = Dataset::open_or_create_telling(place.path(), head(&output(), &SIZE, samples), anew, &|| ());
+        let folder = Dataset::open_or_create(place.path(), head(&output(), &SIZE, samples), anew, &|| ());
         folder.expect("it opens").head().samples
     };
     assert_eq!(begin(10, true), 10);
@@ -110,7 +110,8 @@ fn many_may_begin_and_write_one_dataset() {
     thread::scope(|scope| {
         for _ in 0..4 {
             scope.spawn(|| {
-                let folder = Dataset::open_or_create(place.path(), head(&output, &SIZE, 24)).expect("it opens");
+                let folder =
+                    Dataset::open_or_create(place.path(), head(&output, &SIZE, 24), false, &|| ()).expect("it opens");
                 for shard in folder.remaining(0..folder.head().shards).expect("they can be read") {
                     match ShardWriter::claim(&folder, shard) {
                         Err(fault) => panic!("{fault}"),
@@ -128,7 +129,10 @@ fn many_may_begin_and_write_one_dataset() {
     });
     let alone = tempfile::tempdir().expect("a folder");
     write_dataset(alone.path(), 24, &output);
-    Dataset::open_or_create(place.path(), head(&output, &SIZE, 24)).expect("it opens").complete().expect("a card");
+    Dataset::open_or_create(place.path(), head(&output, &SIZE, 24), false, &|| ())
+        .expect("it opens")
+        .complete(&|| ())
+        .expect("a card");
     assert_eq!(tree(place.path()), tree(alone.path()));
 }
 
@@ -137,7 +141,8 @@ fn a_missing_parent_and_a_file_in_the_way_are_named() {
     let place = tempfile::tempdir().expect("a folder");
     let file = place.path().join("file");
     fs::write(&file, "").expect("it can be written");
-    let error = Dataset::open_or_create(&file.join("data"), head(&output(), &SIZE, 2)).expect_err("no folder");
+    let error =
+        Dataset::open_or_create(&file.join("data"), head(&output(), &SIZE, 2), false, &|| ()).expect_err("no folder");
     assert!(error.to_string().contains("check the path"), "{error}");
 }
 
@@ -152,7 +157,7 @@ fn a_full_disk_keeps_finished_shards_and_says_what_to_do() {
     let Some((disk, _place)) = disk("size=2m") else { return };
     let output = output();
     let root = disk.path().join("set");
-    let folder = Dataset::open_or_create(&root, head(&output, &SIZE, 8)).expect("it opens");
+    let folder = Dataset::open_or_create(&root, head(&output, &SIZE, 8), false, &|| ()).expect("it opens");
     write_shard(&folder, 0, &output);
     let before = tree(&root);
     fs::write(disk.path().join("ballast"), vec![1; 1_900_000]).ok();
@@ -182,7 +187,7 @@ fn a_disk_without_inodes_says_so() {
     let Some((disk, _place)) = disk("size=20m,nr_inodes=24") else { return };
     let output = output();
     let root = disk.path().join("set");
-    let written = Dataset::open_or_create(&root, head(&output, &SIZE, 64)).and_then(|folder| {
+    let written = Dataset::open_or_create(&root, head(&output, &SIZE, 64), false, &|| ()).and_then(|folder| {
         for shard in 0..16 {
             let mut writer = ShardWriter::claim(&folder, shard)?.granted().expect("the shard is free");
             (4 * shard..4 * shard + 4).try_for_each(|index| writer.push(encoded(index, &output)))?;

@@ -18,7 +18,8 @@ fn the_same_samples_are_the_same_bytes_in_any_order_of_shards() {
     write_dataset(one.path(), 10, &output);
     // The other one begins small, is extended, and its shards are written backwards.
     write_dataset(two.path(), 3, &output);
-    let folder = Dataset::open_or_create(two.path(), head(&output, &SIZE, 10)).expect("it can be extended");
+    let folder =
+        Dataset::open_or_create(two.path(), head(&output, &SIZE, 10), false, &|| ()).expect("it can be extended");
     assert_eq!(
         folder.remaining(0..3).expect("they can be read"),
         [0, 1, 2],
@@ -27,7 +28,7 @@ fn the_same_samples_are_the_same_bytes_in_any_order_of_shards() {
     for shard in [2, 0, 1] {
         write_shard(&folder, shard, &output);
     }
-    folder.complete().expect("the card can be written");
+    folder.complete(&|| ()).expect("the card can be written");
     let (one, two) = (tree(one.path()), tree(two.path()));
     assert_eq!(names(&one), names(&two));
     for (a, b) in one.iter().zip(&two) {
@@ -40,7 +41,7 @@ fn the_same_samples_are_the_same_bytes_in_any_order_of_shards() {
 fn a_writer_that_ends_midway_leaves_nothing() {
     let place = tempfile::tempdir().expect("a folder");
     let output = output();
-    let folder = Dataset::open_or_create(place.path(), head(&output, &SIZE, 8)).expect("it opens");
+    let folder = Dataset::open_or_create(place.path(), head(&output, &SIZE, 8), false, &|| ()).expect("it opens");
     let before = tree(place.path());
     let mut writer =
         ShardWriter::claim(&folder, 1).expect("the folder can be written").granted().expect("the shard is free");
@@ -58,7 +59,7 @@ fn a_writer_that_ends_midway_leaves_nothing() {
 fn what_a_killed_process_left_is_removed_unless_somebody_holds_it() {
     let place = tempfile::tempdir().expect("a folder");
     let output = output();
-    let folder = Dataset::open_or_create(place.path(), head(&output, &SIZE, 8)).expect("it opens");
+    let folder = Dataset::open_or_create(place.path(), head(&output, &SIZE, 8), false, &|| ()).expect("it opens");
     let mut held =
         ShardWriter::claim(&folder, 0).expect("the folder can be written").granted().expect("the shard is free");
     held.push(encoded(0, &output)).expect("it can be written");
@@ -71,7 +72,7 @@ fn what_a_killed_process_left_is_removed_unless_somebody_holds_it() {
     fs::write(place.path().join("exr/.tmp-00001/a.exr"), "half").expect("it can be written");
     // Final names without a manifest count for nothing.
     fs::write(place.path().join("data/test-00001.parquet"), "half").expect("it can be written");
-    let again = Dataset::open_or_create(place.path(), head(&output, &SIZE, 8)).expect("it opens again");
+    let again = Dataset::open_or_create(place.path(), head(&output, &SIZE, 8), false, &|| ()).expect("it opens again");
     let left = tree(place.path());
     assert!(names(&left).iter().all(|name| !name.contains("00001")), "{:?}", names(&left));
     assert!(!names(&left).contains(&".tmp-dataset.json"), "{:?}", names(&left));
@@ -103,7 +104,7 @@ fn a_shard_counts_only_while_every_file_has_its_size() {
 fn samples_come_in_order_and_as_promised() {
     let place = tempfile::tempdir().expect("a folder");
     let output = output();
-    let folder = Dataset::open_or_create(place.path(), head(&output, &SIZE, 8)).expect("it opens");
+    let folder = Dataset::open_or_create(place.path(), head(&output, &SIZE, 8), false, &|| ()).expect("it opens");
     let mut writer =
         ShardWriter::claim(&folder, 1).expect("the folder can be written").granted().expect("the shard is free");
     assert_eq!(writer.push(encoded(5, &output)).expect_err("4 is next").place, "sample 5 does not fit shard 1");

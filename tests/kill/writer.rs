@@ -17,7 +17,7 @@ const CHILD: &str = "SHEETLIGHT_TEST_CHILD";
 fn child_that_is_killed() {
     // Only at work when the test below has started it.
     let Some(place) = std::env::var_os(CHILD).map(PathBuf::from) else { return };
-    let folder = Dataset::open_or_create(&place, head(&output(), &SIZE, 12)).expect("it opens");
+    let folder = Dataset::open_or_create(&place, head(&output(), &SIZE, 12), false, &|| ()).expect("it opens");
     let mut writer =
         ShardWriter::claim(&folder, 1).expect("the folder can be written").granted().expect("the shard is free");
     (4..7).for_each(|index| writer.push(encoded(index, &output())).expect("it is written"));
@@ -63,7 +63,7 @@ fn a_large_shard_goes_to_disk_in_row_groups() {
     let size = Size { columns: 2048, rows: 8, profiles: 512 };
     let png = vec![Channel::Range, Channel::Reflectance, Channel::Scatter];
     let output = Output { png, exr: vec![], sensor_stack: SensorStack::None, samples_per_shard: Some(32), ..output() };
-    let folder = Dataset::open_or_create(place.path(), head(&output, &size, 32)).expect("it opens");
+    let folder = Dataset::open_or_create(place.path(), head(&output, &size, 32), false, &|| ()).expect("it opens");
     let mut writer =
         ShardWriter::claim(&folder, 0).expect("the folder can be written").granted().expect("the shard is free");
     let sample = encode(record(0, &size, &output), &output);

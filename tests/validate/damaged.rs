@@ -33,7 +33,7 @@ pub fn after(damage: impl Fn(&Path)) -> Vec<Code> {
 /// A dataset whose sample 2 was changed before it was written.
 pub fn with(change: impl Fn(&mut Encoded)) -> Vec<Code> {
     let place = tempfile::tempdir().expect("a folder");
-    let folder = Dataset::open_or_create(place.path(), head(&output(), &SIZE, 4)).expect("it opens");
+    let folder = Dataset::open_or_create(place.path(), head(&output(), &SIZE, 4), false, &|| ()).expect("it opens");
     let mut writer =
         ShardWriter::claim(&folder, 0).expect("the folder can be written").granted().expect("the shard is free");
     for index in 0..4 {
@@ -44,7 +44,7 @@ pub fn with(change: impl Fn(&mut Encoded)) -> Vec<Code> {
         writer.push(sample).expect("it is written");
     }
     writer.finish().expect("it is finished");
-    folder.complete().expect("the card is written");
+    folder.complete(&|| ()).expect("the card is written");
     check(&place).codes()
 }
 

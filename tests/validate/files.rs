@@ -141,7 +141,7 @@ fn tables() {
 fn an_unfinished_dataset_says_which_shards_are_missing() {
     let place = tempfile::tempdir().expect("a folder");
     write_dataset(place.path(), 4, &output());
-    Dataset::open_or_create(place.path(), head(&output(), &SIZE, 12)).expect("it opens");
+    Dataset::open_or_create(place.path(), head(&output(), &SIZE, 12), false, &|| ()).expect("it opens");
     let report = check(&place);
     assert_eq!(report.codes(), [Code::ManifestMissing]);
     assert_eq!(report.faults.len(), 2);
@@ -155,7 +155,7 @@ fn an_unfinished_dataset_says_which_shards_are_missing() {
 fn parts_that_were_put_together() {
     let [place, part] = [0, 1].map(|_| tempfile::tempdir().expect("a folder"));
     write_dataset(place.path(), 12, &output());
-    Dataset::open_or_create(part.path(), head(&output(), &SIZE, 12)).expect("it opens");
+    Dataset::open_or_create(part.path(), head(&output(), &SIZE, 12), false, &|| ()).expect("it opens");
     for name in ["README.md", "croissant.json"] {
         fs::copy(part.path().join(name), place.path().join(name)).expect("copied");
     }

@@ -41,22 +41,14 @@ const FIRST_KEYS: [&str; 2] = ["recipe.subject:", "recipe.name:"];
 
 impl Dataset {
     /// Opens the dataset at `path`, or begins it. A larger number of samples extends it, a smaller one changes nothing.
-    /// Several processes may do this at once.
+    /// Several processes may do this at once; `waits` is called before it waits for another one that holds the folder.
+    /// Where it may begin `anew`, a dataset of which nothing is made, and nothing is being made, takes the sizes of
+    /// `head`: a smaller number of samples, or shards of another size. Not for one of many parts, which does not know
+    /// what others have made elsewhere.
     ///
     /// # Errors
     /// Where the folder holds another dataset or other files, each difference named, or a link, or cannot be written.
-    pub fn open_or_create(path: &Path, head: DatasetHead) -> Result<Self, Fault> {
-        Self::open_or_create_telling(path, head, false, &|| ())
-    }
-
-    /// The same; `waits` is called before it waits for another process that holds the folder. Where it may begin
-    /// `anew`, a dataset of which nothing is made, and nothing is being made, takes the sizes of `head`: a smaller
-    /// number of samples, or shards of another size. Not for one of many parts, which does not know what others have
-    /// made elsewhere.
-    ///
-    /// # Errors
-    /// As [`Dataset::open_or_create`].
-    pub fn open_or_create_telling(path: &Path, head: DatasetHead, anew: bool, waits: &dyn Fn()) -> Result<Self, Fault> {
+    pub fn open_or_create(path: &Path, head: DatasetHead, anew: bool, waits: &dyn Fn()) -> Result<Self, Fault> {
         let foreign = |name: &String| *name != folder_lock() && !is_begun(name);
         if !is_there(path, DATASET)? && names(path, "")?.iter().any(foreign) && !is_there(path, DATASET)? {
             return Err(unusable(path, format!("it is not empty and holds no {DATASET}"), "choose an empty folder"));
@@ -112,7 +104,7 @@ impl Dataset {
     }
 
     /// Keeps a file that the recipe names, under its path in the folder; one that is there as it should be stays.
-    /// `waits` as in [`Dataset::open_or_create_telling`].
+    /// `waits` as in [`Dataset::open_or_create`].
     ///
     /// # Errors
     /// Where the folder cannot be written.
@@ -207,19 +199,12 @@ impl Dataset {
     }
 
     /// To call at the end: where no shard of the dataset remains, as it is by now, card and metadata then count its
-    /// samples and name only splits that have files, as `datasets` asks. Whether that is so.
+    /// samples and name only splits that have files, as `datasets` asks. Whether that is so. `waits` as in
+    /// [`Dataset::open_or_create`].
     ///
     /// # Errors
     /// Where the folder cannot be read or written.
-    pub fn complete(&self) -> Result<bool, Fault> {
-        self.complete_telling(&|| ())
-    }
-
-    /// The same; `waits` as in [`Dataset::open_or_create_telling`].
-    ///
-    /// # Errors
-    /// As [`Dataset::complete`].
-    pub fn complete_telling(&self, waits: &dyn Fn()) -> Result<bool, Fault> {
+    pub fn complete(&self, waits: &dyn Fn()) -> Result<bool, Fault> {
         loop {
             let now = self.renewed()?;
             // One of many parts does not open what the others made: names tell that something remains.

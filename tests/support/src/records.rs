@@ -222,11 +222,12 @@ pub fn write_shard(folder: &Dataset, shard: u64, output: &Output) {
 
 /// Writes a whole dataset of `samples` samples.
 pub fn write_dataset(path: &Path, samples: u64, output: &Output) -> Dataset {
-    let folder = Dataset::open_or_create(path, head(output, &SIZE, samples)).expect("the folder can be opened");
+    let folder =
+        Dataset::open_or_create(path, head(output, &SIZE, samples), false, &|| ()).expect("the folder can be opened");
     for shard in folder.remaining(0..folder.head().shards).expect("they can be read") {
         write_shard(&folder, shard, output);
     }
-    folder.complete().expect("the card can be written");
+    folder.complete(&|| ()).expect("the card can be written");
     folder
 }
 

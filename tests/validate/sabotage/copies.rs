@@ -3,6 +3,7 @@
 use dataset::Encoded;
 use dataset::validate::Code::{self, *};
 use dataset::validate::ValidationReport;
+use optical_bench::settings::Channel;
 
 use super::place::{ESTIMATES, SIZE, boards, exr, inspect, inspect_rows, labels, measured, png, relabel, write};
 

@@ -99,7 +99,7 @@ pub fn write(samples: Vec<Encoded>) -> TempDir {
 pub fn write_as(mut head: DatasetHead, samples: Vec<Encoded>) -> TempDir {
     let place = tempfile::tempdir().expect("a temporary folder");
     head.samples = samples.len() as u64;
-    let folder = Dataset::open_or_create(place.path(), head).expect("it opens");
+    let folder = Dataset::open_or_create(place.path(), head, false, &|| ()).expect("it opens");
     let recipe = Recipe::parse("tiny.yaml", &folder.head().recipe.text).expect("the recipe loads");
     for ((_, file), asset) in recipe.files().zip(&folder.head().assets) {
         folder.keep(&asset.path, file.bytes(), &|| ()).expect("it is kept");
@@ -113,7 +113,7 @@ pub fn write_as(mut head: DatasetHead, samples: Vec<Encoded>) -> TempDir {
         (0..writer.span().1).for_each(|_| writer.push(samples.next().expect("enough samples")).expect("it is written"));
         writer.finish().expect("the shard is finished");
     }
-    folder.complete().expect("the card is written");
+    folder.complete(&|| ()).expect("the card is written");
     place
 }
 

@@ -1,5 +1,5 @@
-//! The sensor frames of a shard: every kept profile of every sample, in order, no two alike and none of nothing. A table
-//! is read in one pass, so its rules are one file.
+//! The sensor frames of a shard: every kept profile of every sample, in order, no two alike and none of nothing. Their
+//! table is read in one pass, so these rules are one file.
 
 use std::collections::HashMap;
 
