@@ -6,8 +6,7 @@
 
 use dataset::record::{Below, Record};
 use dataset::{
-    Dataset, ExrChannel, Grey, ShardWriter, encode, estimated_bytes_per_sample, read_exr, read_png, write_exr_as,
-    write_png_as,
+    Dataset, ExrChannel, Grey, encode, estimated_bytes_per_sample, read_exr, read_png, write_exr_as, write_png_as,
 };
 use divan::Bencher;
 use divan::counter::BytesCount;
@@ -188,8 +187,7 @@ fn sensor_frames() {
     let place = tempfile::tempdir().expect("a folder");
     let folder =
         Dataset::open_or_create(place.path(), records::head(&output, &SIZE, 1), false, &|| ()).expect("it opens");
-    let mut writer =
-        ShardWriter::claim(&folder, 0).expect("the folder can be written").granted().expect("the shard is free");
+    let mut writer = records::claimed(&folder, 0);
     let start = std::time::Instant::now();
     writer.push(sample).expect("it is written");
     let manifest = writer.finish().expect("it is finished");

@@ -5,12 +5,12 @@ use std::ffi::{OsStr, OsString};
 use std::path::Path;
 use std::process::Command;
 
+use dataset::Dataset;
 use dataset::validate::{ValidationOptions, validate};
-use dataset::{Dataset, ShardWriter};
 use optical_bench::settings::{Output, SensorStack, Size};
 use recipe::Recipe;
 use sheetlight::generate::{DatasetRequest, MemoryEstimate, generate};
-use test_support::records::{self, head, output};
+use test_support::records::{self, claimed, head, output};
 
 /// Names the folder that [`validates`] is to read in a process of its own, and [`generates`] to fill.
 const FOLDER: &str = "SHEETLIGHT_TEST_FOLDER";
@@ -23,8 +23,7 @@ const LARGE: Size = Size { columns: 640, rows: 20, profiles: 512 };
 fn write(path: &Path, samples: u64) {
     let output = Output { sensor_stack: SensorStack::None, samples_per_shard: Some(samples as usize), ..output() };
     let folder = Dataset::open_or_create(path, head(&output, &LARGE, samples), false, &|| ()).expect("it opens");
-    let mut writer =
-        ShardWriter::claim(&folder, 0).expect("the folder can be written").granted().expect("the shard is free");
+    let mut writer = claimed(&folder, 0);
     for index in 0..samples {
         let record = records::record(index, &LARGE, &output);
         writer.push(dataset::encode(record, &output)).expect("it is written");

@@ -10,7 +10,7 @@ use std::thread;
 use dataset::validate::{Code, ValidationOptions, validate};
 use dataset::{Claim, Dataset, Fault, RowQuery, ShardWriter};
 use tempfile::TempDir;
-use test_support::records::{SIZE, encoded, head, output, tree, write_dataset, write_shard};
+use test_support::records::{SIZE, claimed, encoded, granted, head, output, tree, write_dataset, write_shard};
 
 const MANIFEST: &str = "shards/00000.json";
 const TABLE: &str = "data/train-00000.parquet";
@@ -42,7 +42,7 @@ impl Scene {
     fn go_on(&self, samples: u64) -> Result<(), Fault> {
         let folder = Dataset::open_or_create(&self.set(""), head(&output(), &SIZE, samples), false, &|| ())?;
         for shard in folder.remaining(0..folder.head().shards)? {
-            let mut writer = ShardWriter::claim(&folder, shard)?.granted().expect("the shard is free");
+            let mut writer = granted(ShardWriter::claim(&folder, shard)?);
             let (first, count) = writer.span();
             (first..first + count).try_for_each(|index| writer.push(encoded(index, &output())))?;
             writer.finish()?;
@@ -311,12 +311,12 @@ fn a_smaller_run_that_ends_last_leaves_the_card_of_the_larger_one() {
 fn whoever_waits_says_so_and_takes_over() {
     let place = tempfile::tempdir().expect("a folder");
     let folder = Dataset::open_or_create(place.path(), head(&output(), &SIZE, 4), false, &|| ()).expect("it opens");
-    let held = ShardWriter::claim(&folder, 0).expect("it can be written").granted().expect("the shard is free");
+    let held = claimed(&folder, 0);
     let (tell, told) = std::sync::mpsc::channel();
     thread::scope(|scope| {
         let waiting = scope.spawn(|| {
             let claim = ShardWriter::claim_when_free(&folder, 0, &move || tell.send(()).expect("somebody listens"));
-            claim.expect("it can be written").granted().is_some()
+            matches!(claim.expect("it can be written"), Claim::Granted(_))
         });
         told.recv().expect("it says that it waits");
         assert!(!waiting.is_finished());

@@ -7,7 +7,7 @@ use std::thread;
 use dataset::{Claim, Dataset, ShardWriter};
 use output_schema::DatasetHead;
 use test_support::disk::Disk;
-use test_support::records::{SIZE, encoded, head, output, tree, write_dataset, write_shard};
+use test_support::records::{SIZE, claimed, encoded, granted, head, output, tree, write_dataset, write_shard};
 
 fn refusal(path: &Path, change: impl Fn(&mut DatasetHead)) -> String {
     let mut other = head(&output(), &SIZE, 6);
@@ -88,8 +88,7 @@ fn nothing_that_is_made_is_begun_anew() {
     assert_eq!(begin(10, true), 10);
     assert_eq!(begin(2, false), 10, "others may have made parts elsewhere");
     let folder = Dataset::open(place.path()).expect("it is a dataset");
-    let writer =
-        ShardWriter::claim(&folder, 2).expect("the folder can be written").granted().expect("the shard is free");
+    let writer = claimed(&folder, 2);
     assert_eq!(begin(2, true), 10, "somebody is at work");
     drop(writer);
     // What a killed process leaves is nothing.
@@ -163,7 +162,7 @@ fn a_full_disk_keeps_finished_shards_and_says_what_to_do() {
     fs::write(disk.path().join("ballast"), vec![1; 1_900_000]).ok();
     let _ = fs::write(disk.path().join("rest"), vec![1; 70_000]);
     let written = ShardWriter::claim(&folder, 1).and_then(|claim| {
-        let mut writer = claim.granted().expect("the shard is free");
+        let mut writer = granted(claim);
         (4..8).try_for_each(|index| writer.push(encoded(index, &output)))?;
         writer.finish()
     });
@@ -189,7 +188,7 @@ fn a_disk_without_inodes_says_so() {
     let root = disk.path().join("set");
     let written = Dataset::open_or_create(&root, head(&output, &SIZE, 64), false, &|| ()).and_then(|folder| {
         for shard in 0..16 {
-            let mut writer = ShardWriter::claim(&folder, shard)?.granted().expect("the shard is free");
+            let mut writer = granted(ShardWriter::claim(&folder, shard)?);
             (4 * shard..4 * shard + 4).try_for_each(|index| writer.push(encoded(index, &output)))?;
             writer.finish()?;
         }

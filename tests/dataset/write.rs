@@ -5,7 +5,7 @@ use std::fs;
 use dataset::{Claim, Dataset, ShardWriter, estimated_bytes_per_sample, samples_per_shard};
 use optical_bench::settings::{Output, SensorStack, Size};
 use recipe::Recipe;
-use test_support::records::{SIZE, encoded, head, output, tree, write_dataset, write_shard};
+use test_support::records::{SIZE, claimed, encoded, head, output, tree, write_dataset, write_shard};
 
 fn names(tree: &[(String, Vec<u8>)]) -> Vec<&str> {
     tree.iter().map(|(name, _)| name.as_str()).collect()
@@ -43,8 +43,7 @@ fn a_writer_that_ends_midway_leaves_nothing() {
     let output = output();
     let folder = Dataset::open_or_create(place.path(), head(&output, &SIZE, 8), false, &|| ()).expect("it opens");
     let before = tree(place.path());
-    let mut writer =
-        ShardWriter::claim(&folder, 1).expect("the folder can be written").granted().expect("the shard is free");
+    let mut writer = claimed(&folder, 1);
     writer.push(encoded(4, &output)).expect("it can be written");
     writer.push(encoded(5, &output)).expect("it can be written");
     assert!(tree(place.path()).len() > before.len());
@@ -60,8 +59,7 @@ fn what_a_killed_process_left_is_removed_unless_somebody_holds_it() {
     let place = tempfile::tempdir().expect("a folder");
     let output = output();
     let folder = Dataset::open_or_create(place.path(), head(&output, &SIZE, 8), false, &|| ()).expect("it opens");
-    let mut held =
-        ShardWriter::claim(&folder, 0).expect("the folder can be written").granted().expect("the shard is free");
+    let mut held = claimed(&folder, 0);
     held.push(encoded(0, &output)).expect("it can be written");
     for left in
         ["data/.tmp-train-00001.parquet", "stacks/.tmp-00001.parquet", "shards/.lock-00001", ".tmp-dataset.json"]
@@ -105,8 +103,7 @@ fn samples_come_in_order_and_as_promised() {
     let place = tempfile::tempdir().expect("a folder");
     let output = output();
     let folder = Dataset::open_or_create(place.path(), head(&output, &SIZE, 8), false, &|| ()).expect("it opens");
-    let mut writer =
-        ShardWriter::claim(&folder, 1).expect("the folder can be written").granted().expect("the shard is free");
+    let mut writer = claimed(&folder, 1);
     assert_eq!(writer.push(encoded(5, &output)).expect_err("4 is next").place, "sample 5 does not fit shard 1");
     let mut other = encoded(4, &output);
     other.class = "granite".into();

@@ -8,7 +8,7 @@ use dataset::{Claim, Dataset, ShardWriter, encode};
 use optical_bench::settings::{Channel, Output, SensorStack, Size};
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use test_support::program::until;
-use test_support::records::{SIZE, encoded, head, output, record, tree, write_dataset};
+use test_support::records::{SIZE, claimed, encoded, head, output, record, tree, write_dataset};
 
 /// Where the child of the test below writes.
 const CHILD: &str = "SHEETLIGHT_TEST_CHILD";
@@ -18,8 +18,7 @@ fn child_that_is_killed() {
     // Only at work when the test below has started it.
     let Some(place) = std::env::var_os(CHILD).map(PathBuf::from) else { return };
     let folder = Dataset::open_or_create(&place, head(&output(), &SIZE, 12), false, &|| ()).expect("it opens");
-    let mut writer =
-        ShardWriter::claim(&folder, 1).expect("the folder can be written").granted().expect("the shard is free");
+    let mut writer = claimed(&folder, 1);
     (4..7).for_each(|index| writer.push(encoded(index, &output())).expect("it is written"));
     std::fs::write(place.with_extension("ready"), "").expect("it can be written");
     // Until it is killed, or whoever started it has ended.
@@ -64,8 +63,7 @@ fn a_large_shard_goes_to_disk_in_row_groups() {
     let png = vec![Channel::Range, Channel::Reflectance, Channel::Scatter];
     let output = Output { png, exr: vec![], sensor_stack: SensorStack::None, samples_per_shard: Some(32), ..output() };
     let folder = Dataset::open_or_create(place.path(), head(&output, &size, 32), false, &|| ()).expect("it opens");
-    let mut writer =
-        ShardWriter::claim(&folder, 0).expect("the folder can be written").granted().expect("the shard is free");
+    let mut writer = claimed(&folder, 0);
     let sample = encode(record(0, &size, &output), &output);
     for index in 0..32 {
         let mut sample = sample.clone();

@@ -3,13 +3,13 @@
 use std::path::Path;
 
 use dataset::validate::{Code, ValidationOptions, ValidationReport, validate};
-use dataset::{Dataset, Encoded, ExrChannel, Grey, ShardWriter, read_exr, read_png, write_exr, write_png};
+use dataset::{Dataset, Encoded, ExrChannel, Grey, read_exr, read_png, write_exr, write_png};
 use optical_bench::settings::Channel;
 use tempfile::TempDir;
 
 pub use crate::damage::*;
 
-use test_support::records::{SIZE, encoded, head, output, write_dataset};
+use test_support::records::{SIZE, claimed, encoded, head, output, write_dataset};
 
 /// A file of the damaged dataset.
 pub const EXR: &str = "exr/00000/00000000-0000-5000-8000-000000000002.exr";
@@ -34,8 +34,7 @@ pub fn after(damage: impl Fn(&Path)) -> Vec<Code> {
 pub fn with(change: impl Fn(&mut Encoded)) -> Vec<Code> {
     let place = tempfile::tempdir().expect("a folder");
     let folder = Dataset::open_or_create(place.path(), head(&output(), &SIZE, 4), false, &|| ()).expect("it opens");
-    let mut writer =
-        ShardWriter::claim(&folder, 0).expect("the folder can be written").granted().expect("the shard is free");
+    let mut writer = claimed(&folder, 0);
     for index in 0..4 {
         let mut sample = encoded(index, &output());
         if index == 2 {

@@ -51,16 +51,6 @@ pub enum Claim {
     Done,
 }
 
-impl Claim {
-    /// The writer, where the shard was free.
-    pub fn granted(self) -> Option<ShardWriter> {
-        match self {
-            Self::Granted(writer) => Some(*writer),
-            Self::Busy | Self::Done => None,
-        }
-    }
-}
-
 impl ShardWriter {
     /// Takes the shard's lock and removes what an earlier attempt left. First index and count follow from the head as
     /// it is then: another process may have extended the dataset since it was opened.

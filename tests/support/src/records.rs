@@ -4,7 +4,7 @@ use std::path::Path;
 
 use base::{Class, Instance};
 use dataset::record::{Below, Labels, Maps, Object, Record, StackFrame, TruthMaps};
-use dataset::{Dataset, Encoded, ShardWriter, encode, images};
+use dataset::{Claim, Dataset, Encoded, ShardWriter, encode, images};
 use optical_bench::settings::{Channel, Output, RangeForm, SensorStack, Size};
 use optical_bench::split::Split;
 use output_schema::row::CALIBRATION;
@@ -209,10 +209,22 @@ pub fn encoded(index: u64, output: &Output) -> Encoded {
     encode(record(index, &SIZE, output), output)
 }
 
+/// The shard of a claim, which is free.
+pub fn granted(claim: Claim) -> ShardWriter {
+    match claim {
+        Claim::Granted(writer) => *writer,
+        other => panic!("the shard is not free: {other:?}"),
+    }
+}
+
+/// Takes a shard that is free.
+pub fn claimed(folder: &Dataset, shard: u64) -> ShardWriter {
+    granted(ShardWriter::claim(folder, shard).expect("the folder can be written"))
+}
+
 /// Writes one shard.
 pub fn write_shard(folder: &Dataset, shard: u64, output: &Output) {
-    let mut writer =
-        ShardWriter::claim(folder, shard).expect("the folder can be written").granted().expect("the shard is free");
+    let mut writer = claimed(folder, shard);
     let (first, count) = writer.span();
     for index in first..first + count {
         writer.push(encoded(index, output)).expect("the sample can be written");

@@ -8,7 +8,7 @@ use std::sync::{Mutex, OnceLock};
 use base::Class;
 use dataset::record::AskedRows;
 use dataset::validate::{Code, Derive, Expect, RowChoice, TakeFrame, ValidationOptions, ValidationReport, validate};
-use dataset::{Dataset, Encoded, ExrChannel, Grey, ShardWriter};
+use dataset::{Dataset, Encoded, ExrChannel, Grey};
 use dataset::{read_exr, read_png, write_exr, write_png};
 use optical_bench::settings::Channel;
 use output_schema::{DatasetHead, RigWarning};
@@ -20,6 +20,7 @@ use tempfile::TempDir;
 
 pub use crate::damage::{MANIFEST, agree, edit_json as edit};
 use test_support::program::{FRAMES, recipe};
+use test_support::records;
 
 /// Samples of the dataset, in shards of three.
 pub const SAMPLES: u64 = 6;
@@ -106,10 +107,7 @@ pub fn write_as(mut head: DatasetHead, samples: Vec<Encoded>) -> TempDir {
     }
     let mut samples = samples.into_iter();
     for shard in 0..folder.head().shards {
-        let mut writer = ShardWriter::claim(&folder, shard)
-            .expect("the folder can be written")
-            .granted()
-            .expect("the shard is free");
+        let mut writer = records::claimed(&folder, shard);
         (0..writer.span().1).for_each(|_| writer.push(samples.next().expect("enough samples")).expect("it is written"));
         writer.finish().expect("the shard is finished");
     }
