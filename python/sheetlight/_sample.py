@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import copy
 import json
 import math
 from collections.abc import Callable, Iterator, Mapping
@@ -268,6 +269,11 @@ class Sample:
         """`measured_share`, `saturated_share` and `object_in_view`, 0 to 1; NaN where one has no meaning."""
         names = ("measured_share", "saturated_share", "object_in_view")
         return {name: _known(self._row[name]) for name in names if name in self._row}
+
+    @property
+    def columns(self) -> dict[str, Any]:
+        """Every column that a dataset has of it but images, by name and as it is stored: also those that have no attribute here."""
+        return copy.deepcopy(self._row)
 
     @property
     def dark_dn(self) -> dict[str, float]:

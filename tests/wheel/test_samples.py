@@ -99,7 +99,7 @@ def test_arrays_are_those_of_gen(name, tmp_path):
         assert list(read.maps) == list(sample.maps)
         assert same(read.maps[f"range_{unit}"], stepped(range_)) and same(read.scatter, sample.scatter)
         assert same(read.label, sample.label) and same(read.instance, sample.instance)
-        for what in ("parameters", "physics", "calibration", "objects", "shares", "class_area_px", "dark_dn"):
+        for what in ("parameters", "physics", "calibration", "objects", "shares", "class_area_px", "columns", "dark_dn"):
             assert json.dumps(getattr(read, what)) == json.dumps(getattr(sample, what)), what
         assert read.defect_classes == sample.defect_classes and read.unseen_classes == sample.unseen_classes
         assert read.shape == sample.shape
