@@ -51,8 +51,7 @@ pub(super) fn croissant(head: &DatasetHead, present: &[Split], document: &[u8]) 
         "keywords": keywords(head),
         "rai:dataCollection": format!(
             "Simulated: {}, exposure of every profile on a sensor, extraction of the maps from the frames.",
-            if is_entered_by_light(head) { "light transport in the \
-                object" } else { "reflection of light at the object" }
+            if is_entered_by_light(head) { "light transport in the object" } else { "reflection of light at the object" }
         ),
         "rai:dataAnnotationProtocol": "Labels follow from the simulated object without errors of measurement; nobody \
             drew them.",
@@ -134,8 +133,7 @@ fn distribution(head: &DatasetHead, present: &[Split], document: &[u8]) -> Vec<V
     let mut files = vec![json!({
         "@type": "cr:FileObject", "@id": "dataset.json", "name": "dataset.json",
         "description": "What is known before the first sample: recipe, seed, sizes, columns of drawn numbers.",
-        "contentUrl": "dataset.json", "contentSize": format!("{} \
-            B", document.len()), "encodingFormat": "application/json",
+        "contentUrl": "dataset.json", "contentSize": format!("{} B", document.len()), "encodingFormat": "application/json",
         "sha256": sha256(document),
     })];
     let rows = |split: &Split| patterns("data", &format!("{}-*.parquet", split.name()), head.shards);
@@ -155,8 +153,7 @@ fn distribution(head: &DatasetHead, present: &[Split], document: &[u8]) -> Vec<V
         json!({
             "@type": "cr:FileObject", "@id": path, "name": path,
             "description": "A copy of a file that the recipe names; it keeps the licence that it came with.",
-            "contentUrl": path, "contentSize": format!("{} \
-                B", asset.bytes), "encodingFormat": "application/octet-stream",
+            "contentUrl": path, "contentSize": format!("{} B", asset.bytes), "encodingFormat": "application/octet-stream",
             "sha256": asset.sha256,
         })
     }));
@@ -189,38 +186,22 @@ fn numbered<'a>(id: &str, doc: &str, names: impl Iterator<Item = (usize, &'a str
 
 /// One record for each sample.
 fn samples(head: &DatasetHead) -> Value {
-    let mut fields = Vec::new();
-    for column in ROW.iter().filter(|column| head.has(column)) {
+    let numbers = |group: &str, numbers: Vec<&NumberColumn>, column: &Column| {
+        let part = |n: &NumberColumn| {
+            let (id, doc) = (format!("samples/{group}/{}", n.key), words(&n.doc, &n.unit, "", column.missing));
+            leaf(&id, &doc, json!("cr:Float64"), from("tables", group, Some(&n.key)))
+        };
+        parent(&format!("samples/{group}"), column.doc, numbers.into_iter().map(part).collect(), false)
+    };
+    let fields = ROW.iter().filter(|column| head.has(column)).flat_map(|column| {
         let id = format!("samples/{}", column.name);
         let of = |key: &str| from("tables", column.name, Some(key));
-        fields.extend(match column.kind {
+        match column.kind {
             _ if column.name == "split" => vec![split(&id, column)],
             ColumnKind::Parameters => {
-                let group = |(name, numbers): (&str, Vec<&NumberColumn>)| {
-                    let id = format!("samples/{name}");
-                    let parts = numbers.iter().map(|n| {
-                        leaf(
-                            &format!("{id}/{}", n.key),
-                            &words(&n.doc, &n.unit, "", "never"),
-                            json!("cr:Float64"),
-                            from("tables", name, Some(&n.key)),
-                        )
-                    });
-                    parent(&id, column.doc, parts.collect(), false)
-                };
-                head.groups().into_iter().map(group).collect()
+                head.groups().into_iter().map(|(group, of_group)| numbers(group, of_group, column)).collect()
             }
-            ColumnKind::Physics => {
-                let parts = head.physics.iter().map(|n| {
-                    leaf(
-                        &format!("{id}/{}", n.key),
-                        &words(&n.doc, &n.unit, "", column.missing),
-                        json!("cr:Float64"),
-                        of(&n.key),
-                    )
-                });
-                vec![parent(&id, column.doc, parts.collect(), false)]
-            }
+            ColumnKind::Physics => vec![numbers(column.name, head.physics.iter().collect(), column)],
             ColumnKind::PixelCounts => {
                 let parts = head.shown_classes().map(|(_, name)| {
                     leaf(&format!("{id}/{name}"), &format!("Pixels that show {name}."), json!("cr:Int64"), of(name))
@@ -233,13 +214,13 @@ fn samples(head: &DatasetHead) -> Value {
             }
             ColumnKind::Image(_) => vec![declared(&id, column, of("bytes"))],
             _ => vec![declared(&id, column, from("tables", column.name, None))],
-        });
-    }
+        }
+    });
     json!({
         "@type": "cr:RecordSet", "@id": "samples", "name": "samples",
         "description": "One record for each sample. With the filter {\"samples/split\": \"train\"} mlcroissant reads \
             file by file; without one it holds every row at once.",
-        "key": { "@id": "samples/id" }, "field": fields,
+        "key": { "@id": "samples/id" }, "field": fields.collect::<Vec<_>>(),
     })
 }
 
@@ -268,8 +249,7 @@ fn split(id: &str, column: &Column) -> Value {
         "fileSet": { "@id": "tables" }, "extract": { "fileProperty": "fullpath" },
         "transform": { "regex": "^(?:data/)?(?:[0-9]+/)?(train|validation|test)(?:-.+)?$" },
     });
-    let mut field =
-        leaf(id, &words(column.doc, column.unit, &column.range.to_string(), column.missing), json!("sc:Text"), source);
+    let mut field = leaf(id, &words_of(column), json!("sc:Text"), source);
     field["references"] = json!({ "field": { "@id": "splits/name" } });
     field
 }
@@ -286,7 +266,7 @@ fn declared(id: &str, column: &Column, source: Value) -> Value {
         ColumnKind::Image(_) => json!("sc:ImageObject"),
         _ => json!("cr:Int64"),
     };
-    let mut field = leaf(id, &words(column.doc, column.unit, &column.range.to_string(), column.missing), kind, source);
+    let mut field = leaf(id, &words_of(column), kind, source);
     let length = match column.kind {
         ColumnKind::Box4 => Some("4"),
         ColumnKind::PixelClassNames => Some("-1"),
@@ -322,6 +302,11 @@ fn parent(id: &str, doc: &str, parts: Vec<Value>, list: bool) -> Value {
     }
     field["subField"] = json!(parts);
     field
+}
+
+/// What a declared column is, in one line.
+fn words_of(column: &Column) -> String {
+    words(column.doc, column.unit, &column.range.to_string(), column.missing)
 }
 
 /// Meaning, unit, values and missing rule in one line.
