@@ -51,7 +51,8 @@ pub(super) fn croissant(head: &DatasetHead, present: &[Split], document: &[u8]) 
         "keywords": keywords(head),
         "rai:dataCollection": format!(
             "Simulated: {}, exposure of every profile on a sensor, extraction of the maps from the frames.",
-            if is_entered_by_light(head) { "light transport in the object" } else { "reflection of light at the object" }
+            if is_entered_by_light(head) { "light transport in the object" } else { "reflection of light at the \
+             object" }
         ),
         "rai:dataAnnotationProtocol": "Labels follow from the simulated object without errors of measurement; nobody \
             drew them.",
