@@ -12,7 +12,7 @@
 
 use std::collections::BTreeMap;
 
-use output_schema::file::patterns;
+use output_schema::file::{DATASET, patterns};
 use output_schema::row::ROW;
 use output_schema::stack::STACK;
 use output_schema::{AssetHead, Column, ColumnKind, DatasetHead, NumberColumn};
@@ -131,12 +131,14 @@ fn distribution(head: &DatasetHead, present: &[Split], document: &[u8]) -> Vec<V
             "includes": includes,
         })
     };
-    let mut files = vec![json!({
-        "@type": "cr:FileObject", "@id": "dataset.json", "name": "dataset.json",
-        "description": "What is known before the first sample: recipe, seed, sizes, columns of drawn numbers.",
-        "contentUrl": "dataset.json", "contentSize": format!("{} B", document.len()), "encodingFormat": "application/json",
-        "sha256": sha256(document),
-    })];
+    let file = |path: &str, doc: &str, bytes: u64, format: &str, sum: &str| {
+        json!({
+            "@type": "cr:FileObject", "@id": path, "name": path, "description": doc, "contentUrl": path,
+            "contentSize": format!("{bytes} B"), "encodingFormat": format, "sha256": sum,
+        })
+    };
+    let doc = "What is known before the first sample: recipe, seed, sizes, columns of drawn numbers.";
+    let mut files = vec![file(DATASET, doc, document.len() as u64, "application/json", &sha256(document))];
     let rows = |split: &Split| patterns("data", &format!("{}-*.parquet", split.name()), head.shards);
     let tables = present.iter().flat_map(rows).collect();
     files.push(set("tables", "application/x-parquet", tables, "One row for each sample: numbers, objects and images."));
@@ -150,14 +152,9 @@ fn distribution(head: &DatasetHead, present: &[Split], document: &[u8]) -> Vec<V
     }
     // Two keys may name one file.
     let assets: BTreeMap<&str, &AssetHead> = head.assets.iter().map(|asset| (asset.path.as_str(), asset)).collect();
-    files.extend(assets.into_iter().map(|(path, asset)| {
-        json!({
-            "@type": "cr:FileObject", "@id": path, "name": path,
-            "description": "A copy of a file that the recipe names; it keeps the licence that it came with.",
-            "contentUrl": path, "contentSize": format!("{} B", asset.bytes), "encodingFormat": "application/octet-stream",
-            "sha256": asset.sha256,
-        })
-    }));
+    let doc = "A copy of a file that the recipe names; it keeps the licence that it came with.";
+    let copy = |asset: &AssetHead| file(&asset.path, doc, asset.bytes, "application/octet-stream", &asset.sha256);
+    files.extend(assets.into_values().map(copy));
     let doc = "Manifests: every file with its size and SHA-256.";
     files.push(set("manifests", "application/json", patterns("shards", "*.json", head.shards), doc));
     files
