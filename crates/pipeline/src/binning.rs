@@ -22,43 +22,33 @@ pub(crate) struct Binning {
 
 /// Products of a fibre's components, which are the same for both of its ends: with f across, along the scan and up,
 /// f_y^2 - f_x^2, 2 f_x f_y, -2 f_x f_z, -2 f_y f_z and f_z^2 [1].
-struct FibreProducts([Vec<f32>; 5]);
+fn fibre_products(azimuth: &[f32], dive: &[f32]) -> [Vec<f32>; 5] {
+    let product = |of: fn([f32; 4]) -> f32| -> Vec<f32> {
+        let pairs = azimuth.iter().zip(dive).map(|(azimuth, dive)| {
+            let ((sin, cos), (down, level)) = (libm::sincosf(azimuth.to_radians()), libm::sincosf(dive.to_radians()));
+            of([sin, cos, down, level])
+        });
+        pairs.collect()
+    };
+    [
+        product(|[sin, cos, _, level]| level * level * (cos * cos - sin * sin)),
+        product(|[sin, cos, _, level]| 2.0 * level * level * sin * cos),
+        product(|[sin, _, down, level]| 2.0 * level * sin * down),
+        product(|[_, cos, down, level]| 2.0 * level * cos * down),
+        product(|[_, _, down, _]| down * down),
+    ]
+}
 
-impl FibreProducts {
-    fn of(azimuth: &[f32], dive: &[f32]) -> Self {
-        let product = |of: fn([f32; 4]) -> f32| -> Vec<f32> {
-            let pairs = azimuth.iter().zip(dive).map(|(azimuth, dive)| {
-                let ((sin, cos), (down, level)) =
-                    (libm::sincosf(azimuth.to_radians()), libm::sincosf(dive.to_radians()));
-                of([sin, cos, down, level])
-            });
-            pairs.collect()
-        };
-        Self([
-            product(|[sin, cos, _, level]| level * level * (cos * cos - sin * sin)),
-            product(|[sin, cos, _, level]| 2.0 * level * level * sin * cos),
-            product(|[sin, _, down, level]| 2.0 * level * sin * down),
-            product(|[_, cos, down, level]| 2.0 * level * cos * down),
-            product(|[_, _, down, _]| down * down),
-        ])
-    }
-
-    fn map(self, mean: impl Fn(Vec<f32>) -> Vec<f32>) -> Self {
-        Self(self.0.map(mean))
-    }
-
-    /// Azimuth and dive [deg] of fibres of such products; where their ends are taken along the scan.
-    fn angles(&self) -> (Vec<f32>, Vec<f32>) {
-        let [cos, sin, across, along, steep] = &self.0;
-        let angles = |i: usize| {
-            let azimuth = 0.5 * atan2(sin[i], cos[i]);
-            // Twice the dive has these two for sine and cosine.
-            let (sine, cosine) = libm::sincosf(azimuth);
-            let twice = [across[i] * sine + along[i] * cosine, libm::hypotf(cos[i], sin[i]) - steep[i]];
-            (azimuth.to_degrees(), 0.5 * atan2(twice[0], twice[1]).to_degrees())
-        };
-        (0..cos.len()).map(angles).unzip()
-    }
+/// Azimuth and dive [deg] of fibres of such products; where their ends are taken along the scan.
+fn fibre_angles([cos, sin, across, along, steep]: &[Vec<f32>; 5]) -> (Vec<f32>, Vec<f32>) {
+    let angles = |i: usize| {
+        let azimuth = 0.5 * atan2(sin[i], cos[i]);
+        // Twice the dive has these two for sine and cosine.
+        let (sine, cosine) = libm::sincosf(azimuth);
+        let twice = [across[i] * sine + along[i] * cosine, libm::hypotf(cos[i], sin[i]) - steep[i]];
+        (azimuth.to_degrees(), 0.5 * atan2(twice[0], twice[1]).to_degrees())
+    };
+    (0..cos.len()).map(angles).unzip()
 }
 
 impl Binning {
@@ -144,8 +134,7 @@ impl Binning {
             Below::Fibre { azimuth, dive } => {
                 // Both ends of a fibre are alike: what does not tell them apart, products of its components, is
                 // averaged.
-                let products = FibreProducts::of(&azimuth, &dive).map(mean);
-                let (azimuth, dive) = products.angles();
+                let (azimuth, dive) = fibre_angles(&fibre_products(&azimuth, &dive).map(mean));
                 Below::Fibre { azimuth, dive }
             }
             Below::Film { thickness, gap } => Below::Film { thickness: mean(thickness), gap: mean(gap) },

@@ -33,17 +33,16 @@ pub(in crate::validate) fn check(
         // Nothing is decoded that is not as large as declared: a row may claim as much as its image, the head has
         // bounds.
         let declared = if name == "reflectance" { images.depth() } else { declared_bits(name) };
-        if (i64::from(cols), i64::from(rows), bits) != (row.cols.into(), row.rows.into(), declared) {
-            report.images += 1;
+        let misfit = if (i64::from(cols), i64::from(rows), bits) != (row.cols.into(), row.rows.into(), declared) {
             let found = format!("`{name}` is {cols} x {rows} with {bits} bits");
-            let what = format!("{found}, not {} x {} with {declared} bits", row.cols, row.rows);
-            report.fault(Code::ImageSize, place, what);
-            continue;
-        }
-        if (u64::from(cols), u64::from(rows)) != (images.cols, images.rows) {
+            Some(format!("{found}, not {} x {} with {declared} bits", row.cols, row.rows))
+        } else if (u64::from(cols), u64::from(rows)) != (images.cols, images.rows) {
+            Some(format!("`{name}` is {cols} x {rows}, not {} x {} as dataset.json says", images.cols, images.rows))
+        } else {
+            None
+        };
+        if let Some(what) = misfit {
             report.images += 1;
-            let what =
-                format!("`{name}` is {cols} x {rows}, not {} x {} as dataset.json says", images.cols, images.rows);
             report.fault(Code::ImageSize, place, what);
             continue;
         }
