@@ -1,7 +1,5 @@
 //! The data dictionary: declarations -> `output_schema/README.md`.
 
-use std::fmt::Write;
-
 use crate::channel::{ATTRIBUTE, CHANNEL_SHAPE, CHANNELS, RANGE_FORMS};
 use crate::column::Column;
 use crate::dataset::{OLDEST_MINOR, SCHEMA_VERSION};
@@ -14,80 +12,55 @@ use crate::subject::SUBJECTS;
 pub fn dictionary() -> String {
     let mut page = String::new();
     let [major, minor] = SCHEMA_VERSION;
-    line(
-        &mut page,
-        "# What is on disk\n\nThis page is written from the declarations in `src/`; `BLESS=1 cargo test -p \
-         output_schema` renews it.\n",
+    page += "# What is on disk\n\nThis page is written from the declarations in `src/`; `BLESS=1 cargo test -p \
+        output_schema` renews it.\n\n";
+    page += &format!(
+        "Schema version {major}.{minor}. [How versions change](#how-versions-change) says what readers do with \
+         another.\n\n"
     );
-    line(
-        &mut page,
-        &format!(
-            "Schema version {major}.{minor}. [How versions change](#how-versions-change) says what readers do with \
-                another.\n"
-        ),
-    );
-    line(
-        &mut page,
-        "Lengths are in mm, angles in deg, digital numbers (DN) as the camera gives them. Images are `[rows, cols]`,\n\
-         row-major: x along the columns (the laser line), y along the rows (the scan, row 0 exposed first), z up.\n",
-    );
+    page += "Lengths are in mm, angles in deg, digital numbers (DN) as the camera gives them. Images are `[rows, \
+        cols]`,\nrow-major: x along the columns (the laser line), y along the rows (the scan, row 0 exposed first), z \
+        up.\n\n";
 
-    line(&mut page, "## Files\n\n| path | when | what |\n|---|---|---|");
+    page += "## Files\n\n| path | when | what |\n|---|---|---|\n";
     for file in &FILES {
-        line(&mut page, &format!("| `{}` | {} | {} |", file.path, file.when, file.doc));
+        page += &format!("| `{}` | {} | {} |\n", file.path, file.when, file.doc);
     }
-    line(
-        &mut page,
-        "\n`<shard>` has five digits. Temporary names start with `.tmp-`, lock files with `.lock-`; a finished dataset \
-         has\nneither. A shard without a manifest is not finished and is made again.",
-    );
+    page += "\n`<shard>` has five digits. Temporary names start with `.tmp-`, lock files with `.lock-`; a finished \
+        dataset has\nneither. A shard without a manifest is not finished and is made again.\n";
 
-    line(&mut page, "\n## Pixel classes\n\n| value | name | subject |\n|---|---|---|");
+    page += "\n## Pixel classes\n\n| value | name | subject |\n|---|---|---|\n";
     for (value, name) in PIXEL_CLASSES.iter().enumerate() {
         let own = SUBJECTS.iter().find(|subject| subject.has(value));
-        line(&mut page, &format!("| {value} | `{name}` | {} |", own.map_or("all", |subject| subject.name)));
+        page += &format!("| {value} | `{name}` | {} |\n", own.map_or("all", |subject| subject.name));
     }
-    line(
-        &mut page,
-        "\n`label_values` of `dataset.json` lists the values that labels of the dataset's subject can have; \
-         `class_area_px` has\na field for each of them.",
-    );
+    page += "\n`label_values` of `dataset.json` lists the values that labels of the dataset's subject can have; \
+        `class_area_px` has\na field for each of them.\n";
 
-    line(
-        &mut page,
-        "\n`follows from` says what `gen validate` holds a column to: what the head says and the recipe *draws*; the \
-         *scene*, made\nagain without light and compared bit for bit; or the *images*. `since` is the oldest schema \
-         with it that is read.",
-    );
+    page += "\n`follows from` says what `gen validate` holds a column to: what the head says and the recipe *draws*; \
+        the *scene*, made\nagain without light and compared bit for bit; or the *images*. `since` is the oldest \
+        schema with it that is read.\n";
     table(&mut page, "Columns of `data/*.parquet`", &ROW);
-    line(
-        &mut page,
-        "\nThe columns of `parameters` and `physics` are listed with unit and meaning in `dataset.json`, and in the\n\
-         metadata (`unit`, `doc`) of each Arrow field. Images are there only where the recipe's output asks for them.",
-    );
+    page += "\nThe columns of `parameters` and `physics` are listed with unit and meaning in `dataset.json`, and in \
+        the\nmetadata (`unit`, `doc`) of each Arrow field. Images are there only where the recipe's output asks for \
+        them.\n";
     table(&mut page, "Fields of `calibration`", &CALIBRATION);
     table(&mut page, "Fields of `objects`", &OBJECT);
     places(&mut page);
 
-    line(&mut page, "\n## Forms of Range\n\n| `images.range` | unit | values | meaning |\n|---|---|---|---|");
+    page += "\n## Forms of Range\n\n| `images.range` | unit | values | meaning |\n|---|---|---|---|\n";
     for form in &RANGE_FORMS {
-        line(&mut page, &format!("| `{}` | {} | {} | {} |", form.name, form.unit, form.range, form.doc));
+        page += &format!("| `{}` | {} | {} | {} |\n", form.name, form.unit, form.range, form.doc);
     }
 
-    line(
-        &mut page,
-        "\nIn EXR files Range has its unit; in PNG a pixel r above 0 stands for `range_offset_mm + r * \
-         range_scale_mm`, or the same\nwith `_px`. 0 is missing.\n\nRange is what the camera measures, and `Height` of \
-         the EXR files is where the surface is. Where light goes into matter,\n\
-         the camera sees it leave lower: Range lies below `Height`, by up to some tenths of a mm on wood and plastic, \
-         and not at all\non metal.",
-    );
-    line(&mut page, "\n## Channels of `exr/<shard>/<id>.exr`\n");
-    line(
-        &mut page,
-        "| channel | subject | type | shape | unit | values | missing | meaning | why this type |\n\
-         |---|---|---|---|---|---|---|---|---|",
-    );
+    page += "\nIn EXR files Range has its unit; in PNG a pixel r above 0 stands for `range_offset_mm + r * \
+        range_scale_mm`, or the same\nwith `_px`. 0 is missing.\n\nRange is what the camera measures, and `Height` of \
+        the EXR files is where the surface is. Where light goes into matter,\n\
+        the camera sees it leave lower: Range lies below `Height`, by up to some tenths of a mm on wood and plastic, \
+        and not at all\non metal.\n";
+    page += "\n## Channels of `exr/<shard>/<id>.exr`\n\n";
+    page += "| channel | subject | type | shape | unit | values | missing | meaning | why this type |\n\
+        |---|---|---|---|---|---|---|---|---|\n";
     for c in &CHANNELS {
         let (samples, unit) = (c.samples.name(), c.unit);
         let subject = if c.subject.is_empty() { "all" } else { c.subject };
@@ -95,21 +68,15 @@ pub fn dictionary() -> String {
             "| `{}` | {subject} | {samples} | {CHANNEL_SHAPE} | {unit} | {} | {} |",
             c.name, c.range, c.missing
         );
-        line(&mut page, &format!("{row} {} | {} |", c.doc, c.why));
+        page += &format!("{row} {} | {} |\n", c.doc, c.why);
     }
-    line(
-        &mut page,
-        "\n`Height` and the channels of one subject are written with `truth_maps`, the others where the recipe's \
-         output asks for",
+    page += "\n`Height` and the channels of one subject are written with `truth_maps`, the others where the recipe's \
+        output asks for\n";
+    page += &format!(
+        "them. The text attribute `{ATTRIBUTE}` holds id, index, spacing and units as ASCII JSON; `pixelAspectRatio` \
+         and\n"
     );
-    line(
-        &mut page,
-        &format!(
-            "them. The text attribute `{ATTRIBUTE}` holds id, index, spacing and units as ASCII JSON; \
-                `pixelAspectRatio` and"
-        ),
-    );
-    line(&mut page, "`xDensity` hold the spacing for programs that know OpenEXR alone.");
+    page += "`xDensity` hold the spacing for programs that know OpenEXR alone.\n";
 
     table(&mut page, "Columns of `stacks/*.parquet`", &STACK);
     versions(&mut page);
@@ -118,69 +85,49 @@ pub fn dictionary() -> String {
 
 /// What the table of objects has no room for: which are pockets, and where x and y begin.
 fn places(page: &mut String) {
-    line(
-        page,
-        "\nThe pockets of a pack are its objects with `within` 0 whose class is none of `wrinkle`, `delamination` and\n\
-         `tablet_on_flange`. They have the instances 1 to P, row after row along the laser line; a pocket of which no \
-         pixel shows\nanything is not in the list.\n\nWith a sensor columns and b profiles to a pixel (`output.bin`: 1 \
-         unless the recipe says otherwise), column j of an image\nis centred on sensor column c = (j + 1/2) a - 1/2, \
-         and row r on y = (r + 1/2 - 1/(2 b)) `row_mm`. At the upper surface x\n\
-         is about (c - `calibration.centre_col_px`) `col_mm` / a; python/calibrate.py has it exactly, and of rectified \
-         scans it is\n`calibration.x_first_mm` + j `col_mm`. On a turntable `x_mm` and `y_mm` are places on the object \
-         before it has turned.",
-    );
+    *page += "\nThe pockets of a pack are its objects with `within` 0 whose class is none of `wrinkle`, `delamination` \
+        and\n`tablet_on_flange`. They have the instances 1 to P, row after row along the laser line; a pocket of \
+        which no pixel shows\nanything is not in the list.\n\nWith a sensor columns and b profiles to a pixel \
+        (`output.bin`: 1 unless the recipe says otherwise), column j of an image\n\
+        is centred on sensor column c = (j + 1/2) a - 1/2, and row r on y = (r + 1/2 - 1/(2 b)) `row_mm`. At the \
+        upper surface x\nis about (c - `calibration.centre_col_px`) `col_mm` / a; python/calibrate.py has it exactly, \
+        and of rectified scans it is\n`calibration.x_first_mm` + j `col_mm`. On a turntable `x_mm` and `y_mm` are \
+        places on the object before it has turned.\n";
 }
 
 fn versions(page: &mut String) {
     let [major, minor] = SCHEMA_VERSION;
-    line(
-        page,
-        "\n## How versions change\n\n`schema_version` stands in `dataset.json` and in each manifest as `[major, \
-         minor]`, and in the metadata of each Parquet\nfile as `sheetlight.schema_version`.\n\n\
-         - **Minor** grows where something is added: a column, a channel, a key, a kind of file. What was there stays \
-         as it was, so\n  a reader takes every newer minor number of its major one, and passes over what it does not \
-         know.\n- **Major** grows where an old reader would misread: something is renamed, removed, or means another \
-         thing. Readers look\n  at the version before anything else and refuse a newer major number, in words that say \
-         to take a newer program.",
+    *page += "\n## How versions change\n\n`schema_version` stands in `dataset.json` and in each manifest as `[major, \
+        minor]`, and in the metadata of each Parquet\nfile as `sheetlight.schema_version`.\n\n\
+        - **Minor** grows where something is added: a column, a channel, a key, a kind of file. What was there stays \
+        as it was, so\n  a reader takes every newer minor number of its major one, and passes over what it does not \
+        know.\n- **Major** grows where an old reader would misread: something is renamed, removed, or means another \
+        thing. Readers look\n  at the version before anything else and refuse a newer major number, in words that say \
+        to take a newer program.\n";
+    *page += &format!(
+        "- This program reads {major}.{OLDEST_MINOR} and newer of {major}.x, writes {major}.{minor}, and continues \
+         only what it wrote itself.\n"
     );
-    line(
-        page,
-        &format!(
-            "- This program reads {major}.{OLDEST_MINOR} and newer of {major}.x, writes {major}.{minor}, and \
-                continues only what it wrote itself."
-        ),
-    );
-}
-
-fn line(page: &mut String, text: &str) {
-    // Writing to a String cannot fail.
-    let _ = writeln!(page, "{text}");
 }
 
 fn table(page: &mut String, title: &str, columns: &[Column]) {
     let [major, _] = SCHEMA_VERSION;
-    line(
-        page,
-        &format!(
-            "\n## {title}\n\n| column | type | shape | unit | values | missing | follows from | since | meaning |\n\
-             |---|---|---|---|---|---|---|---|---|"
-        ),
+    *page += &format!(
+        "\n## {title}\n\n| column | type | shape | unit | values | missing | follows from | since | meaning |\n\
+         |---|---|---|---|---|---|---|---|---|\n"
     );
     for c in columns {
-        line(
-            page,
-            &format!(
-                "| `{}` | {} | {} | {} | {} | {} | {} | {major}.{} | {} |",
-                c.name,
-                c.kind.name(),
-                c.kind.shape(),
-                c.unit,
-                c.range,
-                c.missing,
-                c.follows.name(),
-                c.since.max(OLDEST_MINOR),
-                c.doc
-            ),
+        *page += &format!(
+            "| `{}` | {} | {} | {} | {} | {} | {} | {major}.{} | {} |\n",
+            c.name,
+            c.kind.name(),
+            c.kind.shape(),
+            c.unit,
+            c.range,
+            c.missing,
+            c.follows.name(),
+            c.since.max(OLDEST_MINOR),
+            c.doc
         );
     }
 }

@@ -1,7 +1,6 @@
 //! The dataset card: what a person and the Hugging Face hub read first.
 
 use std::collections::BTreeMap;
-use std::fmt::Write;
 
 use output_schema::file::{SHARDS_PER_FOLDER, patterns};
 use output_schema::row::{CALIBRATION, OBJECT, ROW};
@@ -19,75 +18,58 @@ pub(crate) type ClassCounts = BTreeMap<(String, String), u64>;
 pub(super) fn card(head: &DatasetHead, present: &[Split], counts: &ClassCounts) -> String {
     let mut page = String::new();
     front_matter(&mut page, head, present);
-    add(&mut page, &format!("\n# {}\n\n{}\n", head.recipe.name, description(head)));
+    page += &format!("\n# {}\n\n{}\n\n", head.recipe.name, description(head));
     loading(&mut page, head, present);
     made(&mut page, head);
     shares(&mut page, head, counts);
     columns(&mut page, head);
     if !head.warnings.is_empty() {
-        add(&mut page, "\n## Warnings\n\nBefore the first sample the check of the rig warned:\n");
-        head.warnings.iter().for_each(|warning| add(&mut page, &format!("- {}; {}", warning.what, warning.remedy)));
+        page += "\n## Warnings\n\nBefore the first sample the check of the rig warned:\n\n";
+        head.warnings.iter().for_each(|warning| page += &format!("- {}; {}\n", warning.what, warning.remedy));
     }
-    add(&mut page, "\n## Limits\n");
-    limits(head).iter().for_each(|limit| add(&mut page, &format!("- {limit}")));
-    add(&mut page, "\nTest on real scans before you trust a model that was trained here.\n");
-    add(
-        &mut page,
-        "## Checking\n\n`gen validate PATH` reads every file again: checksums, columns, ranges, labels against \
-         pictures. `gen validate PATH\n--rerender 4` renders four samples anew and compares bytes. `shards/*.json` \
-         hold the SHA-256 of every file.\n",
-    );
-    add(&mut page, &format!("## Citing\n\n```bibtex\n{}\n```\n", citation(head)));
-    add(
-        &mut page,
-        "## License\n\nCC0 1.0, as the front matter and `croissant.json` say: the authors of the generator claim no \
-         rights in what it\nwrites. Whoever publishes this dataset may change both lines; the generator's own licence \
-         is another.",
-    );
+    page += "\n## Limits\n\n";
+    limits(head).iter().for_each(|limit| page += &format!("- {limit}\n"));
+    page += "\nTest on real scans before you trust a model that was trained here.\n\n";
+    page += "## Checking\n\n`gen validate PATH` reads every file again: checksums, columns, ranges, labels against \
+        pictures. `gen validate PATH\n--rerender 4` renders four samples anew and compares bytes. `shards/*.json` \
+        hold the SHA-256 of every file.\n\n";
+    page += &format!("## Citing\n\n```bibtex\n{}\n```\n\n", citation(head));
+    page += "## License\n\nCC0 1.0, as the front matter and `croissant.json` say: the authors of the generator claim \
+        no rights in what it\nwrites. Whoever publishes this dataset may change both lines; the generator's own \
+        licence is another.\n";
     if !head.assets.is_empty() {
-        add(
-            &mut page,
-            "\nThe files in `assets/` are copies of files that the recipe names. They keep the licences that they came \
-             with, and\nCC0 says nothing about them: see that you may pass them on before you publish this folder.",
-        );
+        page += "\nThe files in `assets/` are copies of files that the recipe names. They keep the licences that they \
+            came with, and\nCC0 says nothing about them: see that you may pass them on before you publish this \
+            folder.\n";
     }
     page
 }
 
 fn loading(page: &mut String, head: &DatasetHead, present: &[Split]) {
     let split = present.first().map_or("train", |split| split.name());
-    add(page, "## Loading\n\nPATH is this folder; for `load_dataset` it may be a name on the hub.\n\n```python");
-    add(page, &format!("from datasets import load_dataset\nscans = load_dataset(\"PATH\", split=\"{split}\")\n"));
-    add(
-        page,
-        "import polars as pl  # numbers alone: columns of images are not read unless asked for\n\
-         wanted = [\"id\", \"index\", \"class\", \"objects\", \"physics\"]",
-    );
+    *page += "## Loading\n\nPATH is this folder; for `load_dataset` it may be a name on the hub.\n\n```python\n";
+    *page += &format!("from datasets import load_dataset\nscans = load_dataset(\"PATH\", split=\"{split}\")\n\n");
+    *page += "import polars as pl  # numbers alone: columns of images are not read unless asked for\n\
+        wanted = [\"id\", \"index\", \"class\", \"objects\", \"physics\"]\n";
     let is_spread = head.shards > SHARDS_PER_FOLDER;
     let tables = if is_spread { "**/*.parquet" } else { "*.parquet" };
-    add(page, &format!("rows = pl.scan_parquet(\"PATH/data/{tables}\").select(wanted).collect()"));
+    *page += &format!("rows = pl.scan_parquet(\"PATH/data/{tables}\").select(wanted).collect()\n");
     if !head.images.exr.is_empty() {
-        add(
-            page,
-            "\nimport OpenEXR  # maps of one row in physical units, NaN where nothing was measured\n\
-             row = rows.row(0, named=True)",
-        );
+        *page += "\nimport OpenEXR  # maps of one row in physical units, NaN where nothing was measured\n\
+            row = rows.row(0, named=True)\n";
         let mut folder = format!("{{row['index'] // {}:05}}", head.samples_per_shard);
         if is_spread {
             // The first thousand shards lie in no folder of their thousand.
-            add(page, &format!("shard = row['index'] // {}", head.samples_per_shard));
-            add(
-                page,
-                &format!(
-                    "thousand = f\"{{shard // {SHARDS_PER_FOLDER}:03}}/\" if shard >= {SHARDS_PER_FOLDER} else \"\""
-                ),
+            *page += &format!("shard = row['index'] // {}\n", head.samples_per_shard);
+            *page += &format!(
+                "thousand = f\"{{shard // {SHARDS_PER_FOLDER}:03}}/\" if shard >= {SHARDS_PER_FOLDER} else \"\"\n"
             );
             folder = "{thousand}{shard:05}".into();
         }
         let name = format!("PATH/exr/{folder}/{{row['id']}}.exr");
-        add(page, &format!("maps = OpenEXR.File(f\"{name}\", separate_channels=True).channels()"));
+        *page += &format!("maps = OpenEXR.File(f\"{name}\", separate_channels=True).channels()\n");
     }
-    add(page, "```");
+    *page += "```\n";
     let png = &head.images.png;
     if png.is_empty() {
         let images = if head.images.exr.is_empty() {
@@ -95,22 +77,20 @@ fn loading(page: &mut String, head: &DatasetHead, present: &[Split]) {
         } else {
             "For images take the EXR files."
         };
-        add(page, &format!("\nThe tables hold no images, so `datasets` gives numbers and objects alone. {images}"));
+        *page += &format!("\nThe tables hold no images, so `datasets` gives numbers and objects alone. {images}\n");
     } else {
         let (names, zeros) = (png.join(", "), zeros(png));
-        add(page, &format!("\nThe tables hold the images {names} as PNG, which `datasets` decodes. 0 is {zeros}."));
+        *page += &format!("\nThe tables hold the images {names} as PNG, which `datasets` decodes. 0 is {zeros}.\n");
     }
     if png.iter().any(|name| name == "range") {
         let unit = head.range_unit();
-        add(page, &format!("Range [{unit}] is `range_offset_{unit} + r * range_scale_{unit}` for a pixel r above 0."));
+        *page += &format!("Range [{unit}] is `range_offset_{unit} + r * range_scale_{unit}` for a pixel r above 0.\n");
     }
     if png.iter().any(|name| name == "reflectance") && head.images.bits > 8 {
-        add(
-            page,
-            &format!("Reflectance has {} bits, 0 to {}, in 16-bit PNG.", head.images.bits, head.images.most_dn()),
-        );
+        *page +=
+            &format!("Reflectance has {} bits, 0 to {}, in 16-bit PNG.\n", head.images.bits, head.images.most_dn());
     }
-    add(page, "");
+    *page += "\n";
 }
 
 /// What 0 means in these images.
@@ -125,15 +105,15 @@ fn zeros(png: &[String]) -> String {
 
 fn made(page: &mut String, head: &DatasetHead) {
     let recipe = &head.recipe;
-    add(page, "## How it was made\n");
-    add(page, &format!("| | |\n|---|---|\n| generator | {} {} |", head.generator.name, head.generator.version));
-    add(page, &format!("| schema | {}.{} |", head.schema_version[0], head.schema_version[1]));
-    add(page, &format!("| target | {} |\n| recipe | {} (sha256 `{}`) |", head.target, recipe.name, recipe.hash));
-    add(page, &format!("| seed | {} |\n| samples | {} |", head.seed, head.samples));
-    add(page, &format!("| shards | {} of {} samples |", head.shards, head.samples_per_shard));
-    add(page, &format!("| images | {} columns, {} rows |", head.images.cols, head.images.rows));
+    *page += "## How it was made\n\n";
+    *page += &format!("| | |\n|---|---|\n| generator | {} {} |\n", head.generator.name, head.generator.version);
+    *page += &format!("| schema | {}.{} |\n", head.schema_version[0], head.schema_version[1]);
+    *page += &format!("| target | {} |\n| recipe | {} (sha256 `{}`) |\n", head.target, recipe.name, recipe.hash);
+    *page += &format!("| seed | {} |\n| samples | {} |\n", head.seed, head.samples);
+    *page += &format!("| shards | {} of {} samples |\n", head.shards, head.samples_per_shard);
+    *page += &format!("| images | {} columns, {} rows |\n", head.images.cols, head.images.rows);
     if let Some(transport) = transport(&recipe.canonical) {
-        add(page, &format!("| transport | {transport} |"));
+        *page += &format!("| transport | {transport} |\n");
     }
     let Some(command) = head.generator.name.split_whitespace().last() else { return };
     // Files that a recipe names lie in the folder, and nowhere else for whoever was given it.
@@ -142,51 +122,40 @@ fn made(page: &mut String, head: &DatasetHead) {
     } else {
         ("PATH", "PATH is this folder: `assets/` holds the files that the recipe names")
     };
-    add(
-        page,
-        &format!(
-            "\n```sh\n{command} --recipe {file} --seed {} --n {} --samples-per-shard {} --out again\n```\n",
-            head.seed, head.samples, head.samples_per_shard
-        ),
+    *page += &format!(
+        "\n```sh\n{command} --recipe {file} --seed {} --n {} --samples-per-shard {} --out again\n```\n\n",
+        head.seed, head.samples, head.samples_per_shard
     );
-    add(
-        page,
-        &format!(
-            "makes these files again, byte for byte on the same target; {from}. The recipe, as\n`dataset.json` holds \
-                it too:\n"
-        ),
+    *page += &format!(
+        "makes these files again, byte for byte on the same target; {from}. The recipe, as\n\
+         `dataset.json` holds it too:\n\n"
     );
-    add(page, &format!("```yaml\n{}\n```", recipe.text.trim_end()));
+    *page += &format!("```yaml\n{}\n```\n", recipe.text.trim_end());
 }
 
 /// Classes and splits: shares of the recipe, and what there is of each.
 fn shares(page: &mut String, head: &DatasetHead, counts: &ClassCounts) {
-    add(page, "\n## Classes and splits\n");
+    *page += "\n## Classes and splits\n\n";
     let splits = head.splits.named();
     let named = splits.map(|(name, share)| format!("{name} ({share})"));
-    add(page, &format!("| class | share | {} |\n|---|---|---|---|---|", named.join(" | ")));
+    *page += &format!("| class | share | {} |\n|---|---|---|---|---|\n", named.join(" | "));
     let share = |class: &String| head.recipe.canonical["classes"][class]["share"].as_f64();
     let sum: f64 = head.classes.iter().filter_map(share).sum();
     for class in &head.classes {
         let part = share(class).filter(|_| sum > 0.0).map_or(String::new(), |share| format!("{:.3}", share / sum));
         let count = |split: &str| counts.get(&(class.clone(), split.to_string())).copied().unwrap_or(0).to_string();
         let there = splits.map(|(name, _)| if counts.is_empty() { String::new() } else { count(name) });
-        add(page, &format!("| {class} | {part} | {} |", there.join(" | ")));
+        *page += &format!("| {class} | {part} | {} |\n", there.join(" | "));
     }
-    add(
-        page,
-        "\nShares are the recipe's; the columns of splits count samples. Splits follow from seed and index alone.",
-    );
+    *page +=
+        "\nShares are the recipe's; the columns of splits count samples. Splits follow from seed and index alone.\n";
 }
 
 /// Everything that the files hold, each with unit, missing rule and meaning.
 fn columns(page: &mut String, head: &DatasetHead) {
-    add(
-        page,
-        "\n## Columns\n\nLengths in mm, angles in deg, DN as the camera gives them. Images are `[rows, cols]`: x along \
-         the columns (the laser\nline), y along the rows (the scan), z up.\n\n\
-         | column | unit | missing | meaning |\n|---|---|---|---|",
-    );
+    *page += "\n## Columns\n\nLengths in mm, angles in deg, DN as the camera gives them. Images are `[rows, cols]`: x \
+        along the columns (the laser\nline), y along the rows (the scan), z up.\n\n\
+        | column | unit | missing | meaning |\n|---|---|---|---|\n";
     for column in ROW.iter().filter(|c| head.has(c)) {
         match column.kind {
             ColumnKind::Parameters => head.parameters.iter().for_each(|n| entry(page, &n.path(), &n.unit, "", &n.doc)),
@@ -205,25 +174,19 @@ fn columns(page: &mut String, head: &DatasetHead) {
         entry(page, &format!("objects.{}", field.name), field.unit, field.missing, field.doc);
     }
     let classes = head.shown_classes().map(|(value, name)| format!("{value} {name}"));
-    add(page, &format!("\nPixel classes: {}.", classes.collect::<Vec<_>>().join(", ")));
+    *page += &format!("\nPixel classes: {}.\n", classes.collect::<Vec<_>>().join(", "));
     if !head.images.exr.is_empty() {
         let channels: Vec<String> = head.channels().iter().map(|c| format!("{} [{}]", c.name, c.unit)).collect();
-        add(
-            page,
-            &format!(
-                "\n`exr/<shard>/<id>.exr` holds the channels {}; see the attribute `sheetlight` of each file.",
-                channels.join(", ")
-            ),
+        *page += &format!(
+            "\n`exr/<shard>/<id>.exr` holds the channels {}; see the attribute `sheetlight` of each file.\n",
+            channels.join(", ")
         );
     }
     if let Some(step) = head.images.stack_every {
         let (rows, cols) = (head.images.sensor_rows, head.images.sensor_cols);
-        add(
-            page,
-            &format!(
-                "\n`stacks/<shard>.parquet` holds every profile whose number is a multiple of {step} as the sensor \
-                    saw it, [{rows}, {cols}] DN."
-            ),
+        *page += &format!(
+            "\n`stacks/<shard>.parquet` holds every profile whose number is a multiple of {step} as the sensor saw it, \
+             [{rows}, {cols}] DN.\n"
         );
     }
 }
@@ -231,7 +194,7 @@ fn columns(page: &mut String, head: &DatasetHead) {
 /// One row of the table.
 fn entry(page: &mut String, name: &str, unit: &str, missing: &str, doc: &str) {
     let missing = if missing.is_empty() { "never" } else { missing };
-    add(page, &format!("| `{name}` | {unit} | {missing} | {} |", doc.replace('|', "\\|")));
+    *page += &format!("| `{name}` | {unit} | {missing} | {} |\n", doc.replace('|', "\\|"));
 }
 
 /// What the dataset is, in two sentences.
@@ -284,12 +247,6 @@ fn transport(canonical: &Value) -> Option<String> {
     }))
 }
 
-/// A line.
-fn add(page: &mut String, text: &str) {
-    // Writing to a String cannot fail.
-    let _ = writeln!(page, "{text}");
-}
-
 fn front_matter(page: &mut String, head: &DatasetHead, present: &[Split]) {
     let sizes = match head.samples {
         0..1_000 => "n<1K",
@@ -302,8 +259,8 @@ fn front_matter(page: &mut String, head: &DatasetHead, present: &[Split]) {
     };
     // JSON text is YAML text: any name is quoted rightly.
     let name = serde_json::Value::from(head.recipe.name.as_str());
-    add(page, &format!("---\npretty_name: {name}\nlicense: cc0-1.0"));
-    add(page, "annotations_creators:\n- machine-generated\nsource_datasets:\n- original");
+    *page += &format!("---\npretty_name: {name}\nlicense: cc0-1.0\n");
+    *page += "annotations_creators:\n- machine-generated\nsource_datasets:\n- original\n";
     // Pieces of one material have no defects to find, and a recipe with one class nothing to tell apart. Boxes are in
     // the tables, masks in images that a recipe may leave out.
     let defects = head.label_values.len() > 2;
@@ -323,25 +280,22 @@ fn front_matter(page: &mut String, head: &DatasetHead, present: &[Split]) {
     page.push_str(&list("task_categories", &categories));
     page.push_str(&list("task_ids", &ids));
     let scattering = if is_entered_by_light(head) { "\n- subsurface-scattering" } else { "" };
-    add(
-        page,
-        &format!(
-            "tags:\n- synthetic\n- laser-triangulation{scattering}\n- {}\nsize_categories:\n- {sizes}",
-            head.subject
-        ),
+    *page += &format!(
+        "tags:\n- synthetic\n- laser-triangulation{scattering}\n- {}\nsize_categories:\n- {sizes}\n",
+        head.subject
     );
-    add(page, "configs:\n- config_name: default\n  data_files:");
+    *page += "configs:\n- config_name: default\n  data_files:\n";
     let shares = head.splits.named();
     for split in present.iter().filter(|split| shares.iter().any(|(name, share)| *name == split.name() && *share > 0.0))
     {
-        add(page, &format!("  - split: {}", split.name()));
+        *page += &format!("  - split: {}\n", split.name());
         match &patterns("data", &format!("{}-*.parquet", split.name()), head.shards)[..] {
-            [all] => add(page, &format!("    path: {all}")),
+            [all] => *page += &format!("    path: {all}\n"),
             several => {
-                add(page, "    path:");
-                several.iter().for_each(|pattern| add(page, &format!("    - {pattern}")));
+                *page += "    path:\n";
+                several.iter().for_each(|pattern| *page += &format!("    - {pattern}\n"));
             }
         }
     }
-    add(page, "---");
+    *page += "---\n";
 }
