@@ -4,7 +4,6 @@ use std::borrow::Cow;
 use std::sync::{Mutex, PoisonError};
 
 use arrow_array::RecordBatch;
-use output_schema::file::exr_path;
 use output_schema::{ManifestFile, ManifestSample};
 
 use super::decoded_images::DecodedImages;
@@ -35,20 +34,9 @@ pub(super) fn check(
     let images = images::check(&row, &task.head.images, &place, report);
     let (derived, frames) = made_again(task, listed.index, row.cols.max(1) as usize, &images, exr);
     let expected = task.expect.map(|expect| expect(listed.index));
-    let mut sample = SampleToCheck {
-        exr_path: exr_path(task.number, &listed.id),
-        channels: Vec::new(),
-        unknown_label: None,
-        task,
-        batch,
-        row,
-        listed,
-        exr,
-        place,
-        images,
-        expected,
-        derived,
-    };
+    let (channels, unknown_label) = (Vec::new(), None);
+    let mut sample =
+        SampleToCheck { task, batch, row, listed, exr, channels, place, images, unknown_label, expected, derived };
     report.frames += frames.len() as u64;
     report.unexposed += u64::from(sample.exposed().is_empty() && !sample.is_chosen());
     let mut exposed = RowComparison::of_images(&sample);

@@ -3,6 +3,7 @@
 
 use arrow_array::RecordBatch;
 use output_schema::ManifestSample;
+use output_schema::file::exr_path;
 
 use super::columns::StoredRow;
 use super::decoded_images::DecodedImages;
@@ -22,9 +23,7 @@ pub(super) struct SampleToCheck<'a> {
     pub(super) listed: &'a ManifestSample,
     /// Its EXR file, where that is whole.
     pub(super) exr: Option<&'a [u8]>,
-    /// Path of that file.
-    pub(super) exr_path: String,
-    /// Its channels, where they can be read.
+    /// The channels of that file, where they can be read.
     pub(super) channels: Vec<ExrChannel>,
     /// Its table and index.
     pub(super) place: String,
@@ -47,6 +46,11 @@ impl SampleToCheck<'_> {
     /// Whether it is rendered again, and compared as a whole.
     pub(super) fn is_chosen(&self) -> bool {
         self.task.chosen.contains(&self.listed.index)
+    }
+
+    /// Path of its EXR file.
+    pub(super) fn exr_path(&self) -> String {
+        exr_path(self.task.number, &self.listed.id)
     }
 
     /// The numbers of a channel of its EXR file.

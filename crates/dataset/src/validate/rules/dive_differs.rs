@@ -42,7 +42,7 @@ pub(super) fn check(sample: &SampleToCheck, report: &mut ValidationReport) {
         let axis = object.dive_deg.unwrap_or_default().abs() as f32;
         if (*median - axis).abs() > DIVE_DEG {
             let what = format!("the fibre dives {median:.0} deg in object {}, its axis {axis:.0} deg", object.instance);
-            report.warn(Code::DiveDiffers, &sample.exr_path, what);
+            report.warn(Code::DiveDiffers, sample.exr_path(), what);
         }
     }
 }

@@ -23,7 +23,7 @@ pub(in crate::validate) fn check(
     exposed: &mut RowComparison,
     report: &mut ValidationReport,
 ) -> Vec<ExrChannel> {
-    let (head, row, place) = (sample.task.head, &sample.row, &sample.exr_path);
+    let (head, row, place) = (sample.task.head, &sample.row, &sample.exr_path());
     let Some(bytes) = sample.exr else { return Vec::new() };
     let unreadable = |what: String, report: &mut ValidationReport| {
         report.fault(Code::ExrUnreadable, place, what);
@@ -161,7 +161,7 @@ fn compare(channel: &ExrChannel, sample: &SampleToCheck, report: &mut Validation
     };
     if other > 0 {
         let what = format!("{other} samples of {} are not those of the image `{name}`", channel.name);
-        report.fault(Code::ExrDiffers, &sample.exr_path, what);
+        report.fault(Code::ExrDiffers, sample.exr_path(), what);
     }
 }
 

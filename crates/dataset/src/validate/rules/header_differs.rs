@@ -36,5 +36,5 @@ pub(super) fn check(header: &Header, description: &Value, sample: &SampleToCheck
     let other: Vec<&str> = parts.iter().filter(|(_, differs)| *differs).map(|(name, _)| *name).collect();
     let named = if other.is_empty() { "attributes".into() } else { other.join(", ") };
     let what = format!("its header is not the one that the program writes: {named}");
-    report.fault(Code::HeaderDiffers, &sample.exr_path, what);
+    report.fault(Code::HeaderDiffers, sample.exr_path(), what);
 }

@@ -28,14 +28,14 @@ pub(super) fn rows(sample: &SampleToCheck, channel: &ExrChannel, report: &mut Va
     }
     if count > 0 {
         let what = format!("{} of {count} pixels of {compared} rows is not the body's", channel.name);
-        report.fault(Code::TruthDiffers, &sample.exr_path, what);
+        report.fault(Code::TruthDiffers, sample.exr_path(), what);
     }
 }
 
 /// Labels against the truth maps of the EXR file.
 pub(super) fn labels(sample: &SampleToCheck, report: &mut ValidationReport) {
-    let SampleToCheck { task, images: decoded, exr_path, .. } = sample;
-    let mut fault = |what: String| report.tell(task.is_exact(), Code::TruthDiffers, exr_path, what);
+    let SampleToCheck { task, images: decoded, .. } = sample;
+    let mut fault = |what: String| report.tell(task.is_exact(), Code::TruthDiffers, sample.exr_path(), what);
     let bin = &task.head.recipe.canonical["output"]["bin"];
     // A binned pixel is of the most frequent class, its truth a mean of what is known.
     let whole = bin["columns"] == 1 && bin["profiles"] == 1;
