@@ -71,11 +71,6 @@ pub struct RigReport {
 }
 
 impl RigReport {
-    /// The number `name`; NaN where there is none.
-    pub fn number(&self, name: &str) -> f64 {
-        self.numbers.iter().find(|number| number.name == name).map_or(f64::NAN, |number| number.value)
-    }
-
     /// A line for each number.
     pub fn table(&self) -> String {
         let line = |number: &RigNumber| format!("{:28}{:>9}  {}\n", number.name, figure(number.value), number.doc);
