@@ -9,7 +9,6 @@
 //! opening; on Windows a path that was looked at, which leaves that gap to somebody who may write in the folder at the
 //! same time.
 
-use std::fmt;
 use std::fs::File;
 use std::io::{self, ErrorKind, Read, Write};
 use std::path::Path;
@@ -53,16 +52,9 @@ enum Use {
 }
 
 /// Something else lies there than a dataset has there, or more of it.
-#[derive(Debug)]
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
 pub(super) struct Strange(String);
-
-impl fmt::Display for Strange {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.0)
-    }
-}
-
-impl std::error::Error for Strange {}
 
 /// Whether the error is about something strange in the folder, not about the system.
 pub(super) fn is_strange(error: &io::Error) -> bool {

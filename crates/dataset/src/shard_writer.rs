@@ -26,8 +26,6 @@ use optical_bench::split::Split;
 pub struct ShardWriter {
     dataset: Dataset,
     shard: u64,
-    first: u64,
-    count: u64,
     rows: SchemaRef,
     frames: SchemaRef,
     tables: [Option<TableWriter>; Split::ALL.len()],
@@ -80,12 +78,9 @@ impl ShardWriter {
         }
         dataset.clear(shard)?;
         let head = dataset.head();
-        let (first, count) = head.span(shard);
         let (rows, frames) = (Arc::new(row_schema(head)), Arc::new(stack_schema(head)));
         let mut writer = Self {
             shard,
-            first,
-            count,
             rows,
             frames,
             tables: [None, None, None],
@@ -112,17 +107,17 @@ impl ShardWriter {
 
     /// First index and count of the shard's samples.
     pub fn span(&self) -> (u64, u64) {
-        (self.first, self.count)
+        self.dataset.head().span(self.shard)
     }
 
     /// Number of the next sample.
     pub fn next(&self) -> u64 {
-        self.first + self.samples.len() as u64
+        self.span().0 + self.samples.len() as u64
     }
 
     /// Whether every sample is written.
     pub fn is_full(&self) -> bool {
-        self.samples.len() as u64 >= self.count
+        self.samples.len() as u64 >= self.span().1
     }
 
     /// Writes the next sample.
@@ -133,7 +128,7 @@ impl ShardWriter {
     pub fn push(&mut self, sample: Encoded) -> Result<(), Fault> {
         let (row, frames) = self.tabulate(&sample).map_err(|what| self.misfit(sample.index, what))?;
         let (bytes, done) = (sample.bytes(), self.samples.len() as u64);
-        let needed = (self.bytes + bytes) / (done + 1) * self.count.saturating_sub(done) + TABLES_BYTES;
+        let needed = (self.bytes + bytes) / (done + 1) * self.span().1.saturating_sub(done) + TABLES_BYTES;
         self.write(sample, &row, frames.as_ref()).map_err(|error| Fault::of_file(error, Some(needed)))?;
         self.bytes += bytes;
         Ok(())
@@ -143,7 +138,8 @@ impl ShardWriter {
     fn tabulate(&self, sample: &Encoded) -> Result<(RecordBatch, Option<RecordBatch>), String> {
         let next = self.next();
         if sample.index != next || self.is_full() {
-            return Err(format!("sample {next} of {} to {} is next", self.first, self.first + self.count));
+            let (first, count) = self.span();
+            return Err(format!("sample {next} of {} to {} is next", first, first + count));
         }
         let row = row_batch(&self.rows, self.dataset.head(), sample)?;
         let frames = stack_batch(&self.frames, sample)?;
@@ -215,7 +211,7 @@ impl ShardWriter {
             }
         }
         files.sort_by(|a, b| a.path.cmp(&b.path));
-        let head = self.dataset.head();
+        let (head, (first, count)) = (self.dataset.head(), self.span());
         let manifest = Manifest {
             format: head.format.clone(),
             schema_version: SCHEMA_VERSION,
@@ -223,8 +219,8 @@ impl ShardWriter {
             recipe_hash: head.recipe.hash.clone(),
             seed: head.seed,
             shard: self.shard,
-            first: self.first,
-            count: self.count,
+            first,
+            count,
             files,
             samples: std::mem::take(&mut self.samples),
         };
