@@ -4,8 +4,8 @@ use optical_bench::settings::{Order, Transport};
 use output_schema::{DatasetHead, RigWarning};
 
 use super::{DatasetRequest, dataset_head, equipment, recipe_of, render_sample, rig_warnings};
-use dataset::record::AskedRows;
-use dataset::validate::{DerivedSample, ExpectedRow, RowChoice, TakeFrame};
+use dataset::record::{AskedRows, DerivedSample};
+use dataset::validate::{ExpectedRow, RowChoice, TakeFrame};
 use dataset::{Dataset, Encoded};
 use pipeline;
 use recipe::Recipe;

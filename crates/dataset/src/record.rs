@@ -203,3 +203,16 @@ pub struct Record {
     /// Sensor frames that the recipe keeps, by profile.
     pub stack: Vec<StackFrame>,
 }
+
+/// What of one sample follows from its scene without rendering it whole.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DerivedSample {
+    /// Its numbers, of which those hold that need no images; its maps are empty.
+    pub record: Record,
+    /// Every instance of the body, by number from 1, seen or not.
+    pub instances: Vec<Instance>,
+    /// Some rows of the label image, and the body's heights there, by rising row.
+    pub rows: Vec<TrueRow>,
+    /// The rows that were asked for, exposed.
+    pub exposed: Vec<ExposedRows>,
+}

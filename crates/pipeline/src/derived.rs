@@ -8,9 +8,7 @@ use base::{Class, Instance};
 use super::exposed_rows::{expose_frames, exposed_rows};
 use super::{Equipment, Scan, binning, body, grid, set_up, truth_maps, truth_row};
 use crate::labels;
-use dataset::encode_numbers;
-use dataset::record::{AskedRows, Labels, Maps, StackFrame, TrueRow};
-use dataset::validate::DerivedSample;
+use dataset::record::{AskedRows, DerivedSample, Labels, Maps, StackFrame, TrueRow};
 use optical_bench::settings::Movement;
 use recipe::Scene;
 use scanner::optics::Sensor;
@@ -40,8 +38,7 @@ pub fn derived<'a>(
     rows.extend(&asked.unlit);
     rows.retain(|&row| row < scene.size.profiles / scene.output.bin_profiles);
     let rows = rows.into_iter().map(|row| true_row(scene, &sensor, &specimen, row)).collect();
-    let numbers = encode_numbers(&scan.record(scene, &sensor, &specimen), scene.output.bits);
-    DerivedSample { numbers, instances, rows, exposed }
+    DerivedSample { record: scan.record(scene, &sensor, &specimen), instances, rows, exposed }
 }
 
 /// Rows of the image to make again: some that are evenly spread, and through each instance one, as far as it is known

@@ -1,16 +1,15 @@
 //! Expected rows: what the recipe says about the dataset and each of its samples, handed in from outside, against what
 //! is on disk.
 
-use base::Instance;
 use output_schema::file::DATASET;
 use output_schema::{DatasetHead, ManifestSample};
 
 use super::columns::StoredRow;
 use super::report::ValidationReport;
 use super::rules::{Code, Finding};
+use crate::differences;
 use crate::differences::shortened;
-use crate::record::{AskedRows, ExposedRows, StackFrame, TrueRow};
-use crate::{Encoded, differences};
+use crate::record::{AskedRows, DerivedSample, StackFrame};
 
 /// What the recipe draws for one sample, without rendering it.
 #[derive(Debug, Clone, PartialEq)]
@@ -23,19 +22,6 @@ pub struct ExpectedRow {
     pub class: String,
     /// Drawn numbers in the order of the head's parameters.
     pub numbers: Vec<f64>,
-}
-
-/// What of one sample follows from the recipe without rendering it whole, though more slowly than its draws.
-#[derive(Debug, Clone, PartialEq)]
-pub struct DerivedSample {
-    /// Its numbers, of which those hold that need no images.
-    pub numbers: Encoded,
-    /// Every instance of the body, by number from 1, seen or not.
-    pub instances: Vec<Instance>,
-    /// Some rows of the label image, and the body's heights there, by rising row.
-    pub rows: Vec<TrueRow>,
-    /// The rows that were asked for, exposed.
-    pub exposed: Vec<ExposedRows>,
 }
 
 /// Takes sensor frames, in any order, as they are exposed: all of a sample can be more than memory holds.

@@ -31,7 +31,7 @@ use output_schema::{DatasetHead, SCHEMA_VERSION};
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 
-pub use expected::{Derive, DerivedSample, Expect, ExpectedRow, TakeFrame};
+pub use expected::{Derive, Expect, ExpectedRow, TakeFrame};
 pub use report::ValidationReport;
 pub use row_choice::RowChoice;
 pub use rules::{Code, Finding, fault_table};

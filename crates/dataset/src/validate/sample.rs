@@ -7,7 +7,6 @@ use arrow_array::RecordBatch;
 use output_schema::{ManifestFile, ManifestSample};
 
 use super::decoded_images::DecodedImages;
-use super::expected::DerivedSample;
 use super::frame_digest::FrameDigest;
 use super::job_result::CheckedRow;
 use super::report::ValidationReport;
@@ -15,7 +14,7 @@ use super::rules::profile_differs::RowComparison;
 use super::rules::{duplicates, exr, images, label_unknown, of_sample, tables};
 use super::sample_to_check::SampleToCheck;
 use super::shard_task::ShardTask;
-use crate::record::{AskedRows, StackFrame};
+use crate::record::{AskedRows, DerivedSample, StackFrame};
 
 /// Checks one row of a table; `listed` is what the manifest says about it, `exr` its EXR file, where that is whole.
 /// What later checks need, where the row can be read.

@@ -7,10 +7,10 @@ use output_schema::file::exr_path;
 
 use super::columns::StoredRow;
 use super::decoded_images::DecodedImages;
-use super::expected::{DerivedSample, ExpectedRow};
+use super::expected::ExpectedRow;
 use super::shard_task::ShardTask;
 use crate::ExrChannel;
-use crate::record::{ExposedRows, TrueRow};
+use crate::record::{DerivedSample, ExposedRows, TrueRow};
 
 /// One sample that is checked.
 pub(super) struct SampleToCheck<'a> {

@@ -14,7 +14,7 @@ use super::{Code, REMAKE_OR_REPORT, Rule, SampleToCheck, ValidationReport};
 use crate::record::Object;
 use crate::validate::columns::{StoredObject, StoredRow};
 use crate::validate::expected;
-use crate::{cell, object_cells, table_reader};
+use crate::{cell, encode_numbers, object_cells, table_reader};
 
 pub(super) const RULE: Rule = Rule {
     meaning: "A drawn number, or what follows from the draws without light, is not what recipe, seed and index give.",
@@ -31,6 +31,7 @@ pub(super) fn check(sample: &SampleToCheck, report: &mut ValidationReport) {
     }
     let head = sample.task.head;
     let Some(derived) = &sample.derived else { return };
+    let numbers = encode_numbers(&derived.record, u32::try_from(head.images.bits).unwrap_or(u32::MAX));
     let mut other = Vec::new();
     for column in ROW.iter().filter(|column| column.follows == Source::Scene) {
         // The number of Range is called as the row has it, whatever its unit.
@@ -39,7 +40,7 @@ pub(super) fn check(sample: &SampleToCheck, report: &mut ValidationReport) {
             _ => column.name,
         };
         if let Some((place, field)) = row.batch.schema_ref().fields().find(column.name) {
-            match cell(field, head, &derived.numbers) {
+            match cell(field, head, &numbers) {
                 Ok(made) => differences("", name, row.batch.column(place), &made, &mut other),
                 Err(what) => other.push(what),
             }

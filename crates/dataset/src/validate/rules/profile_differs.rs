@@ -49,8 +49,8 @@ impl<'a> RowComparison<'a> {
         let channels = rows.iter().map(channels).collect();
         let mut comparison = Self { rows, cols: sample.cols(), channels, other: Vec::new(), first: None };
         // What the number 0 of Range means, and what a step is [mm or px].
-        let numbers = sample.derived.as_ref().map(|made| &made.numbers);
-        let scale = numbers.map_or([0.0; 2], |numbers| [numbers.range_offset, numbers.range_scale]);
+        let record = sample.derived.as_ref().map(|made| &made.record);
+        let scale = record.map_or([0.0; 2], |record| [record.range_offset, record.range_scale]);
         let bits = u32::try_from(head.images.bits).unwrap_or(u32::MAX);
         for row in rows {
             for channel in Channel::ALL {
