@@ -11,7 +11,7 @@ use super::frame_digest::FrameDigest;
 use super::job_result::CheckedRow;
 use super::report::ValidationReport;
 use super::rules::profile_differs::RowComparison;
-use super::rules::{duplicates, exr, images, label_unknown, of_sample, tables};
+use super::rules::{dive_differs, duplicates, exr, images, label_unknown, of_sample, tables, truth_differs};
 use super::sample_to_check::SampleToCheck;
 use super::shard_task::ShardTask;
 use crate::record::{AskedRows, DerivedSample, StackFrame};
@@ -43,6 +43,10 @@ pub(super) fn check(
     exposed.tell(&sample.place, report);
     sample.images.add_channels(&channels, [sample.row.range_offset, sample.row.range_scale]);
     sample.channels = channels;
+    truth_differs::labels(&sample, report);
+    dive_differs::check(&sample, report);
+    // They are as large as the file, and nothing asks for them while the sample is rendered again.
+    sample.channels = Vec::new();
     sample.unknown_label = label_unknown::unknown(&sample.images, &task.head.label_values);
     of_sample::check(&sample, report);
     // A copy differs in every row that is exposed again.

@@ -17,7 +17,7 @@ const KNOT_PX: usize = 200;
 /// off by the image leave it within a few degrees, clear wood dives tens of degrees less.
 const DIVE_DEG: f32 = 20.0;
 
-pub(super) fn check(sample: &SampleToCheck, report: &mut ValidationReport) {
+pub(in crate::validate) fn check(sample: &SampleToCheck, report: &mut ValidationReport) {
     if sample.task.is_exact() {
         return;
     }

@@ -9,7 +9,7 @@ pub(super) mod card_differs;
 mod class_area_differs;
 pub(super) mod dataset_differs;
 pub(super) mod dataset_json;
-mod dive_differs;
+pub(super) mod dive_differs;
 mod draw_differs;
 pub(super) mod duplicates;
 pub(super) mod exr;
@@ -34,7 +34,7 @@ mod sample_checksum;
 mod shares;
 pub(super) mod stack;
 pub(super) mod tables;
-mod truth_differs;
+pub(super) mod truth_differs;
 mod value_range;
 
 use serde::Serialize;

@@ -1,15 +1,12 @@
 //! Every rule about one sample, in the order in which they are told.
 
 use super::{
-    SampleToCheck, ValidationReport, class_area_differs, dive_differs, draw_differs, instance_class, label_differs,
-    label_unknown, object_differs, outline_differs, range_differs, rerender, row_differs, sample_checksum, shares,
-    truth_differs, value_range,
+    SampleToCheck, ValidationReport, class_area_differs, draw_differs, instance_class, label_differs, label_unknown,
+    object_differs, outline_differs, range_differs, rerender, row_differs, sample_checksum, shares, value_range,
 };
 
 /// The rules about one sample that can be read and whose images are decoded, in the order in which they are told.
-const OF_SAMPLE: [fn(&SampleToCheck, &mut ValidationReport); 15] = [
-    truth_differs::labels,
-    dive_differs::check,
+const OF_SAMPLE: [fn(&SampleToCheck, &mut ValidationReport); 13] = [
     draw_differs::check,
     row_differs::check,
     value_range::check,

@@ -33,7 +33,7 @@ pub(super) fn rows(sample: &SampleToCheck, channel: &ExrChannel, report: &mut Va
 }
 
 /// Labels against the truth maps of the EXR file.
-pub(super) fn labels(sample: &SampleToCheck, report: &mut ValidationReport) {
+pub(in crate::validate) fn labels(sample: &SampleToCheck, report: &mut ValidationReport) {
     let SampleToCheck { task, images: decoded, .. } = sample;
     let mut fault = |what: String| report.tell(task.is_exact(), Code::TruthDiffers, sample.exr_path(), what);
     let bin = &task.head.recipe.canonical["output"]["bin"];
