@@ -18,8 +18,6 @@ use super::{StudyProgress, StudyReport, announce, ask, describe, photon_document
 use drawing::chart::{Axis, Chart, Series};
 use drawing::{Area, LETTER, MARGIN, Page, viridis};
 use reference::media::{CLEAR_WOOD, SOUND_KNOT, WoodMedium};
-use reference::medium::LayeredMedium;
-use reference::model::ModelError;
 use reference::path::Effort;
 use reference::thesis::{self, PixelGround, SpreadMethod};
 use transport::answer::{Estimate, Question};
@@ -138,25 +136,18 @@ impl ComparedModel {
     /// rows along y [1].
     ///
     /// # Errors
-    /// Where the model refuses.
+    /// In words, where the model refuses.
     pub fn point_light(
         self,
         wood: &WoodMedium,
         effort: Effort,
         progress: StudyProgress,
-    ) -> Result<Vec<Estimate>, ModelError> {
+    ) -> Result<Vec<Estimate>, String> {
         let middle = DVec2::splat(CELLS as f64);
         let what = format!("{} at {} deg", wood.name, wood.azimuth);
         let (source, method) = match self {
             Self::Model(model) => {
-                return Ok(ask(
-                    model,
-                    &what,
-                    &LayeredMedium { stack: wood.stack(), question: question() },
-                    effort,
-                    progress,
-                )?
-                .point);
+                return Ok(ask(model, &what, (&wood.stack(), &question()), effort, progress)?.point);
             }
             Self::Thesis if is_knot(&ground(wood)) => (thesis::LaserPoint::thesis(middle), SpreadMethod::ON_A_KNOT),
             Self::Thesis => (thesis::LaserPoint::thesis(middle), SpreadMethod::ON_CLEAR_WOOD),
@@ -193,7 +184,7 @@ fn point_map(
     progress: StudyProgress,
 ) -> PointMap {
     let wood = case.wood.turned(azimuth);
-    let light = model.point_light(&wood, effort, progress).map_err(|refusal| refusal.to_string());
+    let light = model.point_light(&wood, effort, progress);
     let drawn = azimuth == case.drawn_azimuth();
     let kept = light.as_ref().ok().filter(|_| drawn).map_or_else(Vec::new, |light| values(light));
     let contours =

@@ -11,6 +11,7 @@
 
 mod bilinear_patch;
 mod body;
+mod cell_grid;
 mod foil;
 pub mod line_response;
 pub mod measure;
