@@ -11,8 +11,8 @@
 
 mod bilinear_patch;
 mod body;
-mod cell_grid;
 mod foil;
+mod height_cells;
 pub mod line_response;
 pub mod measure;
 mod next_event;

@@ -12,7 +12,7 @@ use base::Slice;
 use glam::DVec3;
 
 use super::super::bilinear_patch::BilinearPatch;
-use super::super::cell_grid::{CellGrid, TARGET_PITCH_MM};
+use super::super::height_cells::{HeightCells, TARGET_PITCH_MM};
 use transport::line::LineSource;
 
 /// Cells over which slopes are averaged for light towards the lens.
@@ -60,7 +60,7 @@ impl HeightField {
     pub fn new<'a>(line: &LineSource<'a>) -> (Self, Vec<Box<dyn Slice + 'a>>) {
         let (low, high) = line.body.bounds();
         let (low, high) = (low.as_dvec3(), high.as_dvec3());
-        let grid = CellGrid::about(line, [low.truncate(), high.truncate()]);
+        let grid = HeightCells::about(line, [low.truncate(), high.truncate()]);
         let [nx, ny] = grid.size;
         let y = |j: f64| (grid.low.y + j * grid.pitch.y) as f32;
         let mut heights = Self {

@@ -15,7 +15,7 @@ use glam::{DVec2, DVec3};
 use procedural::blister::{CardFilm, Pack, Solid};
 
 use super::super::bilinear_patch::BilinearPatch;
-use super::super::cell_grid::CellGrid;
+use super::super::height_cells::HeightCells;
 use super::microfacets::bottom;
 use super::moved_net::lay;
 use transport::line::LineSource;
@@ -120,14 +120,14 @@ impl PackShape {
     pub fn of(pack: &Pack, line: &LineSource) -> Self {
         let (low, high) = pack.bounds();
         let card = [low, high].map(|corner| corner.as_dvec3().truncate());
-        Self::new(CellGrid::about(line, card), pack.solids().to_vec(), |x, y| {
+        Self::new(HeightCells::about(line, card), pack.solids().to_vec(), |x, y| {
             pack.slice(y).surface(x).map(|_| PackColumn { sheet: pack.sheet(x, y), foil: pack.foil(x, y) })
         })
     }
 
     /// What `ask` says about points (x, y) [mm] on a card, `None` beside it.
-    pub fn new(grid: CellGrid, solids: Vec<Solid>, ask: impl Fn(f32, f32) -> Option<PackColumn>) -> Self {
-        let CellGrid { low, pitch, size } = grid;
+    pub fn new(grid: HeightCells, solids: Vec<Solid>, ask: impl Fn(f32, f32) -> Option<PackColumn>) -> Self {
+        let HeightCells { low, pitch, size } = grid;
         let mut shape = Self {
             low,
             pitch,

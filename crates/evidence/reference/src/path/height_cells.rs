@@ -11,7 +11,7 @@ const MARGIN_MM: f64 = 20.0;
 
 /// Cells over a body; nodes lie half a cell off its border.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct CellGrid {
+pub(super) struct HeightCells {
     /// Place of the first node [mm].
     pub low: DVec2,
     /// Size of cells [mm].
@@ -20,7 +20,7 @@ pub(super) struct CellGrid {
     pub size: [usize; 2],
 }
 
-impl CellGrid {
+impl HeightCells {
     /// The cells about `line` of a body between two corners [mm].
     pub fn about(line: &LineSource, body: [DVec2; 2]) -> Self {
         let ends = [line.x.first(), line.x.last()].map(|x| f64::from(x.copied().unwrap_or(0.0)));
