@@ -278,13 +278,8 @@ fn chart(case: &MediumCase) -> Chart {
         let at = |(row, share): (usize, &Estimate)| {
             ((row as f64 - ROWS_ASIDE as f64) * answer.row_mm, share.value, share.error)
         };
-        let points = answer.line.iter().enumerate().map(at).collect();
-        Some(Series {
-            name: model.name().into(),
-            colour: ComparedModel::Model(model).colour(),
-            points,
-            joined: !model.walks(),
-        })
+        let marks = Series::marks(ComparedModel::Model(model).colour(), answer.line.iter().enumerate().map(at));
+        Some(Series { joined: !model.walks(), ..marks.named(model.name()) })
     });
     let [mu_a, s, k, n] = case.wood.coefficients;
     Chart {

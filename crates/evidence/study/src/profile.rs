@@ -155,20 +155,18 @@ fn report(scene: &Scene, profile: usize, x: &[f64], lines: &[ProfileLine], effor
     json["x_mm"] = json!(x);
     json["models"] = lines.iter().map(model).collect();
     let most = lines.iter().flat_map(|line| &line.scatter).map(|e| e.value).fold(1.0, f64::max);
-    let series = lines.iter().map(|line| Series {
-        name: line.model.name().into(),
-        colour: line.model.colour(),
-        points: x.iter().zip(&line.scatter).map(|(&x, e)| (x, e.value, e.error)).collect(),
-        joined: line.model != ComparedModel::Model(Model::Path),
+    let series = lines.iter().map(|line| {
+        let marks = x.iter().zip(&line.scatter).map(|(&x, e)| (x, e.value, e.error));
+        let joined = line.model != ComparedModel::Model(Model::Path);
+        Series { joined, ..Series::marks(line.model.colour(), marks).named(line.model.name()) }
     });
     let ends = (x.first().copied().unwrap_or(0.0), x.last().copied().unwrap_or(1.0));
-    let chart = Chart {
-        title: format!("Sample {} ({}), profile {profile}: scatter along the line", scene.index, scene.class),
-        x: Axis::even("x [mm]", ends.0, ends.1),
-        y: Axis::even("rows 1 to 8 on both sides of the peak [e-]", 0.0, 1.05 * most),
-        series: series.collect(),
-        foot: (String::new(), ComparedModel::Model(Model::Kernel).colour()),
-    };
+    let chart = Chart::new(
+        &format!("Sample {} ({}), profile {profile}: scatter along the line", scene.index, scene.class),
+        Axis::even("x [mm]", ends.0, ends.1),
+        Axis::even("rows 1 to 8 on both sides of the peak [e-]", 0.0, 1.05 * most),
+        series.collect(),
+    );
     let mut page = Page::new(CHART_PX.0 + 2 * MARGIN, CHART_PX.1 + 2 * MARGIN);
     chart.draw(&mut page, Area { left: MARGIN, top: MARGIN, width: CHART_PX.0, height: CHART_PX.1 });
     StudyReport { table, json, picture: page.0, figures: Vec::new() }

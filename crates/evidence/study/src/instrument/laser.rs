@@ -23,13 +23,13 @@ use image::RgbImage;
 use serde_json::json;
 
 use super::closed_forms::{box_error, electrons, half_width, lens_variance, rows_per_mm};
-use super::layout::{BLUE, CHART_HEIGHT, CHART_WIDTH, GREY, Heading, ORANGE, area, chart, curve, legend, marks, page};
+use super::layout::{BLUE, CHART_HEIGHT, CHART_WIDTH, GREY, Heading, ORANGE, area, chart, legend, page};
 use super::targets::{
     BARE_PROFILE, TargetView, bare, expose_to_peak, gain, metal_radiance_factor, plate, scene, stream,
 };
 use super::{Figure, Repeats, Trials, document, table};
 use crate::{StudyProgress, StudyReport};
-use drawing::chart::Axis;
+use drawing::chart::{Axis, Series};
 use drawing::{Area, MARGIN, Page, viridis};
 use optical_bench::parameters::Bench;
 use optical_bench::settings::Size;
@@ -395,8 +395,8 @@ fn draw(plots: &LaserPlots, table: &str) -> RgbImage {
         Axis::even("z [mm]", -60.0, 80.0),
         Axis::even("[mm]", 0.0, 0.3),
         vec![
-            curve(GREY, heights().filter(|z| *z <= 75.0).map(|z| (z, half_width(bench, z)))),
-            marks(BLUE, HEIGHTS_MM.iter().zip(&plots.width).map(|(z, w)| (*z, w.value, w.error))),
+            Series::curve(GREY, heights().filter(|z| *z <= 75.0).map(|z| (z, half_width(bench, z)))),
+            Series::marks(BLUE, HEIGHTS_MM.iter().zip(&plots.width).map(|(z, w)| (*z, w.value, w.error))),
         ],
     );
     let [waist, place, quality] = plots.beam_fit;
@@ -417,8 +417,8 @@ fn draw(plots: &LaserPlots, table: &str) -> RgbImage {
 
     let series = |which: usize, colour| {
         vec![
-            curve(GREY, plots.along[which].iter().map(|(x, _, t)| (*x, t / 1e3))),
-            marks(colour, plots.along[which].iter().map(|(x, e, _)| (*x, e.value / 1e3, e.error / 1e3))),
+            Series::curve(GREY, plots.along[which].iter().map(|(x, _, t)| (*x, t / 1e3))),
+            Series::marks(colour, plots.along[which].iter().map(|(x, e, _)| (*x, e.value / 1e3, e.error / 1e3))),
         ]
     };
     let Area { left: x, top: y, .. } = chart(
@@ -443,7 +443,7 @@ fn draw(plots: &LaserPlots, table: &str) -> RgbImage {
         "The same over the closed form, 45 deg",
         Axis::even("x [mm]", -125.0, 125.0),
         Axis::even("[%]", -0.5, 0.5),
-        vec![curve(GREY, [(-118.0, 0.0), (118.0, 0.0)].into_iter()), marks(BLUE, off)],
+        vec![Series::curve(GREY, [(-118.0, 0.0), (118.0, 0.0)]), Series::marks(BLUE, off)],
     );
     let words = format!("middle: {:.0} electrons a column by the closed form", electrons(bench, 0.0, 0.0));
     page.words_in(x + 70, y + 56, &words, GREY);

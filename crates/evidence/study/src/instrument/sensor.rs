@@ -24,11 +24,11 @@ use rustfft::FftPlannerScalar;
 use rustfft::num_complex::Complex64;
 use serde_json::{Value, json};
 
-use super::layout::{BLUE, GREEN, GREY, Heading, ORANGE, PURPLE, area, chart, curve, legend, marks, page};
+use super::layout::{BLUE, GREEN, GREY, Heading, ORANGE, PURPLE, area, chart, legend, page};
 use super::targets::{BARE_PROFILE, TargetView, bare, gain, scene, stream};
 use super::{Figure, Repeats, Trials, document, mean_and_variance, table};
 use crate::{StudyProgress, StudyReport};
-use drawing::chart::Axis;
+use drawing::chart::{Axis, Series};
 use drawing::{Area, INK, Page};
 use numerics::chance::normal_below;
 use optical_bench::settings::{Hdr, Readout};
@@ -392,8 +392,8 @@ fn draw_transfer(page: &mut Page, plots: &SensorPlots) {
         Axis::even("mean [DN]", 0.0, 265.0),
         Axis::even("variance in time [DN^2]", 0.0, 4.0),
         vec![
-            curve(GREY, plots.expected.iter().map(|e| (e[1], e[2]))),
-            marks(BLUE, plots.levels.iter().map(|(_, mean, v)| (mean.value, v.value, v.error))),
+            Series::curve(GREY, plots.expected.iter().map(|e| (e[1], e[2]))),
+            Series::marks(BLUE, plots.levels.iter().map(|(_, mean, v)| (mean.value, v.value, v.error))),
         ],
     );
     page.words_in(x + 74, y + 66, &format!("K = {:.6} +- {:.6} DN/e-", plots.gain.value, plots.gain.error), BLUE);
@@ -407,8 +407,11 @@ fn draw_transfer(page: &mut Page, plots: &SensorPlots) {
         Axis::even("electrons / 1000", 0.0, 29.0),
         Axis::even("[%]", -0.15, 0.15),
         vec![
-            curve(GREY, plots.expected.iter().map(|e| (e[0] / 1e3, 100.0 * (e[1] - dark - k * e[0]) / (255.0 - dark)))),
-            marks(
+            Series::curve(
+                GREY,
+                plots.expected.iter().map(|e| (e[0] / 1e3, 100.0 * (e[1] - dark - k * e[0]) / (255.0 - dark))),
+            ),
+            Series::marks(
                 BLUE,
                 plots.levels.iter().map(|(e, mean, _)| {
                     let off = mean.value - dark - k * e;
@@ -426,7 +429,7 @@ fn draw_spectra(page: &mut Page, plots: &SensorPlots) {
     let spectrum = |i: usize| plots.spectra[i].iter().enumerate().map(move |(f, p)| (f as f64 / n, *p));
     let level =
         |i: usize| if i == 0 { exposure.dark_noise_dn.powi(2) - rows(plots) } else { exposure.dark_noise_dn.powi(2) };
-    let zero = |power: f64| vec![(0.0, power, 0.0)].into_iter();
+    let zero = |power: f64| [(0.0, power, 0.0)];
     let Area { left: x, top: y, .. } = chart(
         page,
         [0, 1],
@@ -434,12 +437,12 @@ fn draw_spectra(page: &mut Page, plots: &SensorPlots) {
         Axis::even("cycles a pixel", -0.01, 0.5),
         Axis::log("[DN^2]", 0.5, 100.0),
         vec![
-            curve(GREY, [0.0, 0.5].map(|f| (f, level(0))).into_iter()),
-            curve(GREY, [0.0, 0.5].map(|f| (f, level(1))).into_iter()),
-            curve(ORANGE, spectrum(1).skip(1)),
-            curve(BLUE, spectrum(0).skip(1)),
-            marks(ORANGE, zero(plots.spectra[1][0])),
-            marks(BLUE, zero(plots.spectra[0][0])),
+            Series::curve(GREY, [0.0, 0.5].map(|f| (f, level(0))).into_iter()),
+            Series::curve(GREY, [0.0, 0.5].map(|f| (f, level(1))).into_iter()),
+            Series::curve(ORANGE, spectrum(1).skip(1)),
+            Series::curve(BLUE, spectrum(0).skip(1)),
+            Series::marks(ORANGE, zero(plots.spectra[1][0])),
+            Series::marks(BLUE, zero(plots.spectra[0][0])),
         ],
     );
     legend(page, x + 90, y + 70, &[(BLUE, "rows stand out (as set)"), (ORANGE, "row noise and pattern off")]);
@@ -475,10 +478,11 @@ fn draw_slopes(page: &mut Page, plots: &SensorPlots) {
         (0, "Two slopes: mean less dark", Axis::even("[DN]", 0.0, 260.0)),
         (1, "Two slopes: variance in time", Axis::even("[DN^2]", 0.0, 4.0)),
     ] {
-        let theory = plots.modes.iter().map(|mode| curve(GREY, mode.expected.iter().map(|v| (v[0], v[1 + place]))));
+        let theory =
+            plots.modes.iter().map(|mode| Series::curve(GREY, mode.expected.iter().map(|v| (v[0], v[1 + place]))));
         let measured = plots.modes.iter().zip(COLOURS);
-        let measured =
-            measured.map(|(mode, colour)| marks(colour, mode.measured.iter().map(|v| (v[0], v[1 + place], 0.0))));
+        let measured = measured
+            .map(|(mode, colour)| Series::marks(colour, mode.measured.iter().map(|v| (v[0], v[1 + place], 0.0))));
         let area = chart(page, [place as u32, 2], title, light(), axis, theory.chain(measured).collect());
         let names: Vec<_> =
             COLOURS.into_iter().zip(&plots.modes).map(|(colour, mode)| (colour, mode.hdr.name())).collect();

@@ -22,12 +22,12 @@ use serde_json::json;
 
 use super::centroid::{beyond_first_order, spread};
 use super::closed_forms::{height_per_row, lens_variance, rows_per_mm};
-use super::layout::{BLUE, GREEN, GREY, Heading, ORANGE, PURPLE, area, chart, curve, legend, marks, page};
+use super::layout::{BLUE, GREEN, GREY, Heading, ORANGE, PURPLE, area, chart, legend, page};
 use super::speckle_theory::{IntensityLaw, boiled, overlap, pupils};
 use super::targets::{BARE_PROFILE, TargetView, bare, expose_to_peak, gain, quiet, scene, stream};
 use super::{Figure, Repeats, Trials, document, mean_and_variance, significance, table};
 use crate::{StudyProgress, StudyReport};
-use drawing::chart::Axis;
+use drawing::chart::{Axis, Series};
 use drawing::{Area, Page, viridis};
 use optical_bench::settings::SpeckleLaw;
 use pipeline;
@@ -489,23 +489,18 @@ fn draw_contrast(page: &mut Page, plots: &SpecklePlots) {
         "Contrast in one pixel (Goodman), pixels of 12 to 1.2 um",
         Axis::even("grain over pixel", 0.0, 1.8),
         Axis::even("standard deviation over mean", 0.0, 1.0),
-        vec![curve(GREY, theory), marks(BLUE, measured)],
+        vec![Series::curve(GREY, theory), Series::marks(BLUE, measured)],
     );
-    let own = PIXELS_UM.iter().position(|pixel| *pixel == 6.0).map_or(0.0, |i| plots.contrast[i].value);
-    page.words_in(
-        x + 200,
-        y + 250,
-        &format!("the sensor's own 6 um: {own:.4}, theory {:.4}", plots.own.contrast()),
-        BLUE,
-    );
+    let (own, theory) = (plots.contrast[OWN_PIXEL].value, plots.own.contrast());
+    page.words_in(x + 200, y + 250, &format!("the sensor's own 6 um: {own:.4}, theory {theory:.4}"), BLUE);
 }
 
 /// The law of the light in one pixel.
 fn draw_laws(page: &mut Page, plots: &SpecklePlots) {
     let mut series = Vec::new();
     for (i, (values, law)) in plots.laws.iter().enumerate() {
-        series.push(curve(GREY, (1..=150).map(|j| 0.02 * f64::from(j)).map(|v| (v, law.density(v)))));
-        series.push(marks(COLOURS[i], histogram(values).into_iter()));
+        series.push(Series::curve(GREY, (1..=150).map(|j| 0.02 * f64::from(j)).map(|v| (v, law.density(v)))));
+        series.push(Series::marks(COLOURS[i], histogram(values)));
     }
     let Area { left: x, top: y, .. } = chart(
         page,
@@ -537,9 +532,9 @@ fn draw_lags(page: &mut Page, plots: &SpecklePlots) {
         Axis::even("pixels apart", 0.0, most),
         Axis::even("", -0.02, 0.12),
         vec![
-            curve(GREY, (6..=88).map(|i| 0.05 * f64::from(i)).map(|lag| (lag, plots.own.at(lag)))),
-            marks(BLUE, lags(0)),
-            marks(ORANGE, lags(1)),
+            Series::curve(GREY, (6..=88).map(|i| 0.05 * f64::from(i)).map(|lag| (lag, plots.own.at(lag)))),
+            Series::marks(BLUE, lags(0)),
+            Series::marks(ORANGE, lags(1)),
         ],
     );
     legend(page, x + 380, y + 60, &[(BLUE, "along columns"), (ORANGE, "along rows")]);
@@ -549,8 +544,9 @@ fn draw_lags(page: &mut Page, plots: &SpecklePlots) {
 fn draw_movement(page: &mut Page, plots: &SpecklePlots) {
     let apart =
         |n: usize| plots.profiles.iter().filter(move |(_, _, m)| *m == n).map(|(lag, c, _)| (*lag, c.value, c.error));
-    let mut series = vec![curve(GREY, (-80..=80).map(|i| 0.025 * f64::from(i)).map(|lag| (lag, plots.own.at(lag))))];
-    series.extend((1..=5).map(|n| marks(COLOURS[n - 1], apart(n))));
+    let mut series =
+        vec![Series::curve(GREY, (-80..=80).map(|i| 0.025 * f64::from(i)).map(|lag| (lag, plots.own.at(lag))))];
+    series.extend((1..=5).map(|n| Series::marks(COLOURS[n - 1], apart(n))));
     let Area { left: x, top: y, .. } = chart(
         page,
         [1, 1],
@@ -571,13 +567,13 @@ fn draw_centre(page: &mut Page, plots: &SpecklePlots) {
         .iter()
         .map(|s| {
             let c = s * plots.own.contrast();
-            curve(GREY, (30..=140).map(|i| 0.01 * f64::from(i)).map(move |px| (px, plots.own.wide_line(c, px))))
+            Series::curve(GREY, (30..=140).map(|i| 0.01 * f64::from(i)).map(move |px| (px, plots.own.wide_line(c, px))))
         })
         .collect();
     for s in 0..STRENGTHS.len() {
         let at = (0..WAISTS_MM.len()).map(move |w| (line_px[w], measured[w][s].value, measured[w][s].error));
-        series.push(marks(COLOURS[s], at));
-        series.push(curve(COLOURS[s], (0..WAISTS_MM.len()).map(move |w| (line_px[w], theory[w][s]))));
+        series.push(Series::marks(COLOURS[s], at));
+        series.push(Series::curve(COLOURS[s], (0..WAISTS_MM.len()).map(move |w| (line_px[w], theory[w][s]))));
     }
     let Area { left: x, top: y, .. } = chart(
         page,
@@ -591,7 +587,6 @@ fn draw_centre(page: &mut Page, plots: &SpecklePlots) {
         STRENGTHS.iter().map(|s| format!("contrast {:.3}; line: sum over rows", s * plots.own.contrast())).collect();
     let mut entries: Vec<_> =
         COLOURS.iter().zip(&entries).map(|(colour, words)| (*colour, words.as_str())).rev().collect();
-    entries.retain(|(_, words)| !words.is_empty());
     entries.push((GREY, "C sqrt(sigma L_c / (4 sqrt(pi)))"));
     legend(page, x + 64, y + 56, &entries);
 }
@@ -615,7 +610,10 @@ fn draw_boiling(page: &mut Page, plots: &SpecklePlots) {
         "Boiling: patterns of the stack, points",
         Axis::even("pupils apart over their diameter", 0.0, 1.05),
         Axis::even("correlation", -0.05, 1.0),
-        vec![curve(GREY, theory), marks(BLUE, plots.boil.iter().map(|(u, c)| (chord(*u), c.value, c.error)))],
+        vec![
+            Series::curve(GREY, theory),
+            Series::marks(BLUE, plots.boil.iter().map(|(u, c)| (chord(*u), c.value, c.error))),
+        ],
     );
     chart(
         page,
@@ -624,8 +622,8 @@ fn draw_boiling(page: &mut Page, plots: &SpecklePlots) {
         Axis::even("profiles apart", 0.0, 5.5),
         Axis::even("correlation, all lags over still", 0.8, 1.05),
         vec![
-            curve(GREY, plots.left.iter().map(|(n, _, theory)| (*n as f64, *theory))),
-            marks(ORANGE, plots.left.iter().map(|(n, c, _)| (*n as f64, c.value, c.error))),
+            Series::curve(GREY, plots.left.iter().map(|(n, _, theory)| (*n as f64, *theory))),
+            Series::marks(ORANGE, plots.left.iter().map(|(n, c, _)| (*n as f64, c.value, c.error))),
         ],
     );
 }

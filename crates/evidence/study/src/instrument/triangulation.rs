@@ -22,11 +22,11 @@ use serde_json::json;
 
 use super::centroid;
 use super::closed_forms::{column_width, height_per_row, row_up};
-use super::layout::{BLUE, CHART_WIDTH, GREEN, GREY, Heading, ORANGE, PURPLE, area, chart, curve, legend, marks, page};
+use super::layout::{BLUE, CHART_WIDTH, GREEN, GREY, Heading, ORANGE, PURPLE, area, chart, legend, page};
 use super::targets::{TargetView, ceramic, expose_to_peak, gain, plate, scene, stream};
 use super::{Figure, Repeats, Trials, document, mean_and_variance, table};
 use crate::{StudyProgress, StudyReport};
-use drawing::chart::Axis;
+use drawing::chart::{Axis, Series};
 use drawing::{Area, MARGIN, Page};
 use optical_bench::parameters::Bench;
 use optical_bench::settings::Scheimpflug;
@@ -343,7 +343,7 @@ fn draw(repeats: &Repeats<TriangulationRepeat>, theory: &TriangulationTheory, ma
     let mark = |z: f64, Estimate { value, error }: Estimate| (z, value, error);
     let errors = |slope: usize| {
         let at = |i: usize| mark(HEIGHTS_MM[i] + aside(slope), repeats.estimate(error(slope, i)));
-        marks(colours[slope], (0..HEIGHTS_MM.len()).map(at))
+        Series::marks(colours[slope], (0..HEIGHTS_MM.len()).map(at))
     };
     let Area { left: x, top: y, .. } = chart(
         &mut page,
@@ -351,7 +351,7 @@ fn draw(repeats: &Repeats<TriangulationRepeat>, theory: &TriangulationTheory, ma
         "Mean error of Range, metal plates",
         Axis::even("height [mm]", 0.0, 55.0),
         Axis::even("[um]; bars: standard errors", -2.0, 2.0),
-        vec![curve(GREY, [(0.0, 0.0), (55.0, 0.0)].into_iter()), errors(0), errors(1), errors(2)],
+        vec![Series::curve(GREY, [(0.0, 0.0), (55.0, 0.0)]), errors(0), errors(1), errors(2)],
     );
     legend(&mut page, x + 380, y + 52, &[(BLUE, "level"), (ORANGE, "dz/dx = 0.15"), (PURPLE, "dz/dy = 0.15")]);
     page.words_in(x + 60, y + 52, "1 um is 1/200 row", GREY);
@@ -366,10 +366,10 @@ fn draw(repeats: &Repeats<TriangulationRepeat>, theory: &TriangulationTheory, ma
         Axis::even("height [mm]", 0.0, 55.0),
         Axis::even("standard deviation [um]", 0.0, 16.0),
         vec![
-            curve(GREY, HEIGHTS_MM.into_iter().zip(theory.level.iter().copied())),
-            curve(GREY, TABLE_HEIGHTS.iter().zip(&theory.ceramic).map(|(i, um)| (HEIGHTS_MM[*i], *um))),
-            marks(BLUE, level),
-            marks(GREEN, white),
+            Series::curve(GREY, HEIGHTS_MM.into_iter().zip(theory.level.iter().copied())),
+            Series::curve(GREY, TABLE_HEIGHTS.iter().zip(&theory.ceramic).map(|(i, um)| (HEIGHTS_MM[*i], *um))),
+            Series::marks(BLUE, level),
+            Series::marks(GREEN, white),
         ],
     );
     legend(&mut page, x + 300, y + 52, &[(GREEN, "ceramic, speckle and noise"), (BLUE, "metal, sensor noise alone")]);
@@ -383,10 +383,10 @@ fn draw(repeats: &Repeats<TriangulationRepeat>, theory: &TriangulationTheory, ma
         Axis::even("height [mm]", 0.0, 55.0),
         Axis::even("[um]", 60.0, 240.0),
         vec![
-            curve(GREY, z().map(|z| (z, 1000.0 * height_per_row(&theory.bench, z)))),
-            curve(GREY, z().map(|z| (z, 1000.0 * column_width(&theory.bench, z)))),
-            marks(BLUE, (0..HEIGHTS_MM.len() - 1).map(row)),
-            marks(ORANGE, (0..HEIGHTS_MM.len()).map(column)),
+            Series::curve(GREY, z().map(|z| (z, 1000.0 * height_per_row(&theory.bench, z)))),
+            Series::curve(GREY, z().map(|z| (z, 1000.0 * column_width(&theory.bench, z)))),
+            Series::marks(BLUE, (0..HEIGHTS_MM.len() - 1).map(row)),
+            Series::marks(ORANGE, (0..HEIGHTS_MM.len()).map(column)),
         ],
     );
     legend(
