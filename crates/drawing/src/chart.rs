@@ -52,6 +52,24 @@ pub struct Chart {
     pub foot: (String, Rgb<u8>),
 }
 
+impl Series {
+    /// Points that are joined.
+    pub fn curve(colour: Rgb<u8>, points: impl IntoIterator<Item = (f64, f64)>) -> Self {
+        let points = points.into_iter().map(|(x, y)| (x, y, 0.0));
+        Self { joined: true, ..Self::marks(colour, points) }
+    }
+
+    /// Marks with error bars.
+    pub fn marks(colour: Rgb<u8>, points: impl IntoIterator<Item = (f64, f64, f64)>) -> Self {
+        Self { name: String::new(), colour, points: points.into_iter().collect(), joined: false }
+    }
+
+    /// The same with a name in the legend.
+    pub fn named(self, name: &str) -> Self {
+        Self { name: name.to_owned(), ..self }
+    }
+}
+
 impl Axis {
     /// A linear axis.
     pub fn even(words: &str, from: f64, to: f64) -> Self {
@@ -108,6 +126,11 @@ impl Axis {
 }
 
 impl Chart {
+    /// A chart without foot.
+    pub fn new(title: &str, x: Axis, y: Axis, series: Vec<Series>) -> Self {
+        Self { title: title.to_owned(), x, y, series, foot: (String::new(), INK) }
+    }
+
     /// Draws it into an area of the page.
     pub fn draw(&self, page: &mut Page, area: Area) {
         let Area { left, top, width, height } = area;
@@ -218,11 +241,9 @@ mod tests {
         let red = Rgb([255, 0, 0]);
         let chart = |y: f64, log: bool| {
             let axis = if log { Axis::log("y", 0.01, 100.0) } else { Axis::even("y", 0.0, 2.0) };
-            let points = vec![(0.0, y, 0.0), (1.0, y, 0.0)];
-            let series = Series { name: String::new(), colour: red, points, joined: true };
+            let series = Series::curve(red, [(0.0, y), (1.0, y)]);
             let mut page = Page::new(300, 200);
-            let (title, foot, x) = ("t".into(), (String::new(), red), Axis::even("x", 0.0, 1.0));
-            let chart = Chart { title, x, y: axis, series: vec![series], foot };
+            let chart = Chart::new("t", Axis::even("x", 0.0, 1.0), axis, vec![series]);
             chart.draw(&mut page, Area { left: 0, top: 0, width: 300, height: 200 });
             let lit = page.0.enumerate_pixels().filter(|(_, _, colour)| **colour == red);
             lit.map(|(_, y, _)| y).collect::<Vec<_>>()

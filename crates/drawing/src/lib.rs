@@ -8,7 +8,10 @@ mod ticks;
 pub use classes::class_colour;
 pub use ticks::round_ticks;
 
-use embedded_graphics::mono_font::{MonoTextStyle, ascii::FONT_7X13};
+use embedded_graphics::mono_font::{
+    MonoTextStyle,
+    ascii::{FONT_7X13, FONT_10X20},
+};
 use embedded_graphics::pixelcolor::Rgb888;
 use embedded_graphics::prelude::*;
 use embedded_graphics::primitives::{Line, PrimitiveStyle, Rectangle};
@@ -106,7 +109,15 @@ impl Page {
 
     /// Text in a colour.
     pub fn words_in(&mut self, x: u32, y: u32, text: &str, colour: Rgb<u8>) {
-        let style = MonoTextStyle::new(&FONT_7X13, ink(colour));
+        self.text(x, y, text, MonoTextStyle::new(&FONT_7X13, ink(colour)));
+    }
+
+    /// Large text.
+    pub fn title(&mut self, x: u32, y: u32, text: &str) {
+        self.text(x, y, text, MonoTextStyle::new(&FONT_10X20, ink(INK)));
+    }
+
+    fn text(&mut self, x: u32, y: u32, text: &str, style: MonoTextStyle<Rgb888>) {
         // Drawing on a page that is in memory cannot fail.
         let Ok(_) = Text::new(text, Point::new(x as i32, y as i32), style).draw(self);
     }

@@ -96,8 +96,8 @@ fn strip(grain: f64, u: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Goodman's contrast for the eight pixels of docs/theory/instrument.md; the correlation length that it gives for 6
-    /// um.
+    /// Goodman's contrast for the eight pixels of docs/theory/instrument/speckle.md; the correlation length that it
+    /// gives for 6 um.
     #[test]
     fn contrast_and_length_are_goodmans() {
         let pixels = [1.2, 2.4, 3.45, 4.8, 5.5, 6.0, 9.0, 12.0];

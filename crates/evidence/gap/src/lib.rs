@@ -41,7 +41,7 @@ use std::path::Path;
 use serde_json::{Value, json};
 
 use crate::process::train;
-use crate::windows::{GUARD_PX, GapWindow, WINDOW_PIXELS, WINDOW_SIDE_PX, by_part, evenly};
+use crate::windows::{GUARD_PX, GapWindow, LIGHT_MAPS, WINDOW_SIDE_PX, by_part, evenly};
 use dataset::Fault;
 
 pub use crate::process::GapStop;
@@ -159,12 +159,8 @@ impl<'w> GapJob<'w> {
             }
         }
         let mut maps = vec!["range"];
-        let have = |light: fn(&GapWindow) -> bool| sides.map(|side| side.windows.iter().all(light));
-        for (name, have) in [
-            ("reflectance", have(|window| window.reflectance.is_some())),
-            ("scatter", have(|window| window.scatter.is_some())),
-        ] {
-            match have {
+        for (i, name) in LIGHT_MAPS.into_iter().enumerate() {
+            match sides.map(|side| side.windows.iter().all(|window| window.light[i].is_some())) {
                 [true, true] => maps.push(name),
                 [false, false] => {}
                 [is_in_sim, _] => {
@@ -225,12 +221,10 @@ impl<'w> GapJob<'w> {
 
     /// The numbers of a window as the script reads them; 0 where missing, as the mask tells.
     fn append(&self, window: &GapWindow, numbers: &mut Vec<f32>) {
-        let light = |map: &Option<Vec<f32>>| map.clone().unwrap_or_else(|| vec![0.0; WINDOW_PIXELS]);
-        for map in &self.maps {
-            match *map {
-                "range" => numbers.extend(window.range.iter().map(|z| if z.is_nan() { 0.0 } else { *z })),
-                "reflectance" => numbers.extend(light(&window.reflectance)),
-                _ => numbers.extend(light(&window.scatter)),
+        numbers.extend(window.range.iter().map(|z| if z.is_nan() { 0.0 } else { *z }));
+        for (name, light) in LIGHT_MAPS.iter().zip(&window.light) {
+            if self.maps.contains(name) {
+                numbers.extend(light.iter().flatten());
             }
         }
         numbers.extend(window.range.iter().map(|z| f32::from(u8::from(!z.is_nan()))));

@@ -32,6 +32,9 @@ const ENOUGH_SCANS: usize = 4;
 /// Steps of Range in a unit, mm to um and px to mpx [1].
 const THOUSANDTHS: f64 = 1000.0;
 
+/// Maps of light.
+pub(crate) const LIGHT_MAPS: [&str; 2] = ["reflectance", "scatter"];
+
 /// One window.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct GapWindow {
@@ -41,10 +44,8 @@ pub(crate) struct GapWindow {
     pub block: usize,
     /// Heights about their plane [um or mpx]; NaN where missing.
     pub range: Vec<f32>,
-    /// Reflectance [DN]; 0 where missing.
-    pub reflectance: Option<Vec<f32>>,
-    /// Scatter [DN]; 0 where missing.
-    pub scatter: Option<Vec<f32>>,
+    /// [`LIGHT_MAPS`] [DN]; 0 where missing.
+    pub light: [Option<Vec<f32>>; 2],
 }
 
 /// Windows of one side.
@@ -177,7 +178,7 @@ fn window(maps: &ScanMaps, scan: usize, block: usize, row: usize, col: usize) ->
         let dn = |map: &Vec<f32>, i: usize| if heights[i].is_finite() { map[at(i)].round() } else { 0.0 };
         map.as_ref().map(|map| (0..WINDOW_PIXELS).map(|i| dn(map, i)).collect())
     };
-    GapWindow { scan, block, range, reflectance: light(&maps.reflectance), scatter: light(&maps.scatter) }
+    GapWindow { scan, block, range, light: [light(&maps.reflectance), light(&maps.scatter)] }
 }
 
 /// Place of pixel `i` of a window from its middle [px].
@@ -232,7 +233,7 @@ pub(crate) mod tests {
         side.add(&scan(40, 33, tilted), None);
         let [window] = side.windows.as_slice() else { panic!("{} windows", side.windows.len()) };
         for (i, z) in window.range.iter().enumerate() {
-            let light = window.reflectance.as_ref().map(|dn| dn[i]);
+            let light = window.light[0].as_ref().map(|dn| dn[i]);
             let expected = if i % WINDOW_SIDE_PX == 5 { (true, Some(0.0)) } else { (false, Some(100.0)) };
             assert_eq!((z.is_nan(), light), expected, "pixel {i}");
             assert!(z.is_nan() || z.abs() < 1e-6, "{z} um");

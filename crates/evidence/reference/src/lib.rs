@@ -5,6 +5,7 @@
 //!   wood
 //! - [`line_solver`]: each of them asked about a line on a body, as `transport:` of a recipe names it
 
+mod columns;
 pub mod diffusion;
 mod line_solver;
 pub mod media;

@@ -2,7 +2,7 @@
 
 use crate::diffusion::{self, DiffusionSettings};
 use crate::path::{self, Effort};
-use crate::thesis::{self, SpreadMethod, ThesisSettings};
+use crate::thesis::{self, LineRule, SpreadMethod, ThesisSettings};
 use base::Stream;
 use optical_bench::settings::{ThesisMethod, Transport};
 use transport::line::{LineResponse, LineSolver, LineSource};
@@ -12,18 +12,16 @@ pub fn line_solver(transport: Transport, stream: Stream) -> Option<Box<dyn LineS
     match transport {
         Transport::Kernel => None,
         Transport::Path { photons } => Some(Box::new(PathOfSample { photons, stream: stream.child("transport") })),
-        Transport::Diffusion { voxel_mm } => {
-            Some(Box::new(DiffusionSettings { voxel_mm, ..DiffusionSettings::default() }))
-        }
+        Transport::Diffusion { voxel_mm } => Some(Box::new(DiffusionSettings::new(voxel_mm))),
         Transport::Thesis { method, iterations, pixel_mm } => {
             let method = match method {
-                ThesisMethod::LinearEquation => SpreadMethod::LINEAR_EQUATION,
-                ThesisMethod::AntiAliased => SpreadMethod::ANTI_ALIASED,
-                ThesisMethod::Bresenham => SpreadMethod::BRESENHAM,
+                ThesisMethod::LinearEquation => SpreadMethod::Lines(LineRule::LinearEquation),
+                ThesisMethod::AntiAliased => SpreadMethod::Lines(LineRule::AntiAliased),
+                ThesisMethod::Bresenham => SpreadMethod::Lines(LineRule::Bresenham),
                 ThesisMethod::Diffusion => SpreadMethod::diffusion(iterations as u32),
-                ThesisMethod::Conservative => SpreadMethod::conservative(iterations as u32),
+                ThesisMethod::Conservative => SpreadMethod::Conservative { steps: iterations as u32 },
             };
-            Some(Box::new(ThesisSettings { method, pitch_mm: pixel_mm, ..ThesisSettings::default() }))
+            Some(Box::new(ThesisSettings { method, pitch_mm: pixel_mm }))
         }
     }
 }

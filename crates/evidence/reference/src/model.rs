@@ -23,11 +23,6 @@ pub enum Model {
     Kernel,
 }
 
-/// What a model cannot say, and what to do instead.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("{0}")]
-pub struct ModelError(pub String);
-
 impl Model {
     /// Every model, the reference first.
     pub const ALL: [Self; 3] = [Self::Path, Self::Diffusion, Self::Kernel];
@@ -47,17 +42,20 @@ impl Model {
     }
 
     /// Asks the model about `stack`; one that tracks photons tells `watch` how many photons are done.
+    ///
+    /// # Errors
+    /// What the model cannot say, and what to do instead.
     pub fn ask(
         self,
         stack: &Stack,
         question: &Question,
         effort: Effort,
         watch: &(dyn Fn(u64) + Sync),
-    ) -> Result<Answer, ModelError> {
+    ) -> Result<Answer, String> {
         match self {
             Self::Path => Ok(solve_watched(stack, question, effort, watch)),
-            Self::Diffusion => diffusion::solve(stack, question).map_err(|error| ModelError(error.to_string())),
-            Self::Kernel => kernel::solve(stack, question).map_err(|error| ModelError(error.to_string())),
+            Self::Diffusion => diffusion::solve(stack, question),
+            Self::Kernel => kernel::solve(stack, question).map_err(|refusal| refusal.to_string()),
         }
     }
 }

@@ -22,10 +22,10 @@ use image::RgbImage;
 use serde_json::{Value, json};
 
 use crate::instrument::Figure;
-use reference::medium::LayeredMedium;
-use reference::model::{Model, ModelError};
+use reference::model::Model;
 use reference::path::Effort;
-use transport::answer::{Answer, Estimate};
+use transport::answer::{Answer, Estimate, Question};
+use transport::stack::Stack;
 
 /// Result of a study.
 #[derive(Debug, Clone)]
@@ -56,12 +56,12 @@ pub type StudyProgress<'a> = &'a (dyn Fn(StudyEvent) + Sync);
 fn ask(
     model: Model,
     what: &str,
-    medium: &LayeredMedium,
+    (stack, question): (&Stack, &Question),
     effort: Effort,
     progress: StudyProgress,
-) -> Result<Answer, ModelError> {
+) -> Result<Answer, String> {
     announce(model.name(), what, progress);
-    model.ask(&medium.stack, &medium.question, effort, &|photons| progress(StudyEvent::Done(photons)))
+    model.ask(stack, question, effort, &|photons| progress(StudyEvent::Done(photons)))
 }
 
 /// Reports that a model is asked about something.

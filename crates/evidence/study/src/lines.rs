@@ -12,7 +12,6 @@ use super::{StudyProgress, StudyReport, ask, describe, photon_document, total_ph
 use drawing::chart::{Axis, Chart, Series};
 use drawing::{Area, MARGIN, Page};
 use reference::media::{WOODS, WoodMedium};
-use reference::medium::LayeredMedium;
 use reference::model::Model;
 use reference::path::Effort;
 use transport::answer::{Answer, Estimate, LineSide, Question};
@@ -25,7 +24,7 @@ const ROWS_ASIDE: usize = 20;
 /// A medium and the answers of the models, in the order of [`Model::ALL`].
 struct MediumCase {
     wood: WoodMedium,
-    answers: Vec<Result<Answer, String>>,
+    answers: [Result<Answer, String>; Model::ALL.len()],
 }
 
 /// How far the kernel may be off the reference Monte Carlo.
@@ -155,15 +154,10 @@ pub fn workload(effort: Effort) -> u64 {
 /// Runs the study.
 pub fn study(effort: Effort, progress: StudyProgress) -> StudyReport {
     let question = Question { rows: ROWS_ASIDE, cells: 0, angles: 0, ..Question::default() };
-    let answers = |wood: &WoodMedium, model: Model| {
-        ask(model, wood.name, &LayeredMedium { stack: wood.stack(), question }, effort, progress)
-            .map_err(|refusal| refusal.to_string())
-    };
-    let case = |wood: &WoodMedium| MediumCase {
-        wood: *wood,
-        answers: Model::ALL.map(|model| answers(wood, model)).into_iter().collect(),
-    };
-    let cases: Vec<MediumCase> = WOODS.iter().map(case).collect();
+    let cases = WOODS.map(|wood| {
+        let of = (&wood.stack(), &question);
+        MediumCase { wood, answers: Model::ALL.map(|model| ask(model, wood.name, of, effort, progress)) }
+    });
     StudyReport { table: table(&cases), json: json(&cases, effort), picture: draw(&cases), figures: Vec::new() }
 }
 
@@ -284,13 +278,8 @@ fn chart(case: &MediumCase) -> Chart {
         let at = |(row, share): (usize, &Estimate)| {
             ((row as f64 - ROWS_ASIDE as f64) * answer.row_mm, share.value, share.error)
         };
-        let points = answer.line.iter().enumerate().map(at).collect();
-        Some(Series {
-            name: model.name().into(),
-            colour: ComparedModel::Model(model).colour(),
-            points,
-            joined: !model.walks(),
-        })
+        let marks = Series::marks(ComparedModel::Model(model).colour(), answer.line.iter().enumerate().map(at));
+        Some(Series { joined: !model.walks(), ..marks.named(model.name()) })
     });
     let [mu_a, s, k, n] = case.wood.coefficients;
     Chart {

@@ -103,9 +103,9 @@ pub fn study(recipe: &Recipe, seed: u64, progress: StudyProgress) -> Result<Stud
     table += &format!("{:22} {:>10} {:>10} {:>10} {:>10}\n", "", "[DN]", "[DN]", "[mm]", "[mm]");
     let mut rows = Vec::new();
     for pack in &packs {
-        let PackRow { line, json } = describe(pack);
+        let (line, row) = describe(pack);
         table += &line;
-        rows.push(json);
+        rows.push(row);
     }
     let mut json = document_head("packs");
     json["recipe"] = json!(recipe.name());
@@ -160,14 +160,8 @@ fn pocket_means(pack: &PackSample, chosen: impl Fn(&Instance) -> bool) -> Option
         .then(|| PocketMeans { scatter_dn: of(&record.maps.scatter) - pack.dark_dn, range_mm: of(&record.maps.range) })
 }
 
-/// What the study says of a pack: its line in the table, and the same as JSON.
-struct PackRow {
-    line: String,
-    json: Value,
-}
-
-/// Describes a pack.
-fn describe(pack: &PackSample) -> PackRow {
+/// A pack's line in the table, and the same as JSON.
+fn describe(pack: &PackSample) -> (String, Value) {
     let pocket = |i: &Instance| i.within == 0 && (i.class == Class::Pocket || i.state != Class::Pocket);
     let concerned = pocket_means(pack, |i| pocket(i) && i.state != Class::Pocket);
     let others = pocket_means(pack, |i| pocket(i) && i.state == Class::Pocket);
@@ -187,7 +181,7 @@ fn describe(pack: &PackSample) -> PackRow {
         of.map(|PocketMeans { scatter_dn, range_mm }| json!({"scatter_dn": scatter_dn, "range_mm": range_mm}))
     };
     let json = json!({"name": pack.name, "defects": defects, "concerned": pair(concerned), "others": pair(others)});
-    PackRow { line, json }
+    (line, json)
 }
 
 /// Packs in a line of the page.

@@ -18,8 +18,6 @@ use super::{StudyProgress, StudyReport, announce, ask, describe, photon_document
 use drawing::chart::{Axis, Chart, Series};
 use drawing::{Area, LETTER, MARGIN, Page, viridis};
 use reference::media::{CLEAR_WOOD, SOUND_KNOT, WoodMedium};
-use reference::medium::LayeredMedium;
-use reference::model::ModelError;
 use reference::path::Effort;
 use reference::thesis::{self, PixelGround, SpreadMethod};
 use transport::answer::{Estimate, Question};
@@ -138,25 +136,18 @@ impl ComparedModel {
     /// rows along y [1].
     ///
     /// # Errors
-    /// Where the model refuses.
+    /// In words, where the model refuses.
     pub fn point_light(
         self,
         wood: &WoodMedium,
         effort: Effort,
         progress: StudyProgress,
-    ) -> Result<Vec<Estimate>, ModelError> {
+    ) -> Result<Vec<Estimate>, String> {
         let middle = DVec2::splat(CELLS as f64);
         let what = format!("{} at {} deg", wood.name, wood.azimuth);
         let (source, method) = match self {
             Self::Model(model) => {
-                return Ok(ask(
-                    model,
-                    &what,
-                    &LayeredMedium { stack: wood.stack(), question: question() },
-                    effort,
-                    progress,
-                )?
-                .point);
+                return Ok(ask(model, &what, (&wood.stack(), &question()), effort, progress)?.point);
             }
             Self::Thesis if is_knot(&ground(wood)) => (thesis::LaserPoint::thesis(middle), SpreadMethod::ON_A_KNOT),
             Self::Thesis => (thesis::LaserPoint::thesis(middle), SpreadMethod::ON_CLEAR_WOOD),
@@ -193,7 +184,7 @@ fn point_map(
     progress: StudyProgress,
 ) -> PointMap {
     let wood = case.wood.turned(azimuth);
-    let light = model.point_light(&wood, effort, progress).map_err(|refusal| refusal.to_string());
+    let light = model.point_light(&wood, effort, progress);
     let drawn = azimuth == case.drawn_azimuth();
     let kept = light.as_ref().ok().filter(|_| drawn).map_or_else(Vec::new, |light| values(light));
     let contours =
@@ -440,18 +431,8 @@ fn aspect_chart(case: &PointCase) -> Chart {
     let axis = Axis::even("half diameter across the fibre [mm]", 0.0, 1.6);
     let (low, high) = if case.far_aspect() > 1.5 { (0.0, 4.0) } else { (0.6, 1.6) };
     let mut series = vec![
-        Series {
-            name: "diffusion, far away".into(),
-            colour: GREY,
-            points: vec![(0.0, case.far_aspect(), 0.0), (1.6, case.far_aspect(), 0.0)],
-            joined: true,
-        },
-        Series {
-            name: "docs/theory/physics.md".into(),
-            colour: GREY,
-            points: vec![(1.5, case.monte_carlo_aspect, 0.0)],
-            joined: false,
-        },
+        Series::curve(GREY, [(0.0, case.far_aspect()), (1.6, case.far_aspect())]).named("diffusion, far away"),
+        Series::marks(GREY, [(1.5, case.monte_carlo_aspect, 0.0)]).named("docs/theory/physics.md"),
     ];
     for model in ComparedModel::all() {
         let maps = || case.maps.iter().filter(move |map| map.model == model);
@@ -462,40 +443,25 @@ fn aspect_chart(case: &PointCase) -> Chart {
             let error = found.iter().map(|c| c.aspect.error * c.aspect.error).sum::<f64>().sqrt() / n;
             (!found.is_empty()).then_some((HALF_DIAMETERS_MM[i], mean, error))
         };
-        let points = (0..HALF_DIAMETERS_MM.len()).filter_map(at).collect();
-        series.push(Series { name: model.name().into(), colour: model.colour(), points, joined: true });
+        let points = (0..HALF_DIAMETERS_MM.len()).filter_map(at);
+        series.push(Series { joined: true, ..Series::marks(model.colour(), points).named(model.name()) });
     }
     let title = if case.wood.dive > 0.0 { "Sound knot" } else { "Clear wood" };
-    Chart {
-        title: title.into(),
-        x: axis,
-        y: Axis::even("half diameter along over across", low, high),
-        series,
-        foot: (String::new(), GREY),
-    }
+    Chart::new(title, axis, Axis::even("half diameter along over across", low, high), series)
 }
 
 fn angle_chart(case: &PointCase) -> Chart {
-    let flat = |off: f64| Series {
-        name: String::new(),
-        colour: GREY,
-        points: vec![(0.0, off, 0.0), (90.0, off, 0.0)],
-        joined: true,
-    };
-    let mut series = vec![flat(ANGLE_TOLERANCE_DEG), flat(-ANGLE_TOLERANCE_DEG)];
+    let mut series: Vec<_> =
+        [ANGLE_TOLERANCE_DEG, -ANGLE_TOLERANCE_DEG].map(|off| Series::curve(GREY, [(0.0, off), (90.0, off)])).into();
     for model in ComparedModel::all() {
         let last = |map: &PointMap| map.contours.as_ref().ok()?.last().copied().flatten().map(|c| (map.azimuth, c));
         let maps = case.maps.iter().filter(|map| map.model == model).filter_map(last);
         // Side by side, so that none hides another.
         let aside = 1.2 * series.len() as f64 - 4.8;
-        let points = maps.map(|(azimuth, c)| (azimuth + aside, c.misalignment.value, c.misalignment.error)).collect();
-        series.push(Series { name: model.name().into(), colour: model.colour(), points, joined: false });
+        let points = maps.map(|(azimuth, c)| (azimuth + aside, c.misalignment.value, c.misalignment.error));
+        series.push(Series::marks(model.colour(), points).named(model.name()));
     }
-    Chart {
-        title: "Clear wood, 1.5 mm across the fibre".into(),
-        x: Axis::even("azimuth of the fibre [deg]", -5.0, 95.0),
-        y: Axis::even("long axis less fibre [deg]; grey: 1.6 deg", -12.0, 16.0),
-        series,
-        foot: (String::new(), GREY),
-    }
+    let x = Axis::even("azimuth of the fibre [deg]", -5.0, 95.0);
+    let y = Axis::even("long axis less fibre [deg]; grey: 1.6 deg", -12.0, 16.0);
+    Chart::new("Clear wood, 1.5 mm across the fibre", x, y, series)
 }

@@ -7,6 +7,7 @@
 use serde_json::{Value, json};
 
 use super::compared_model::ComparedModel;
+use super::instrument::targets::TargetView;
 use super::{StudyEvent, StudyProgress, StudyReport, announce, photon_document};
 use drawing::chart::{Axis, Chart, Series};
 use drawing::{Area, MARGIN, Page};
@@ -16,7 +17,6 @@ use recipe::{Scene, Subject};
 use reference::model::Model;
 use reference::path::Effort;
 use scanner::optics::speckle::PatternCache;
-use scanner::optics::{ROWS, Scratch, TILE};
 use transport::answer::Estimate;
 
 /// Photons of the reference Monte Carlo in all.
@@ -50,24 +50,14 @@ pub fn study(scene: &Scene, profile: usize, effort: Effort, progress: StudyProgr
     let mut expose_bins = |transport: Transport, repeat: u64| {
         let mut own = scene.clone();
         (own.transport, own.stream) = (transport, scene.stream.child("study").index(effort.seed).index(repeat));
-        let (sensor, specimen) = pipeline::set_up(&own, body.clone(), equipment);
-        let band = sensor.band(&specimen, profile..profile + 1);
-        let hits = &band.line(profile).hits;
-        x = hits
-            .chunks(BIN_COLUMNS)
-            .map(|bin| bin.iter().map(|hit| f64::from(hit.x)).sum::<f64>() / bin.len() as f64)
-            .collect();
-        let mut columns = Vec::new();
-        let mut scratch = Scratch::default();
-        for tile in 0..hits.len().div_ceil(TILE) {
-            sensor.window(&band, profile, tile, &mut scratch);
-            columns.extend((0..TILE.min(hits.len() - tile * TILE)).map(|column| column_light(&scratch, column)));
+        let view = TargetView::new(&own, body.clone(), equipment, profile..profile + 1);
+        x = bin_means(view.band.line(profile).hits.iter().map(|hit| f64::from(hit.x)));
+        let (light, columns) = (view.light(profile), own.size.columns);
+        let column = |column: usize| light.iter().skip(column).step_by(columns).copied();
+        ColumnLight {
+            scatter: bin_means((0..columns).map(|c| scatter(&column(c).collect::<Vec<_>>()))),
+            total: bin_means((0..columns).map(|c| column(c).sum())),
         }
-        let mean = |bin: &[ColumnLight]| ColumnLight {
-            scatter: bin.iter().map(|v| v.scatter).sum::<f64>() / bin.len() as f64,
-            total: bin.iter().map(|v| v.total).sum::<f64>() / bin.len() as f64,
-        };
-        columns.chunks(BIN_COLUMNS).map(mean).collect::<Vec<_>>()
     };
     let what = format!("profile {profile} of sample {}", scene.index);
     let (method, pixel_mm) = (ThesisMethod::Diffusion, 0.05);
@@ -96,33 +86,34 @@ pub fn study(scene: &Scene, profile: usize, effort: Effort, progress: StudyProgr
                     bins
                 })
                 .collect();
-            let bins = 0..walks[0].len();
-            ProfileLine {
-                model,
-                scatter: bins.clone().map(|bin| Estimate::of(walks.iter().map(|l| l[bin].scatter))).collect(),
-                light: bins.map(|bin| Estimate::of(walks.iter().map(|l| l[bin].total))).collect(),
-            }
+            let estimates = |of: fn(&ColumnLight) -> &Vec<f64>| {
+                (0..walks[0].total.len()).map(|bin| Estimate::of(walks.iter().map(|walk| of(walk)[bin]))).collect()
+            };
+            ProfileLine { model, scatter: estimates(|walk| &walk.scatter), light: estimates(|walk| &walk.total) }
         })
         .collect();
     report(scene, profile, &x, &lines, effort)
 }
 
-/// Light of a column, or its mean over a bin of columns [e-].
-#[derive(Clone, Copy)]
+/// Light of the columns, means over bins [e-].
 struct ColumnLight {
     /// In the rows beside the peak that Scatter sums.
-    scatter: f64,
+    scatter: Vec<f64>,
     /// In all rows.
-    total: f64,
+    total: Vec<f64>,
 }
 
-/// Light of a column of the window in `scratch`.
-fn column_light(scratch: &Scratch, column: usize) -> ColumnLight {
-    let at = |k: usize| f64::from(scratch.electrons(k, column));
-    let peak = (0..ROWS).max_by(|&a, &b| at(a).total_cmp(&at(b))).unwrap_or(0);
-    let beside = (1..=SCATTER_ROWS)
-        .map(|d| if peak + d < ROWS { at(peak + d) } else { 0.0 } + peak.checked_sub(d).map_or(0.0, at));
-    ColumnLight { scatter: beside.sum(), total: (0..ROWS).map(at).sum() }
+/// Means over bins of columns.
+fn bin_means(columns: impl Iterator<Item = f64>) -> Vec<f64> {
+    let columns: Vec<f64> = columns.collect();
+    columns.chunks(BIN_COLUMNS).map(|bin| bin.iter().sum::<f64>() / bin.len() as f64).collect()
+}
+
+/// Light of the rows of a column beside its peak that Scatter sums.
+fn scatter(rows: &[f64]) -> f64 {
+    let at = |k: usize| rows.get(k).copied().unwrap_or(0.0);
+    let peak = (0..rows.len()).max_by(|&a, &b| at(a).total_cmp(&at(b))).unwrap_or(0);
+    (1..=SCATTER_ROWS).map(|d| at(peak + d) + peak.checked_sub(d).map_or(0.0, at)).sum()
 }
 
 /// Root mean square of a model's relative difference in Scatter from the reference, over bins that the reference knows
@@ -164,20 +155,18 @@ fn report(scene: &Scene, profile: usize, x: &[f64], lines: &[ProfileLine], effor
     json["x_mm"] = json!(x);
     json["models"] = lines.iter().map(model).collect();
     let most = lines.iter().flat_map(|line| &line.scatter).map(|e| e.value).fold(1.0, f64::max);
-    let series = lines.iter().map(|line| Series {
-        name: line.model.name().into(),
-        colour: line.model.colour(),
-        points: x.iter().zip(&line.scatter).map(|(&x, e)| (x, e.value, e.error)).collect(),
-        joined: line.model != ComparedModel::Model(Model::Path),
+    let series = lines.iter().map(|line| {
+        let marks = x.iter().zip(&line.scatter).map(|(&x, e)| (x, e.value, e.error));
+        let joined = line.model != ComparedModel::Model(Model::Path);
+        Series { joined, ..Series::marks(line.model.colour(), marks).named(line.model.name()) }
     });
     let ends = (x.first().copied().unwrap_or(0.0), x.last().copied().unwrap_or(1.0));
-    let chart = Chart {
-        title: format!("Sample {} ({}), profile {profile}: scatter along the line", scene.index, scene.class),
-        x: Axis::even("x [mm]", ends.0, ends.1),
-        y: Axis::even("rows 1 to 8 on both sides of the peak [e-]", 0.0, 1.05 * most),
-        series: series.collect(),
-        foot: (String::new(), ComparedModel::Model(Model::Kernel).colour()),
-    };
+    let chart = Chart::new(
+        &format!("Sample {} ({}), profile {profile}: scatter along the line", scene.index, scene.class),
+        Axis::even("x [mm]", ends.0, ends.1),
+        Axis::even("rows 1 to 8 on both sides of the peak [e-]", 0.0, 1.05 * most),
+        series.collect(),
+    );
     let mut page = Page::new(CHART_PX.0 + 2 * MARGIN, CHART_PX.1 + 2 * MARGIN);
     chart.draw(&mut page, Area { left: MARGIN, top: MARGIN, width: CHART_PX.0, height: CHART_PX.1 });
     StudyReport { table, json, picture: page.0, figures: Vec::new() }

@@ -7,16 +7,17 @@
 //! and rows asked for; it leaves as Lambert's law says.
 //!
 //! Voxel and row blur the answer by about pitch^2 / 12 each in variance. The size of the grid: eight decay lengths of
-//! the lit media downwards and to each side, but no more than [`DiffusionSettings`] say and no fewer than eight voxels.
+//! the lit media downwards and to each side, but no more than 6 and 8 mm and no fewer than eight voxels.
 //! Exits of directions (cone light of fibres), gloss and light that crosses air from one part of the surface to another
 //! are left out.
 
 use base::{Medium, Slice};
 use glam::{DMat3, DVec3};
 
-use super::solver::{self, Solution};
+use super::solver;
 use super::tensor::{Diffusive, refracted, uniaxial};
 use super::voxels::{Voxel, Voxels};
+use crate::columns::column_edges;
 use transport::fresnel::BoundaryTable;
 use transport::kernel::diffusion;
 use transport::line::{LineResponse, LineSource};
@@ -27,87 +28,63 @@ const DECAY_LENGTHS: f64 = 8.0;
 /// Fewest voxels downwards and to each side.
 const MIN_VOXELS: f64 = 8.0;
 
+/// Greatest depth of the grid below the surface, and greatest distance to each side of the lit places [mm].
+const MAX_DEPTH_MM: f64 = 6.0;
+const MAX_REACH_MM: f64 = 8.0;
+/// Most steps of the solver.
+const MAX_STEPS: usize = 2000;
+
 /// Grid and solver of [`line_response`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DiffusionSettings {
-    /// Edge of a voxel [mm].
+    /// Edge of a voxel; with 0.1 mm a board of 94 mm takes 9 million voxels and 0.7 GB [mm].
     pub voxel_mm: f64,
-    /// Greatest depth below the surface [mm].
-    pub depth_mm: f64,
-    /// Greatest distance to each side of the lit places [mm].
-    pub reach_mm: f64,
     /// Residual over source at which the solver ends [1].
     pub tolerance: f64,
-    /// Most steps of the solver.
-    pub iterations: usize,
 }
 
-impl Default for DiffusionSettings {
-    /// Voxels of 0.1 mm, 6 mm deep and 8 mm to each side, to 1e-6: 9 million voxels and 0.7 GB for a board of 94 mm.
-    fn default() -> Self {
-        Self { voxel_mm: 0.1, depth_mm: 6.0, reach_mm: 8.0, tolerance: 1e-6, iterations: 2000 }
+impl DiffusionSettings {
+    /// Voxels of this size [mm], solved to 1e-6.
+    pub fn new(voxel_mm: f64) -> Self {
+        Self { voxel_mm, tolerance: 1e-6 }
     }
 }
 
-/// Where the light of a line went, and what it took to find out.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SolverReport {
-    /// Light that entered [unit of power].
-    pub entered: f64,
-    /// Leaves at the surface, in or beside the rows and columns of the answer [unit of power].
+/// Where the light of a line went [unit of power].
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct LightBalance {
+    /// Leaves at the surface, in or beside the rows and columns of the answer.
     pub left: f64,
-    /// Leaves through sides and bottom or the ends of the grid, or entered beside matter [unit of power].
+    /// Leaves through sides and bottom or the ends of the grid, or entered beside matter.
     pub lost: f64,
-    /// Absorbed [unit of power].
+    /// Absorbed.
     pub absorbed: f64,
-    /// Voxels of the grid.
-    pub voxels: usize,
-    /// Steps of the solver.
-    pub iterations: usize,
-    /// Residual over source [1].
-    pub residual: f64,
 }
 
 /// Light that comes out around a line; see the head of the file.
 pub fn line_response(line: &LineSource, settings: &DiffusionSettings) -> LineResponse {
-    line_response_with_report(line, settings).0
+    line_response_with_balance(line, settings).0
 }
 
 /// [`line_response`], and where all light went.
-pub fn line_response_with_report(line: &LineSource, settings: &DiffusionSettings) -> (LineResponse, SolverReport) {
+pub fn line_response_with_balance(line: &LineSource, settings: &DiffusionSettings) -> (LineResponse, LightBalance) {
     let rows = 2 * line.rows + 1;
     let columns = line.x.len();
     let mut light = vec![0.0; rows * columns];
-    let mut report =
-        SolverReport { entered: 0.0, left: 0.0, lost: 0.0, absorbed: 0.0, voxels: 0, iterations: 0, residual: 0.0 };
+    let mut balance = LightBalance::default();
     if let Some(grid) = VoxelGrid::new(line, settings) {
         let voxels = grid.voxels(line);
         let mut exits = vec![0.0; grid.shape[0] * grid.shape[1]];
-        let source = grid.source(line, &voxels, &mut exits, &mut report);
-        let Solution { phi, iterations, residual } =
-            solver::solve(&voxels, source, settings.tolerance, settings.iterations);
+        let source = grid.source(line, &voxels, &mut exits, &mut balance);
+        let phi = solver::solve(&voxels, source, settings.tolerance, MAX_STEPS).phi;
         exits.iter_mut().zip(voxels.exits(&phi)).for_each(|(sum, own)| *sum += own);
-        report.left = exits.iter().sum();
-        report.lost += voxels.drained(&phi);
-        report.absorbed = voxels.absorbed(&phi);
-        (report.voxels, report.iterations, report.residual) = (voxels.len(), iterations, residual);
+        balance.left = exits.iter().sum();
+        balance.lost += voxels.drained(&phi);
+        balance.absorbed = voxels.absorbed(&phi);
         grid.resample(line, &exits, &mut light);
     }
     let light = light.into_iter().map(|v| v as f32).collect();
-    (LineResponse { columns, rows: line.rows, light, error: Vec::new() }, report)
-}
-
-/// Edges of the columns: half way between neighbours, as far beyond the ends; a lone one is a voxel wide [mm].
-fn edges(x: &[f32], alone: f64) -> Vec<f64> {
-    let at = |i: usize| f64::from(x[i]);
-    let n = x.len();
-    if n == 1 {
-        return vec![at(0) - 0.5 * alone, at(0) + 0.5 * alone];
-    }
-    let middle = |i: usize| 0.5 * (at(i) + at(i + 1));
-    let first = 2.0 * at(0) - middle(0);
-    let last = 2.0 * at(n - 1) - middle(n - 2);
-    std::iter::once(first).chain((0..n - 1).map(middle)).chain(std::iter::once(last)).collect()
+    (LineResponse { columns, rows: line.rows, light, error: Vec::new() }, balance)
 }
 
 /// A medium of a body as diffusion sees it.
@@ -147,14 +124,14 @@ impl VoxelGrid {
         }
         let fewest = MIN_VOXELS * pitch;
         let far = |length: f64, most: f64| (DECAY_LENGTHS * length).min(most).max(fewest);
-        let sideways = far(lengths.x, settings.reach_mm);
+        let sideways = far(lengths.x, MAX_REACH_MM);
         let window = (line.rows as f64 + 0.5) * line.row_mm + pitch;
-        let along = far(lengths.y, settings.reach_mm).max(window);
+        let along = far(lengths.y, MAX_REACH_MM).max(window);
         let cells = |length: f64| (length / pitch).ceil() as usize;
         let half = cells(along - 0.5 * pitch).max(4);
-        let edges = edges(line.x, pitch);
+        let edges = column_edges(line.x, pitch);
         let wide = cells(high - low + 2.0 * sideways);
-        let shape = [wide, 2 * half + 1, cells(far(lengths.z, settings.depth_mm))];
+        let shape = [wide, 2 * half + 1, cells(far(lengths.z, MAX_DEPTH_MM))];
         let middle = 0.5 * (low + high);
         let origin = [middle - 0.5 * wide as f64 * pitch, line.y - (half as f64 + 0.5) * pitch];
         Some(Self { origin, shape, pitch, edges })
@@ -192,17 +169,22 @@ impl VoxelGrid {
     }
 
     /// Power that begins to diffuse in each voxel; what goes straight out is added to `exits`.
-    pub fn source(&self, line: &LineSource, voxels: &Voxels, exits: &mut [f64], report: &mut SolverReport) -> Vec<f64> {
-        let mut source = vec![0.0; voxels.len()];
+    pub fn source(
+        &self,
+        line: &LineSource,
+        voxels: &Voxels,
+        exits: &mut [f64],
+        balance: &mut LightBalance,
+    ) -> Vec<f64> {
+        let mut source = vec![0.0; voxels.count()];
         let slice = line.body.slice(line.y as f32);
         for (column, (&x, &power)) in line.x.iter().zip(line.power).enumerate() {
             let power = f64::from(power);
             if power <= 0.0 {
                 continue;
             }
-            report.entered += power;
             let Some((shift, depth)) = diffusion_start(&*slice, x, self.pitch) else {
-                report.lost += power;
+                balance.lost += power;
                 continue;
             };
             let mut placed = 0.0;
@@ -216,7 +198,7 @@ impl VoxelGrid {
                     }
                 }
             }
-            report.lost += power - placed;
+            balance.lost += power - placed;
         }
         source
     }

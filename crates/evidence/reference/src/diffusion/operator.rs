@@ -64,17 +64,16 @@ impl Voxels {
             ax.fill(0.0);
             ay.fill(0.0);
             az.fill(0.0);
-            if i + 1 < nx {
-                step(&self.face[0][c..c + ny], row, &phi[c + plane..c + plane + ny], &mut ax);
-            }
-            if i > 0 {
-                step(&self.face[0][c - plane..c - plane + ny], &phi[c - plane..c - plane + ny], row, &mut ax);
-            }
-            if k + 1 < nz {
-                step(&self.face[2][c..c + ny], row, &phi[c + ny..c + 2 * ny], &mut az);
-            }
-            if k > 0 {
-                step(&self.face[2][c - ny..c], &phi[c - ny..c], row, &mut az);
+            for (axis, sum, stride, goes_on, began) in
+                [(0, &mut ax, plane, i + 1 < nx, i > 0), (2, &mut az, ny, k + 1 < nz, k > 0)]
+            {
+                if goes_on {
+                    step(&self.face[axis][c..c + ny], row, &phi[c + stride..c + stride + ny], sum);
+                }
+                if began {
+                    let before = c - stride..c - stride + ny;
+                    step(&self.face[axis][before.clone()], &phi[before], row, sum);
+                }
             }
             steps.fill(0.0);
             step(&self.face[1][c..c + ny - 1], &row[..ny - 1], &row[1..], &mut steps);

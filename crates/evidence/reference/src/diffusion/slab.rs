@@ -23,7 +23,6 @@ use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3};
 
-use super::DiffusionError;
 use super::spread::{line_spread, point_spread};
 use super::tensor::refracted;
 use super::transmission_line::{DiffuseSource, TransmissionLine};
@@ -42,8 +41,8 @@ const DIFFUSE_NODES: [usize; 2] = [6, 8];
 /// `towards_lens` and `angles` follow the P1 law of the surface, `unscattered` the true extinction.
 ///
 /// # Errors
-/// Layers that diffusion knows nothing of.
-pub fn solve(stack: &Stack, question: &Question) -> Result<Answer, DiffusionError> {
+/// In words with a remedy, where diffusion knows nothing of what is asked; layers count from 0 at the top.
+pub fn solve(stack: &Stack, question: &Question) -> Result<Answer, String> {
     let line = TransmissionLine::new(stack)?;
     let mut waves = Vec::new();
     line.wave(DVec2::ZERO, &mut waves);
@@ -86,7 +85,7 @@ pub fn solve(stack: &Stack, question: &Question) -> Result<Answer, DiffusionErro
 }
 
 /// Shares and directions of the incident light.
-fn directions(question: &Question) -> Result<Vec<(f64, DVec3)>, DiffusionError> {
+fn directions(question: &Question) -> Result<Vec<(f64, DVec3)>, String> {
     let towards = |cos: f64, azimuth: f64| {
         let (y, x) = libm::sincos(azimuth);
         let sine = (1.0 - cos * cos).max(0.0).sqrt();
@@ -101,7 +100,8 @@ fn directions(question: &Question) -> Result<Vec<(f64, DVec3)>, DiffusionError> 
         return Ok(rule.into_iter().flat_map(at).collect());
     };
     if !(0.0..0.5 * PI).contains(&angle) {
-        return Err(DiffusionError::Grazing { degrees: angle.to_degrees() });
+        let degrees = angle.to_degrees();
+        return Err(format!("light at {degrees} degrees does not meet the surface; ask for less than 90 degrees"));
     }
     Ok(vec![(1.0, towards(libm::cos(angle), question.incidence_azimuth))])
 }

@@ -26,7 +26,7 @@ pub struct Solution {
 pub fn solve(voxels: &Voxels, source: Vec<f64>, tolerance: f64, iterations: usize) -> Solution {
     let chunk = voxels.shape[1] * voxels.shape[2];
     let factor = IncompleteCholesky::new(voxels);
-    let mut phi = vec![0.0; voxels.len()];
+    let mut phi = vec![0.0; voxels.count()];
     let mut rest = source;
     rest.iter_mut().for_each(|s| *s /= voxels.pitch);
     let size = dot(&rest, &rest, chunk).sqrt();
@@ -34,10 +34,10 @@ pub fn solve(voxels: &Voxels, source: Vec<f64>, tolerance: f64, iterations: usiz
     if size == 0.0 {
         return Solution { phi, iterations: 0, residual: 0.0 };
     }
-    let mut near = vec![0.0; voxels.len()];
+    let mut near = vec![0.0; voxels.count()];
     factor.solve(voxels, &rest, &mut near);
     let mut direction = near.clone();
-    let mut image = vec![0.0; voxels.len()];
+    let mut image = vec![0.0; voxels.count()];
     let mut slope = dot(&rest, &near, chunk);
     let mut norm = size;
     for step in 0..iterations {
@@ -80,7 +80,7 @@ impl IncompleteCholesky {
         let [_, ny, nz] = voxels.shape;
         let plane = ny * nz;
         let square = |axis: usize, c: usize| f64::from(voxels.face[axis][c]) * f64::from(voxels.face[axis][c]);
-        let mut pivots = vec![0.0f32; voxels.len()];
+        let mut pivots = vec![0.0f32; voxels.count()];
         pivots.par_chunks_mut(BLOCK_PLANES * plane).enumerate().for_each(|(block, pivots)| {
             for own in 0..pivots.len() {
                 let c = block * BLOCK_PLANES * plane + own;

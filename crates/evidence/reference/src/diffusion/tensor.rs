@@ -13,7 +13,6 @@
 
 use glam::{DMat2, DMat3, DVec2, DVec3};
 
-use super::DiffusionError;
 use super::generalized::Generalized;
 use transport::fresnel::{boundary_factor, internal_reflectance};
 use transport::kernel::diffusion;
@@ -43,31 +42,40 @@ impl Diffusive {
     /// The medium of layer number `index` of a stack.
     ///
     /// # Errors
-    /// Matter in which light does not lose its direction in some way: clear layers, gaps, cylinders without background.
-    pub fn new(layer: &Layer, index: usize) -> Result<Self, DiffusionError> {
+    /// In words with a remedy, where light does not lose its direction in some way: clear layers, gaps, cylinders
+    /// without background.
+    pub fn new(layer: &Layer, index: usize) -> Result<Self, String> {
+        let clear = || {
+            format!(
+                "layer {index} does not scatter: light crosses it in straight lines, which diffusion cannot say; use \
+                 the path model"
+            )
+        };
         let (law, d) = match layer.scattering {
             Scattering::Isotropic { mu_s, g } => {
                 let reduced = mu_s * (1.0 - g);
                 if reduced <= 0.0 {
-                    return Err(DiffusionError::Clear { layer: index });
+                    return Err(clear());
                 }
                 (DiffusiveLaw::Isotropic { reduced }, DMat3::from_diagonal(DVec3::splat(1.0 / (3.0 * reduced))))
             }
             Scattering::Fibres { sigma_i, sigma_c, turn, axis, .. } => {
                 let k = sigma_c * (1.0 - turn.mean_cosine());
+                if sigma_i <= 0.0 && k > 0.0 {
+                    return Err(format!(
+                        "layer {index} has cylinders without background: light runs along them without end; give it \
+                         a sigma_i above 0, or use the path model"
+                    ));
+                }
                 if sigma_i <= 0.0 {
-                    return Err(if k > 0.0 {
-                        DiffusionError::Guided { layer: index }
-                    } else {
-                        DiffusionError::Clear { layer: index }
-                    });
+                    return Err(clear());
                 }
                 let (along, across) = diffusion(sigma_i, k);
                 (DiffusiveLaw::Fibres { sigma_i, k, axis }, uniaxial(along, across, axis))
             }
             Scattering::Tensor { mu_s, g } => {
                 if mu_s.min_element() <= 0.0 {
-                    return Err(DiffusionError::Clear { layer: index });
+                    return Err(clear());
                 }
                 let medium = Generalized::new(mu_s, g);
                 let d = DMat3::from_diagonal(medium.d);

@@ -5,7 +5,6 @@
 
 use glam::{DMat2, DVec2};
 
-use super::DiffusionError;
 use super::tensor::{Diffusive, moments};
 use transport::stack::{Stack, Substrate};
 
@@ -52,11 +51,11 @@ fn tanh_over(q: f64, t: f64) -> f64 {
 }
 
 impl TransmissionLine {
-    pub fn new(stack: &Stack) -> Result<Self, DiffusionError> {
+    pub fn new(stack: &Stack) -> Result<Self, String> {
         let mut sections: Vec<LineSection> = Vec::new();
         for (index, layer) in stack.layers.iter().enumerate() {
             if layer.coat < 1.0 {
-                return Err(DiffusionError::Coat { layer: index });
+                return Err(format!("layer {index} has a coat, which diffusion knows nothing of; use the path model"));
             }
             let medium = Diffusive::new(layer, index)?;
             let resistance = sections.last().map_or(0.0, |above| resistance(above.medium.n, layer.n));
@@ -67,8 +66,12 @@ impl TransmissionLine {
                 break;
             }
         }
-        let Substrate::Index(below) = stack.below else { return Err(DiffusionError::Foil) };
-        let (Some(first), Some(last)) = (sections.first(), sections.last()) else { return Err(DiffusionError::Empty) };
+        let Substrate::Index(below) = stack.below else {
+            return Err("the stack lies on foil, which diffusion knows nothing of; use the path model".into());
+        };
+        let (Some(first), Some(last)) = (sections.first(), sections.last()) else {
+            return Err("the stack has no layer; give it one".into());
+        };
         let ends = [first.medium.extrapolation(stack.above), last.medium.extrapolation(below)];
         Ok(Self { sections, ends, below })
     }

@@ -176,26 +176,13 @@ impl Voxels {
     }
 
     /// Voxels in all.
-    pub fn len(&self) -> usize {
+    pub fn count(&self) -> usize {
         self.absorb.len()
-    }
-
-    /// Whether there is none.
-    pub fn is_empty(&self) -> bool {
-        self.absorb.is_empty()
     }
 
     /// Place of voxel (i, j, k) in an array.
     pub fn place(&self, [i, j, k]: [usize; 3]) -> usize {
         (i * self.shape[2] + k) * self.shape[1] + j
-    }
-
-    /// Whether there is matter at `place` of an array.
-    pub fn holds(&self, place: usize) -> bool {
-        let k = place / self.shape[1] % self.shape[2];
-        let above = if k > 0 { self.face[2][place - self.shape[1]] } else { 0.0 };
-        let column = place / (self.shape[1] * self.shape[2]) * self.shape[1] + place % self.shape[1];
-        above > 0.0 || self.face[2][place] > 0.0 || (k == 0 && self.top[column].0 > 0.0)
     }
 
     /// Power that the voxels absorb in the fluence `phi` [unit of phi times mm^2].

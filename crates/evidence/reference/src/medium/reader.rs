@@ -9,7 +9,7 @@ use glam::DVec3;
 use super::LayeredMedium;
 use transport::answer::Question;
 use transport::stack::{CylinderPhase, Foil, Layer, Scattering, Stack, Substrate, WOOD_DISPERSION};
-use yaml::{Mapping, NumberRange, YamlFaults, YamlNode, YamlReader, YamlValue, parse_yaml};
+use yaml::{Mapping, NumberRange, TextPosition, YamlFaults, YamlNode, YamlReader, YamlValue, parse_yaml};
 
 /// What faults call the file.
 pub(super) const NOUN: &str = "medium";
@@ -41,46 +41,36 @@ fn medium(yaml: &mut YamlReader, root: &YamlNode) -> Option<LayeredMedium> {
         yaml.fault(root.place, "", problem, "a medium is a map with at least `layers`");
         return None;
     }
-    let mut top = yaml.mapping(root, "");
-    let above = number(yaml, &mut top, "n_above", INDEX, Some(1.0));
-    let layers = top.take(yaml, "layers");
-    if layers.is_none() {
-        yaml.fault(root.place, "layers", "is missing", "list the layers from the surface downwards, `layers: [{...}]`");
-    }
-    let layers = layers.and_then(|node| read_layers(yaml, node));
-    let below = below(yaml, &mut top);
-    let question = match top.take(yaml, "question") {
-        Some(node) => read_question(yaml, node),
+    let mut top = MediumMap::new(yaml, root, "");
+    let above = top.number("n_above", INDEX, Some(1.0));
+    let layers = top.wanted("layers", "list the layers from the surface downwards, `layers: [{...}]`");
+    let layers = layers.and_then(|node| read_layers(top.yaml, node));
+    let below = below(&mut top);
+    let question = match top.take("question") {
+        Some(node) => read_question(top.yaml, node),
         None => Some(Question { incidence_azimuth: to_model_azimuth(0.0), ..Question::default() }),
     };
-    top.close(yaml, &["n_above", "layers", "n_below", "below", "question"], &|name| {
-        LAYER_KEYS.contains(&name).then(|| format!("`{name}` belongs in an entry of `layers`"))
-    });
+    top.close(&|name| LAYER_KEYS.contains(&name).then(|| format!("`{name}` belongs in an entry of `layers`")));
     Some(LayeredMedium { stack: Stack { above: above?, layers: layers?, below: below? }, question: question? })
 }
 
 /// What the last layer lies on: an index, or foil.
-fn below(yaml: &mut YamlReader, top: &mut Mapping) -> Option<Substrate> {
-    let index = top.take(yaml, "n_below").map(|node| (node, yaml.number_in(node, "n_below", INDEX)));
-    let Some(node) = top.take(yaml, "below") else {
+fn below(top: &mut MediumMap) -> Option<Substrate> {
+    let index = top.take("n_below").map(|node| (node, top.yaml.number_in(node, "n_below", INDEX)));
+    let Some(node) = top.take("below") else {
         return index.map_or(Some(1.0), |(_, n)| n).map(Substrate::Index);
     };
     if let Some((node, _)) = index {
-        yaml.fault(node.place, "n_below", "stands beside `below`", "foil has no index: remove one of them");
+        top.yaml.fault(node.place, "n_below", "stands beside `below`", "foil has no index: remove one of them");
     }
-    let mut map = yaml.mapping(node, "below");
-    let foil = map.take(yaml, "foil");
-    map.close(yaml, &["foil"], &|_| None);
-    let Some(foil) = foil else {
-        let remedy =
-            "write `below: {foil: {reflectance: 0.9, roughness: [0.25, 0.12]}}`, or `n_below` for clear matter";
-        yaml.fault(node.place, "below.foil", "is missing", remedy);
-        return None;
-    };
-    let mut map = yaml.mapping(foil, "below.foil");
-    let reflectance = number(yaml, &mut map, "reflectance", range(0.0, 1.0, ""), None);
-    let roughness = numbers(yaml, &mut map, "roughness", "two numbers, [along x, along y]", ROUGHNESS);
-    map.close(yaml, &["reflectance", "roughness"], &|_| None);
+    let mut map = MediumMap::new(top.yaml, node, "below");
+    let remedy = "write `below: {foil: {reflectance: 0.9, roughness: [0.25, 0.12]}}`, or `n_below` for clear matter";
+    let foil = map.wanted("foil", remedy);
+    map.close(&|_| None);
+    let mut map = MediumMap::new(top.yaml, foil?, "below.foil");
+    let reflectance = map.number("reflectance", range(0.0, 1.0, ""), None);
+    let roughness = map.numbers("roughness", "two numbers, [along x, along y]", ROUGHNESS);
+    map.close(&|_| None);
     Some(Substrate::Foil(Foil { reflectance: reflectance?, roughness: roughness? }))
 }
 
@@ -102,14 +92,10 @@ fn read_layers(yaml: &mut YamlReader, node: &YamlNode) -> Option<Vec<Layer>> {
 
 /// Keys of a layer.
 const LAYER_KEYS: [&str; 7] = ["thickness_mm", "n", "mu_a_per_mm", "coat", "isotropic", "fibres", "tensor"];
-/// A law of scattering: its key in a layer, what reads it, and its own keys.
-type ScatteringLaw = (&'static str, fn(&mut YamlReader, &mut Mapping) -> Option<Scattering>, &'static [&'static str]);
-/// The laws of scattering.
-const SCATTERING_LAWS: [ScatteringLaw; 3] = [
-    ("isotropic", isotropic, &["mu_s_per_mm", "g"]),
-    ("fibres", fibres, &FIBRE_KEYS),
-    ("tensor", tensor, &["mu_s_per_mm", "g"]),
-];
+/// What reads a law of scattering.
+type ReadScattering = fn(&mut MediumMap) -> Option<Scattering>;
+/// The laws of scattering by their keys in a layer.
+const SCATTERING_LAWS: [(&str, ReadScattering); 3] = [("isotropic", isotropic), ("fibres", fibres), ("tensor", tensor)];
 
 /// Refractive indices.
 const INDEX: NumberRange = range(1.0, 4.0, "");
@@ -128,7 +114,7 @@ const DISPERSION: NumberRange = range(0.0, 30.0, "deg");
 /// Reads entry number `i` of the layers.
 fn read_layer(yaml: &mut YamlReader, node: &YamlNode, i: usize, last: bool) -> Option<Layer> {
     let path = format!("layers[{i}]");
-    let mut map = yaml.mapping(node, &path);
+    let mut map = MediumMap::new(yaml, node, &path);
     if !matches!(node.value, YamlValue::Map(_)) {
         if matches!(node.value, YamlValue::Nothing) {
             yaml.fault(node.place, &path, "is nothing", "give the keys of a layer");
@@ -136,62 +122,60 @@ fn read_layer(yaml: &mut YamlReader, node: &YamlNode, i: usize, last: bool) -> O
         return None;
     }
     // Only the last layer may be without end.
-    let thickness = number(yaml, &mut map, "thickness_mm", THICKNESS, last.then_some(f64::INFINITY));
-    let n = number(yaml, &mut map, "n", INDEX, None);
-    let mu_a = number(yaml, &mut map, "mu_a_per_mm", ABSORPTION, None);
-    let coat = number(yaml, &mut map, "coat", COAT, Some(1.0));
-    let given = SCATTERING_LAWS.iter().filter_map(|law| map.take(yaml, law.0).map(|node| (law, node)));
+    let thickness = map.number("thickness_mm", THICKNESS, last.then_some(f64::INFINITY));
+    let n = map.number("n", INDEX, None);
+    let mu_a = map.number("mu_a_per_mm", ABSORPTION, None);
+    let coat = map.number("coat", COAT, Some(1.0));
+    let given = SCATTERING_LAWS.iter().filter_map(|law| map.take(law.0).map(|node| (law, node)));
     let scattering = match given.collect::<Vec<_>>().as_slice() {
         [] => Some(Scattering::Isotropic { mu_s: 0.0, g: 0.0 }),
-        [((name, read, keys), node)] => {
-            let mut law = yaml.mapping(node, &map.path_of(name));
-            let scattering = read(yaml, &mut law);
-            law.close(yaml, keys, &|_| None);
+        [((name, read), node)] => {
+            let mut law = MediumMap::new(map.yaml, node, &format!("{path}.{name}"));
+            let scattering = read(&mut law);
+            law.close(&|_| None);
             scattering
         }
-        [_, ((name, ..), node), ..] => {
+        [_, ((name, _), node), ..] => {
             let remedy = "a layer scatters by one of isotropic, fibres, tensor: remove the others";
-            yaml.fault(node.place, &map.path_of(name), "is a second law of scattering", remedy);
+            map.fault(node.place, name, "is a second law of scattering", remedy);
             None
         }
     };
-    map.close(yaml, &LAYER_KEYS, &|_| None);
+    map.close(&|_| None);
     Some(Layer { coat: coat?, ..Layer::new(thickness?, n?, mu_a?, scattering?) })
 }
 
-fn isotropic(yaml: &mut YamlReader, map: &mut Mapping) -> Option<Scattering> {
-    let mu_s = number(yaml, map, "mu_s_per_mm", SCATTERING, None);
-    let g = number(yaml, map, "g", COSINE, Some(0.0));
+fn isotropic(map: &mut MediumMap) -> Option<Scattering> {
+    let mu_s = map.number("mu_s_per_mm", SCATTERING, None);
+    let g = map.number("g", COSINE, Some(0.0));
     Some(Scattering::Isotropic { mu_s: mu_s?, g: g? })
 }
 
-fn tensor(yaml: &mut YamlReader, map: &mut Mapping) -> Option<Scattering> {
-    let mu_s = numbers(yaml, map, "mu_s_per_mm", "three numbers, [along x, along y, along z]", SCATTERING);
-    let g = number(yaml, map, "g", COSINE, Some(0.0));
+fn tensor(map: &mut MediumMap) -> Option<Scattering> {
+    let mu_s = map.numbers("mu_s_per_mm", "three numbers, [along x, along y, along z]", SCATTERING);
+    let g = map.number("g", COSINE, Some(0.0));
     Some(Scattering::Tensor { mu_s: DVec3::from_array(mu_s?), g: g? })
 }
 
-/// Keys of a layer of fibres.
-const FIBRE_KEYS: [&str; 7] =
-    ["sigma_i_per_mm", "sigma_c_per_mm", "g2", "turn", "azimuth_deg", "dive_deg", "dispersion_deg"];
-
-fn fibres(yaml: &mut YamlReader, map: &mut Mapping) -> Option<Scattering> {
-    let sigma_i = number(yaml, map, "sigma_i_per_mm", SCATTERING, None);
-    let sigma_c = number(yaml, map, "sigma_c_per_mm", SCATTERING, None);
-    let (g2, turn) = (map.take(yaml, "g2"), map.take(yaml, "turn"));
+fn fibres(map: &mut MediumMap) -> Option<Scattering> {
+    let sigma_i = map.number("sigma_i_per_mm", SCATTERING, None);
+    let sigma_c = map.number("sigma_c_per_mm", SCATTERING, None);
+    let (g2, turn) = (map.take("g2"), map.take("turn"));
     let turn = match (g2, turn) {
         (Some(_), Some(node)) => {
-            let problem = "stands beside `g2`";
-            yaml.fault(node.place, &map.path_of("turn"), problem, "a mirror has no g2: remove one of them");
+            map.fault(node.place, "turn", "stands beside `g2`", "a mirror has no g2: remove one of them");
             None
         }
-        (Some(node), None) => yaml.number_in(node, &map.path_of("g2"), COSINE).map(CylinderPhase::Cauchy),
-        (None, Some(node)) => yaml.word(node, &map.path_of("turn"), &["mirror"]).map(|_| CylinderPhase::Mirror),
+        (Some(node), None) => map.number_at(node, "g2", COSINE).map(CylinderPhase::Cauchy),
+        (None, Some(node)) => {
+            let path = map.map.path_of("turn");
+            map.yaml.word(node, &path, &["mirror"]).map(|_| CylinderPhase::Mirror)
+        }
         (None, None) => Some(CylinderPhase::Cauchy(0.0)),
     };
-    let azimuth = number(yaml, map, "azimuth_deg", AZIMUTH, Some(0.0));
-    let dive = number(yaml, map, "dive_deg", DIVE, Some(0.0));
-    let dispersion = number(yaml, map, "dispersion_deg", DISPERSION, Some(WOOD_DISPERSION.to_degrees()));
+    let azimuth = map.number("azimuth_deg", AZIMUTH, Some(0.0));
+    let dive = map.number("dive_deg", DIVE, Some(0.0));
+    let dispersion = map.number("dispersion_deg", DISPERSION, Some(WOOD_DISPERSION.to_degrees()));
     Some(Scattering::Fibres {
         sigma_i: sigma_i?,
         sigma_c: sigma_c?,
@@ -208,20 +192,6 @@ pub fn axis(azimuth: f64, dive: f64) -> DVec3 {
     DVec3::new(flat * across, flat * along, up).normalize()
 }
 
-/// Keys of the question.
-const QUESTION_KEYS: [&str; 11] = [
-    "incidence_deg",
-    "diffuse",
-    "incidence_azimuth_deg",
-    "view_tilt_deg",
-    "view_azimuth_deg",
-    "line_sd_mm",
-    "row_mm",
-    "rows",
-    "cell_mm",
-    "cells",
-    "angles",
-];
 const INCIDENCE: NumberRange = range(0.0, 89.0, "deg");
 /// Azimuth of the reference camera, on the side of small y [deg].
 const VIEW_AZIMUTH: f64 = 180.0;
@@ -235,30 +205,30 @@ const fn count(max: f64) -> NumberRange {
 /// Reads the question at `node`.
 fn read_question(yaml: &mut YamlReader, node: &YamlNode) -> Option<Question> {
     let usual = Question::default();
-    let mut map = yaml.mapping(node, "question");
-    let diffuse = map.take(yaml, "diffuse").map(|node| (node, flag(yaml, node, "question.diffuse")));
-    let incidence = number(yaml, &mut map, "incidence_deg", INCIDENCE, Some(-1.0));
+    let mut map = MediumMap::new(yaml, node, "question");
+    let incidence = map.number("incidence_deg", INCIDENCE, Some(-1.0));
+    let diffuse = map.take("diffuse").map(|node| (node, map.flag(node, "diffuse")));
     let incidence = match (diffuse, incidence) {
         (Some((node, Some(true))), Some(0.0..)) => {
             let remedy = "light is diffuse or has a direction: remove one of them";
-            yaml.fault(node.place, "question.diffuse", "stands beside `incidence_deg`", remedy);
+            map.fault(node.place, "diffuse", "stands beside `incidence_deg`", remedy);
             None
         }
         (Some((_, None)), _) => None,
         (Some((_, Some(true))), _) => Some(None),
         (_, angle) => angle.map(|angle| Some(angle.max(0.0).to_radians())),
     };
-    let incidence_azimuth = number(yaml, &mut map, "incidence_azimuth_deg", AZIMUTH, Some(0.0));
-    let tilt = number(yaml, &mut map, "view_tilt_deg", INCIDENCE, Some(VIEW_TILT));
-    let azimuth = number(yaml, &mut map, "view_azimuth_deg", AZIMUTH, Some(VIEW_AZIMUTH));
-    let line_mm = number(yaml, &mut map, "line_sd_mm", range(0.0, 10.0, "mm"), Some(usual.line_mm));
+    let incidence_azimuth = map.number("incidence_azimuth_deg", AZIMUTH, Some(0.0));
+    let tilt = map.number("view_tilt_deg", INCIDENCE, Some(VIEW_TILT));
+    let azimuth = map.number("view_azimuth_deg", AZIMUTH, Some(VIEW_AZIMUTH));
+    let line_mm = map.number("line_sd_mm", range(0.0, 10.0, "mm"), Some(usual.line_mm));
     let pitch = range(1e-3, 100.0, "mm");
-    let row_mm = number(yaml, &mut map, "row_mm", pitch, Some(usual.row_mm));
-    let rows = number(yaml, &mut map, "rows", count(2000.0), Some(usual.rows as f64));
-    let cell_mm = number(yaml, &mut map, "cell_mm", pitch, Some(usual.cell_mm));
-    let cells = number(yaml, &mut map, "cells", count(200.0), Some(usual.cells as f64));
-    let angles = number(yaml, &mut map, "angles", count(180.0), Some(usual.angles as f64));
-    map.close(yaml, &QUESTION_KEYS, &|_| None);
+    let row_mm = map.number("row_mm", pitch, Some(usual.row_mm));
+    let rows = map.number("rows", count(2000.0), Some(usual.rows as f64));
+    let cell_mm = map.number("cell_mm", pitch, Some(usual.cell_mm));
+    let cells = map.number("cells", count(200.0), Some(usual.cells as f64));
+    let angles = map.number("angles", count(180.0), Some(usual.angles as f64));
+    map.close(&|_| None);
     Some(Question {
         incidence: incidence?,
         incidence_azimuth: to_model_azimuth(incidence_azimuth?),
@@ -286,61 +256,79 @@ fn view(tilt: f64, azimuth: f64) -> DVec3 {
     DVec3::new(sin * across, sin * along, cos)
 }
 
-fn flag(yaml: &mut YamlReader, node: &YamlNode, path: &str) -> Option<bool> {
-    if let YamlValue::Flag(flag) = node.value {
-        return Some(flag);
-    }
-    yaml.fault(node.place, path, format!("is {}", node.value.kind()), "give true or false");
-    None
+/// A map of a medium's file: what is asked for are the keys that there are.
+struct MediumMap<'y, 't, 'n> {
+    yaml: &'y mut YamlReader<'t>,
+    map: Mapping<'n>,
+    asked: Vec<&'static str>,
 }
 
-/// As many numbers as wanted; `wanted` says which.
-fn numbers<const N: usize>(
-    yaml: &mut YamlReader,
-    map: &mut Mapping,
-    name: &str,
-    wanted: &str,
-    range: NumberRange,
-) -> Option<[f64; N]> {
-    let path = map.path_of(name);
-    let remedy = format!("give {wanted}");
-    let Some(node) = map.take(yaml, name) else {
-        yaml.fault(map.place(), &path, "is missing", remedy);
-        return None;
-    };
-    match &node.value {
-        YamlValue::List(entries) if entries.len() == N => {
-            let read: Vec<_> = entries.iter().map(|entry| yaml.number_in(entry, &path, range)).collect();
-            read.into_iter().collect::<Option<Vec<f64>>>()?.try_into().ok()
-        }
-        YamlValue::List(entries) => {
-            yaml.fault(node.place, &path, format!("has {} entries", entries.len()), remedy);
-            None
-        }
-        other => {
-            yaml.fault(node.place, &path, format!("is {}", other.kind()), remedy);
-            None
-        }
+impl<'y, 't, 'n> MediumMap<'y, 't, 'n> {
+    fn new(yaml: &'y mut YamlReader<'t>, node: &'n YamlNode, path: &str) -> Self {
+        let map = yaml.mapping(node, path);
+        Self { yaml, map, asked: Vec::new() }
     }
-}
 
-/// The number at `name`; `default` where the file has none, and a fault where there is no default either.
-fn number(
-    yaml: &mut YamlReader,
-    map: &mut Mapping,
-    name: &str,
-    range: NumberRange,
-    default: Option<f64>,
-) -> Option<f64> {
-    let path = map.path_of(name);
-    match map.take(yaml, name) {
-        Some(node) => yaml.number_in(node, &path, range),
-        None => {
-            if default.is_none() {
-                yaml.fault(map.place(), &path, "is missing", format!("give {range}"));
+    /// The value of `name`, if the map has it.
+    fn take(&mut self, name: &'static str) -> Option<&'n YamlNode> {
+        self.asked.push(name);
+        self.map.take(self.yaml, name)
+    }
+
+    /// The value of `name`; a fault with the remedy where the map lacks it.
+    fn wanted(&mut self, name: &'static str, remedy: &str) -> Option<&'n YamlNode> {
+        let node = self.take(name);
+        if node.is_none() {
+            self.fault(self.map.place(), name, "is missing", remedy);
+        }
+        node
+    }
+
+    /// Notes a fault of the key `name`.
+    fn fault(&mut self, place: TextPosition, name: &str, problem: impl Into<String>, remedy: &str) {
+        self.yaml.fault(place, &self.map.path_of(name), problem, remedy);
+    }
+
+    /// The number at `name`; `default` where the file has none, and a fault where there is no default either.
+    fn number(&mut self, name: &'static str, range: NumberRange, default: Option<f64>) -> Option<f64> {
+        if default.is_none() {
+            let node = self.wanted(name, &format!("give {range}"))?;
+            return self.number_at(node, name, range);
+        }
+        self.take(name).map_or(default, |node| self.number_at(node, name, range))
+    }
+
+    fn number_at(&mut self, node: &YamlNode, name: &str, range: NumberRange) -> Option<f64> {
+        self.yaml.number_in(node, &self.map.path_of(name), range)
+    }
+
+    /// As many numbers as wanted; `wanted` says which.
+    fn numbers<const N: usize>(&mut self, name: &'static str, wanted: &str, range: NumberRange) -> Option<[f64; N]> {
+        let remedy = format!("give {wanted}");
+        let node = self.wanted(name, &remedy)?;
+        let problem = match &node.value {
+            YamlValue::List(entries) if entries.len() == N => {
+                let read: Vec<_> = entries.iter().map(|entry| self.number_at(entry, name, range)).collect();
+                return read.into_iter().collect::<Option<Vec<f64>>>()?.try_into().ok();
             }
-            default
+            YamlValue::List(entries) => format!("has {} entries", entries.len()),
+            other => format!("is {}", other.kind()),
+        };
+        self.fault(node.place, name, problem, &remedy);
+        None
+    }
+
+    fn flag(&mut self, node: &YamlNode, name: &str) -> Option<bool> {
+        if let YamlValue::Flag(flag) = node.value {
+            return Some(flag);
         }
+        self.fault(node.place, name, format!("is {}", node.value.kind()), "give true or false");
+        None
+    }
+
+    /// Faults every key that was not asked for; `elsewhere` tells where a key belongs.
+    fn close(self, elsewhere: &dyn Fn(&str) -> Option<String>) {
+        self.map.close(self.yaml, &self.asked, elsewhere);
     }
 }
 

@@ -17,6 +17,7 @@ use super::body::BodyGeometry;
 use super::pack::PackGeometry;
 use super::tracker::{Fate, LineObserver, Target};
 use super::{BATCHES, Effort};
+use crate::columns::column_edges;
 use transport::answer::Estimate;
 use transport::line::{LineResponse, LineSource};
 use transport::phase::uniform;
@@ -118,21 +119,12 @@ struct LineCounts<'a> {
 
 impl<'a> LineSampler<'a> {
     fn new(line: &'a LineSource<'a>) -> Self {
-        let x: Vec<f64> = line.x.iter().map(|&x| f64::from(x)).collect();
-        let mut ends: Vec<f64> = x.windows(2).map(|pair| 0.5 * (pair[0] + pair[1])).collect();
-        // The outermost columns are as wide as their neighbours; a single one is as wide as a row.
-        let n = x.len();
-        if let (Some(&first), Some(&last)) = (x.first(), x.last()) {
-            let half = |a: Option<&f64>, b: f64| a.map_or(0.5 * line.row_mm, |a| 0.5 * (a - b).abs());
-            ends.insert(0, first - half(x.get(1), first));
-            ends.push(last + half(n.checked_sub(2).and_then(|i| x.get(i)), last));
-        }
         let mut sum = 0.0;
         let power = line.power.iter().map(|&power| {
             sum += f64::from(power).max(0.0);
             sum
         });
-        Self { line, ends, power: power.collect() }
+        Self { line, ends: column_edges(line.x, line.row_mm), power: power.collect() }
     }
 
     fn total(&self) -> f64 {

@@ -12,11 +12,11 @@
 mod bilinear_patch;
 mod body;
 mod foil;
+mod height_cells;
 pub mod line_response;
-pub mod measure;
-mod next_event;
+pub mod next_event;
 mod pack;
-pub(crate) mod plane_layers;
+pub mod plane_layers;
 mod stack_observer;
 pub mod tracker;
 

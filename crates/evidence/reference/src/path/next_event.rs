@@ -22,7 +22,7 @@ const TURN_NODES: usize = 32;
 
 /// The path to the lens from each layer.
 #[derive(Debug, Clone)]
-pub(super) struct LensEstimator(Vec<LensPath>);
+pub struct LensEstimator(Vec<LensPath>);
 
 /// The path to the lens from inside one layer.
 #[derive(Debug, Clone, Copy)]
@@ -43,7 +43,7 @@ impl LensEstimator {
     /// A lens far away in direction `view`: above, or below the last layer where `view.z < 0`.
     ///
     /// `None` where planes inside reflect: they send light to the lens along paths that no collision looks along.
-    pub(super) fn new(geometry: &StackGeometry, view: DVec3) -> Option<Self> {
+    pub fn new(geometry: &StackGeometry, view: DVec3) -> Option<Self> {
         let up = view.z > 0.0;
         if geometry.mirrors_inside(up) {
             return None;
@@ -94,7 +94,7 @@ impl LensEstimator {
     /// Where light that the photon sends to the lens leaves the stack, and its way there inside the photon's layer
     /// [mm].
     #[inline]
-    pub(super) fn exit(&self, photon: &Photon) -> (DVec3, f64) {
+    pub fn exit(&self, photon: &Photon) -> (DVec3, f64) {
         let out = &self.0[photon.layer];
         let way = (out.edge - photon.position.z) / out.direction.z;
         (photon.position + out.direction * way + out.beyond, way)
@@ -109,7 +109,7 @@ impl LensEstimator {
 
     /// The same, by light that the collision turns anywhere and by light that a cylinder turns [1].
     #[inline]
-    pub(super) fn estimates(&self, photon: &Photon, layer: &PreparedLayer, rng: &mut impl Rng) -> [f64; 2] {
+    pub fn estimates(&self, photon: &Photon, layer: &PreparedLayer, rng: &mut impl Rng) -> [f64; 2] {
         let out = &self.0[photon.layer];
         if out.factor == 0.0 {
             return [0.0; 2];

@@ -14,7 +14,7 @@ use transport::phase::{dispersed, fibre_collision, frame, henyey_greenstein, uni
 use transport::stack::{Layer, Scattering, Stack, Substrate};
 
 /// What happens to photons, for those who keep count.
-pub(crate) trait StackObserver {
+pub trait StackObserver {
     /// A photon, still with its whole weight, is about to collide in `layer`.
     fn collide(&mut self, _photon: &Photon, _layer: &PreparedLayer, _rng: &mut impl Rng) {}
     /// `weight` stays in layer number `layer`; negative where roulette gives energy back.
@@ -25,7 +25,7 @@ pub(crate) trait StackObserver {
 
 /// A layer with what photons need of it.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct PreparedLayer {
+pub struct PreparedLayer {
     /// The layer as declared.
     pub layer: Layer,
     /// Its upper plane [mm].
@@ -40,7 +40,7 @@ pub(crate) struct PreparedLayer {
 
 /// Plane layers, prepared for photons.
 #[derive(Debug, Clone)]
-pub(crate) struct StackGeometry {
+pub struct StackGeometry {
     /// The layers, first one on top.
     pub layers: Vec<PreparedLayer>,
     /// Refractive index above [1].
@@ -125,7 +125,17 @@ impl<O: StackObserver> Geometry<O> for StackGeometry {
 
     #[inline(always)]
     fn scatter(&self, photon: &mut Photon, (here, _): (&PreparedLayer, f64), rng: &mut impl Rng) {
-        here.scatter(photon, rng);
+        match here.layer.scattering {
+            Scattering::Isotropic { g, .. } | Scattering::Tensor { g, .. } => {
+                photon.turned += 1;
+                photon.direction = henyey_greenstein(photon.direction, g, rng);
+            }
+            Scattering::Fibres { sigma_i, sigma_c, turn, axis, dispersion } => {
+                let fibre = |rng: &mut _| dispersed(axis, here.across, dispersion, rng);
+                let collision = fibre_collision(photon.direction, sigma_i, sigma_c, rng, fibre);
+                photon.scatter_by(collision, turn, rng);
+            }
+        }
     }
 
     #[inline(always)]
@@ -201,20 +211,5 @@ impl PreparedLayer {
             Scattering::Tensor { mu_s, .. } => mu_s.dot(direction * direction),
         };
         scattering + self.layer.mu_a
-    }
-
-    #[inline(always)]
-    fn scatter(&self, photon: &mut Photon, rng: &mut impl Rng) {
-        match self.layer.scattering {
-            Scattering::Isotropic { g, .. } | Scattering::Tensor { g, .. } => {
-                photon.turned += 1;
-                photon.direction = henyey_greenstein(photon.direction, g, rng);
-            }
-            Scattering::Fibres { sigma_i, sigma_c, turn, axis, dispersion } => {
-                let fibre = |rng: &mut _| dispersed(axis, self.across, dispersion, rng);
-                let collision = fibre_collision(photon.direction, sigma_i, sigma_c, rng, fibre);
-                photon.scatter_by(collision, turn, rng);
-            }
-        }
     }
 }

@@ -16,16 +16,12 @@ const CONE_HALF_ANGLE: f64 = 0.087_266_462_599_716_48;
 /// One batch's counts, in units of a photon's energy.
 #[derive(Debug, Clone)]
 pub(super) struct StackCounts {
+    question: Question,
     lens: Option<LensEstimator>,
-    view: DVec3,
+    /// Cosine of the half angle of the cone about the lens [1].
     inside: f64,
-    row_mm: f64,
-    rows: i64,
-    line_mm: f64,
     /// Where on the laser line's width the photon stands for [mm].
     beside: f64,
-    cell_mm: f64,
-    cells: i64,
     thrown: f64,
     reflected: f64,
     transmitted: f64,
@@ -88,19 +84,13 @@ impl StackCounts {
     }
 
     pub(super) fn new(geometry: &StackGeometry, stack: &Stack, question: &Question) -> Self {
-        let (rows, cells) = (question.rows as i64, question.cells as i64);
-        let side = if cells > 0 { 2 * question.cells + 1 } else { 0 };
+        let side = if question.cells > 0 { 2 * question.cells + 1 } else { 0 };
         Self {
+            question: *question,
             lens: LensEstimator::new(geometry, question.view),
-            view: question.view,
             inside: libm::cos(CONE_HALF_ANGLE),
             ring: ring(stack, question, CONE_HALF_ANGLE),
-            row_mm: question.row_mm,
-            rows,
-            line_mm: question.line_mm,
             beside: 0.0,
-            cell_mm: question.cell_mm,
-            cells,
             thrown: 0.0,
             reflected: 0.0,
             transmitted: 0.0,
@@ -120,17 +110,16 @@ impl StackCounts {
     /// A photon begins of which the surface threw back the share `thrown`; `line` draws its place on the line's width.
     pub(super) fn begin(&mut self, thrown: f64, line: &mut impl Rng) {
         self.thrown += thrown;
-        if self.line_mm > 0.0 {
-            self.beside = self.line_mm * normal(line);
+        if self.question.line_mm > 0.0 {
+            self.beside = self.question.line_mm * normal(line);
         }
     }
-}
 
-impl StackCounts {
     /// The row of a photon that leaves at `y` [mm], if it is among them.
     fn row(&self, y: f64) -> Option<usize> {
-        let row = ((y + self.beside) / self.row_mm).round() as i64 + self.rows;
-        (0..=2 * self.rows).contains(&row).then_some(row as usize)
+        let rows = self.question.rows as i64;
+        let row = ((y + self.beside) / self.question.row_mm).round() as i64 + rows;
+        (0..=2 * rows).contains(&row).then_some(row as usize)
     }
 }
 
@@ -181,7 +170,7 @@ impl StackObserver for StackCounts {
         if scattered && let Some(angle) = angles.get_mut(bin as usize) {
             *angle += weight;
         }
-        let in_cone = scattered && photon.direction.dot(self.view) > self.inside;
+        let in_cone = scattered && photon.direction.dot(self.question.view) > self.inside;
         self.cone += if in_cone { weight } else { 0.0 };
         let seen = match self.ring {
             _ if self.lens.is_some() => None,
@@ -203,9 +192,10 @@ impl StackObserver for StackCounts {
         if let Some(row) = self.row(photon.position.y) {
             self.line[row] += weight;
         }
-        let cell = |v: f64| (v / self.cell_mm).round() as i64 + self.cells;
-        let (x, y, side) = (cell(photon.position.x), cell(photon.position.y), 2 * self.cells + 1);
-        if self.cells > 0 && (0..side).contains(&x) && (0..side).contains(&y) {
+        let cells = self.question.cells as i64;
+        let cell = |v: f64| (v / self.question.cell_mm).round() as i64 + cells;
+        let (x, y, side) = (cell(photon.position.x), cell(photon.position.y), 2 * cells + 1);
+        if cells > 0 && (0..side).contains(&x) && (0..side).contains(&y) {
             self.point[(y * side + x) as usize] += weight;
         }
     }

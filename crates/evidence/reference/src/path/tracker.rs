@@ -93,7 +93,7 @@ pub(super) fn refracted(scaled: DVec3, ahead: DVec3, scaled_mu: f64, cosine: f64
 
 /// What ends a flight.
 #[derive(Debug, Clone, Copy)]
-pub(crate) enum FlightEnd<M, S> {
+pub enum FlightEnd<M, S> {
     /// A collision in this medium.
     Collision(M),
     /// A surface.
@@ -104,7 +104,7 @@ pub(crate) enum FlightEnd<M, S> {
 
 /// When Russian roulette is played at a collision.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum RouletteOrder {
+pub enum RouletteOrder {
     /// With the scattered photon.
     AfterScattering,
     /// Before the photon is scattered, unless absorption has left nothing of it.
@@ -112,7 +112,7 @@ pub(crate) enum RouletteOrder {
 }
 
 /// Where photons are tracked; `O` observes them.
-pub(crate) trait Geometry<O> {
+pub trait Geometry<O> {
     /// A photon, and what is known about it from one flight to the next.
     type State: AsMut<Photon>;
     /// Matter in which a photon collides.
@@ -215,7 +215,7 @@ pub(super) trait LineObserver {
 
 /// What becomes of light.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Fate {
+pub enum Fate {
     /// Absorbed inside.
     Absorbed,
     /// Into the sky.

@@ -25,6 +25,8 @@ use super::{LightPicture, PixelGround};
 
 /// Shortest and longest path [mm].
 const PATHS_MM: (f64, f64) = (0.003, 200.0);
+/// Number of path lengths, in equal ratios.
+const PATHS: u32 = 16;
 /// Residual at which a step is solved, over the light.
 const MAX_RESIDUAL: f64 = 1e-9;
 /// Iterations after which a step counts as solved.
@@ -166,16 +168,16 @@ impl Stencil {
 }
 
 /// Light that comes out of `ground` when `picture` entered.
-pub(super) fn spread(picture: &LightPicture, ground: &PixelGround, paths: u32, steps: u32) -> LightPicture {
+pub(super) fn spread(picture: &LightPicture, ground: &PixelGround, steps: u32) -> LightPicture {
     let tensor =
         |walk: &Option<super::PlanarDiffusion>| walk.map(|walk| PlanarTensor::new(walk.axis, walk.along, walk.across));
     let tensors: Vec<_> = ground.walks.iter().map(tensor).collect();
     let stencil = Stencil::new(picture.rows, picture.cols, ground.pitch_mm, &tensors);
-    let ratio = libm::log(PATHS_MM.1 / PATHS_MM.0) / f64::from(paths - 1);
+    let ratio = libm::log(PATHS_MM.1 / PATHS_MM.0) / f64::from(PATHS - 1);
     let mut out = LightPicture::dark(picture.rows, picture.cols);
     let mut light = LightPicture { rows: picture.rows, cols: picture.cols, light: picture.light.clone() };
     let mut before = 0.0;
-    for m in 0..paths {
+    for m in 0..PATHS {
         let path = PATHS_MM.0 * libm::exp(ratio * f64::from(m));
         light = stencil.walk(&light, (path - before) / f64::from(steps), steps);
         let parts = light.light.par_iter_mut().zip(&mut out.light).zip(&ground.walks);

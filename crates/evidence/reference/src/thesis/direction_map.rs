@@ -27,11 +27,6 @@ impl DirectionMap {
         Self { rows, cols, pixels }
     }
 
-    /// A map of one colour.
-    pub fn even(rows: usize, cols: usize, colour: [u8; 4]) -> Self {
-        Self::new(rows, cols, vec![colour; rows * cols])
-    }
-
     /// Colour of a direction in the surface, `None` for no direction, and of what is left of the light, in [0, 1].
     ///
     /// Directions come back within 0.12 degrees; which end of a line is given has no meaning.

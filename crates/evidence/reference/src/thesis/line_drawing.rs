@@ -11,9 +11,12 @@ use glam::DVec2;
 
 use super::{DirectionMap, LightPicture};
 
+/// Length of a line on either side of a lit pixel where alpha is 1 (our choice) [px].
+const REACH_PX: f64 = 20.0;
+
 /// How the pixels of a line are found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum LineRule {
+pub enum LineRule {
     /// y = k x, rounded, for each whole x; leaves gaps where the line is steep. A line that is too steep to leave its
     /// column is stepped along y instead: there k has no number.
     LinearEquation,
@@ -26,7 +29,7 @@ pub(crate) enum LineRule {
 
 impl LineRule {
     /// Pixels of a line through (0, 0) along `direction`, `reach` pixels long on either side, and the coverage of each.
-    pub fn pixels(self, direction: DVec2, reach: u32) -> Vec<(i32, i32, f64)> {
+    fn pixels(self, direction: DVec2, reach: u32) -> Vec<(i32, i32, f64)> {
         let end = direction * f64::from(reach);
         let (x, y) = (end.x.round() as i32, end.y.round() as i32);
         match self {
@@ -79,10 +82,10 @@ fn smooth(x: i32, y: i32) -> Vec<(i32, i32, f64)> {
 }
 
 /// `picture` with the light of each pixel spread along its line.
-pub(super) fn spread(picture: &LightPicture, map: &DirectionMap, rule: LineRule, reach: u32) -> LightPicture {
+pub(super) fn spread(picture: &LightPicture, map: &DirectionMap, rule: LineRule) -> LightPicture {
     let mut out = LightPicture::dark(picture.rows, picture.cols);
     for (i, &light) in picture.light.iter().enumerate().filter(|&(_, &light)| light > 0.0) {
-        let reach = (f64::from(reach) * map.alpha(i)).round() as u32;
+        let reach = (REACH_PX * map.alpha(i)).round() as u32;
         let line = map.direction(i).map_or(vec![(0, 0, 1.0)], |direction| rule.pixels(direction, reach));
         let share = light / line.iter().map(|&(_, _, share)| share).sum::<f64>();
         let (row, col) = ((i / picture.cols) as i64, (i % picture.cols) as i64);

@@ -8,7 +8,11 @@ use glam::DVec2;
 use rayon::prelude::*;
 
 use super::{LightPicture, PixelGround, SpreadMethod, ThesisSettings, spread};
+use crate::columns::column_edges;
 use transport::line::{LineResponse, LineSource};
+
+/// What the picture shows beyond the wanted cells, on each side [mm].
+const MARGIN_MM: f64 = 2.0;
 
 /// Pixels along one axis.
 #[derive(Debug, Clone, Copy)]
@@ -36,27 +40,17 @@ impl PixelAxis {
     }
 }
 
-/// Edges of the columns: half way between their middles, the outer ones as far beyond; `alone` wide if there is one
-/// [mm].
-fn edges(x: &[f32], alone: f64) -> Vec<f64> {
-    let x: Vec<f64> = x.iter().map(|&x| f64::from(x)).collect();
-    let n = x.len();
-    let half = |i: usize| if n > 1 { 0.5 * (x[i + 1] - x[i]) } else { 0.5 * alone };
-    let inner = (1..n).map(|i| 0.5 * (x[i - 1] + x[i]));
-    [x[0] - half(0)].into_iter().chain(inner).chain([x[n - 1] + half(n.max(2) - 2)]).collect()
-}
-
 /// The model's answer for a line on a body.
 pub fn line_response(line: &LineSource, settings: &ThesisSettings) -> LineResponse {
     let (columns, side) = (line.x.len(), 2 * line.rows + 1);
     if columns == 0 {
         return LineResponse { columns, rows: line.rows, light: Vec::new(), error: Vec::new() };
     }
-    let edges = edges(line.x, line.row_mm);
+    let edges = column_edges(line.x, line.row_mm);
     let pitch = settings.pitch_mm;
-    let across = edges[columns] - edges[0] + 2.0 * settings.margin_mm;
-    let along = 0.5 * side as f64 * line.row_mm + settings.margin_mm;
-    let xs = PixelAxis { from: edges[0] - settings.margin_mm, pitch, count: (across / pitch).ceil() as usize };
+    let across = edges[columns] - edges[0] + 2.0 * MARGIN_MM;
+    let along = 0.5 * side as f64 * line.row_mm + MARGIN_MM;
+    let xs = PixelAxis { from: edges[0] - MARGIN_MM, pitch, count: (across / pitch).ceil() as usize };
     // The line runs through the middle of a row.
     let half = (along / pitch - 0.5).ceil().max(0.0);
     let ys = PixelAxis { from: line.y - pitch * (half + 0.5), pitch, count: 2 * half as usize + 1 };
@@ -76,7 +70,6 @@ pub fn line_response(line: &LineSource, settings: &ThesisSettings) -> LineRespon
 
     let ground = PixelGround::of_body(line.body, DVec2::new(xs.first(), ys.first()), pitch, ys.count, xs.count);
     let spread = spread(&picture, &ground, settings.method);
-    let level = if matches!(settings.method, SpreadMethod::Conservative { .. }) { 1.0 } else { settings.returned };
 
     let row = |k: usize| {
         let middle = line.y + line.row_mm * (k as f64 - line.rows as f64);
@@ -85,9 +78,7 @@ pub fn line_response(line: &LineSource, settings: &ThesisSettings) -> LineRespon
             let light = &spread.light[i * xs.count..(i + 1) * xs.count];
             sums.iter_mut().zip(light).for_each(|(sum, light)| *sum += light * length / pitch);
         }
-        let cell = |pair: &[f64]| {
-            level * xs.between(pair[0], pair[1]).map(|(i, length)| sums[i] * length / pitch).sum::<f64>()
-        };
+        let cell = |pair: &[f64]| xs.between(pair[0], pair[1]).map(|(i, length)| sums[i] * length / pitch).sum::<f64>();
         edges.windows(2).map(|pair| cell(pair) as f32).collect::<Vec<_>>()
     };
     let light = (0..side).into_par_iter().flat_map_iter(row).collect();
@@ -135,16 +126,4 @@ impl LaserPoint {
 /// [`SpreadMethod::ON_A_KNOT`].
 pub fn point(ground: &PixelGround, spot: &LaserPoint, method: SpreadMethod) -> LightPicture {
     spread(&spot.picture(ground.map.rows(), ground.map.cols()), ground, method)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Columns end half way to their neighbours, the outer ones as far beyond; a column alone is as wide as a row.
-    #[test]
-    fn columns_end_half_way_to_their_neighbours() {
-        assert_eq!(edges(&[0.0, 1.0, 3.0], 0.1), [-0.5, 0.5, 2.0, 4.0]);
-        assert_eq!(edges(&[5.0], 0.5), [4.75, 5.25]);
-    }
 }

@@ -12,8 +12,6 @@
 //! how coefficients follow from a direction, how wide its Gaussian is, nor what share a pixel of a line gets; where we
 //! had to choose, the item says so.
 
-use glam::DVec2;
-
 mod conservative;
 mod direction_map;
 mod line_drawing;
@@ -24,72 +22,41 @@ mod stam;
 mod tests;
 
 pub use self::direction_map::DirectionMap;
-pub(crate) use self::line_drawing::LineRule;
+pub use self::line_drawing::LineRule;
 pub use self::line_response::{LaserPoint, line_response, point};
 pub use self::pixel_ground::{PixelGround, PlanarDiffusion, alpha};
 
-/// How light is spread. The defaults of each are [`SpreadMethod::BRESENHAM`] and its kin.
+/// How light is spread.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum SpreadMethod {
-    /// Along y = k x + m, with steps of one pixel in x.
-    LinearEquation {
-        /// Length of the line on either side of a lit pixel where alpha is 1 [px].
-        reach: u32,
-    },
-    /// Along lines that share each step between two pixels.
-    AntiAliased {
-        /// As above [px].
-        reach: u32,
-    },
-    /// Along Bresenham's lines.
-    Bresenham {
-        /// As above [px].
-        reach: u32,
-    },
+    /// Along lines.
+    Lines(LineRule),
     /// Stam's implicit diffusion with eight neighbours and coefficients of the receiving pixel alone.
     Diffusion {
         /// Time steps, alpha^(1 / iterations) after each; the thesis took 20 on clear wood and 10 on a knot.
         iterations: u32,
         /// Gauss-Seidel sweeps of a step. The thesis leaves open whether its 20 are steps or Stam's 20 sweeps of one.
         sweeps: u32,
-        /// Sum of a pixel's eight coefficients [1].
-        rate: f64,
-        /// Power p of the squared cosine between neighbour and fibre to which coefficients are proportional.
-        sharpness: u32,
     },
     /// Diffusion with the media's own tensor, which keeps energy, as a sum over path lengths.
     Conservative {
-        /// Path lengths, in equal ratios from 0.003 to 200 mm; 2 at least.
-        paths: u32,
         /// Implicit steps from one path length to the next; 1 at least.
         steps: u32,
     },
 }
 
 impl SpreadMethod {
-    /// Straight lines with a reach of 20 pixels (our choice).
-    pub const LINEAR_EQUATION: Self = Self::LinearEquation { reach: 20 };
-    /// Smooth lines with a reach of 20 pixels (our choice).
-    pub const ANTI_ALIASED: Self = Self::AntiAliased { reach: 20 };
-    /// Bresenham's lines with a reach of 20 pixels (our choice).
-    pub const BRESENHAM: Self = Self::Bresenham { reach: 20 };
-    /// Figure 4.23: 20 iterations. With cos^6 the variances along and across fibres in line with the pixels are as 5 to
-    /// 1, like clear wood's diffusion; the sum of coefficients, 8, is eight times one (our choices).
-    pub const ON_CLEAR_WOOD: Self = Self::Diffusion { iterations: 20, sweeps: 1, rate: 8.0, sharpness: 3 };
+    /// Figure 4.23: 20 iterations.
+    pub const ON_CLEAR_WOOD: Self = Self::diffusion(20);
     /// Figure 4.24: 10 iterations.
-    pub const ON_A_KNOT: Self = Self::Diffusion { iterations: 10, sweeps: 1, rate: 8.0, sharpness: 3 };
+    pub const ON_A_KNOT: Self = Self::diffusion(10);
+    /// With four steps each R is within 0.002 of its closed form.
+    pub const CONSERVATIVE: Self = Self::Conservative { steps: 4 };
+
     /// The thesis' diffusion with this many iterations.
-    pub fn diffusion(iterations: u32) -> Self {
-        Self::Diffusion { iterations, sweeps: 1, rate: 8.0, sharpness: 3 }
+    pub const fn diffusion(iterations: u32) -> Self {
+        Self::Diffusion { iterations, sweeps: 1 }
     }
-
-    /// The conservative stencil with this many implicit steps from one path length to the next.
-    pub fn conservative(steps: u32) -> Self {
-        Self::Conservative { paths: 16, steps }
-    }
-
-    /// With 16 path lengths and four steps each R is within 0.002 of its closed form.
-    pub const CONSERVATIVE: Self = Self::Conservative { paths: 16, steps: 4 };
 }
 
 /// What [`line_response`] needs beside the line.
@@ -99,18 +66,6 @@ pub struct ThesisSettings {
     pub method: SpreadMethod,
     /// Size of the picture's square pixels [mm].
     pub pitch_mm: f64,
-    /// What the picture shows beyond the wanted cells, on each side [mm].
-    pub margin_mm: f64,
-    /// Light that clear wood returns of what entered, for all methods but [`SpreadMethod::Conservative`], which knows
-    /// it [1].
-    pub returned: f64,
-}
-
-impl Default for ThesisSettings {
-    /// The thesis' diffusion on pixels of 0.05 mm, half a row of the reference camera; all light comes back.
-    fn default() -> Self {
-        Self { method: SpreadMethod::ON_CLEAR_WOOD, pitch_mm: 0.05, margin_mm: 2.0, returned: 1.0 }
-    }
 }
 
 /// A picture of light on a surface.
@@ -129,30 +84,6 @@ impl LightPicture {
     pub fn dark(rows: usize, cols: usize) -> Self {
         Self { rows, cols, light: vec![0.0; rows * cols] }
     }
-
-    /// All light together.
-    pub fn sum(&self) -> f64 {
-        self.light.iter().sum()
-    }
-
-    /// Centre of the light as (column, row) [px].
-    pub fn centre(&self) -> DVec2 {
-        self.mean(|at| at)
-    }
-
-    /// Variances along x and y, and the covariance between them [px^2].
-    pub fn variance(&self) -> (DVec2, f64) {
-        let centre = self.centre();
-        let squares = self.mean(|at| (at - centre) * (at - centre));
-        let product = self.mean(|at| DVec2::new((at.x - centre.x) * (at.y - centre.y), 0.0));
-        (squares, product.x)
-    }
-
-    fn mean(&self, of: impl Fn(DVec2) -> DVec2) -> DVec2 {
-        let place = |i: usize| DVec2::new((i % self.cols) as f64, (i / self.cols) as f64);
-        let sum = self.light.iter().enumerate().fold(DVec2::ZERO, |sum, (i, &light)| sum + of(place(i)) * light);
-        sum / self.sum()
-    }
 }
 
 /// The light of `picture` after it was spread on `ground`, which must have the picture's size.
@@ -163,14 +94,8 @@ pub fn spread(picture: &LightPicture, ground: &PixelGround, method: SpreadMethod
     let map = &ground.map;
     assert_eq!((picture.rows, picture.cols), (map.rows(), map.cols()), "picture and ground have one size");
     match method {
-        SpreadMethod::LinearEquation { reach } => line_drawing::spread(picture, map, LineRule::LinearEquation, reach),
-        SpreadMethod::AntiAliased { reach } => line_drawing::spread(picture, map, LineRule::AntiAliased, reach),
-        SpreadMethod::Bresenham { reach } => line_drawing::spread(picture, map, LineRule::Bresenham, reach),
-        SpreadMethod::Diffusion { iterations, sweeps, rate, sharpness } => {
-            stam::spread(picture, map, iterations, sweeps, &stam::coefficients(map, rate, sharpness))
-        }
-        SpreadMethod::Conservative { paths, steps } => {
-            conservative::spread(picture, ground, paths.max(2), steps.max(1))
-        }
+        SpreadMethod::Lines(rule) => line_drawing::spread(picture, map, rule),
+        SpreadMethod::Diffusion { iterations, sweeps } => stam::spread(picture, map, iterations, sweeps),
+        SpreadMethod::Conservative { steps } => conservative::spread(picture, ground, steps),
     }
 }

@@ -129,17 +129,4 @@ impl PixelGround {
         let media: Vec<_> = (0..rows).into_par_iter().flat_map_iter(row).collect();
         Self::new(rows, cols, pitch_mm, &media)
     }
-
-    /// Of a painted map on wood of `medium`: its fibres lie in the surface along the map's directions; where alpha is
-    /// below 1, or there is no direction, they stand upright, and nothing is where alpha is 0.
-    pub fn painted(map: DirectionMap, medium: &Medium, pitch_mm: f64) -> Self {
-        let boundary = BoundaryTable::new();
-        let of = |i: usize| {
-            let lying = map.direction(i).filter(|_| map.alpha(i) == 1.0);
-            let fibre = lying.map_or(DVec3::Z, |along| along.extend(0.0)).as_vec3();
-            (map.alpha(i) > 0.0).then(|| PlanarDiffusion::new(&Medium { fibre, ..*medium }, &boundary))
-        };
-        let walks = (0..map.rows() * map.cols()).map(of).collect();
-        Self { pitch_mm, map, walks }
-    }
 }

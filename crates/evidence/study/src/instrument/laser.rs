@@ -23,13 +23,13 @@ use image::RgbImage;
 use serde_json::json;
 
 use super::closed_forms::{box_error, electrons, half_width, lens_variance, rows_per_mm};
-use super::layout::{BLUE, CHART_HEIGHT, CHART_WIDTH, GREY, Heading, ORANGE, area, chart, curve, legend, marks, page};
+use super::layout::{BLUE, CHART_HEIGHT, CHART_WIDTH, GREY, Heading, ORANGE, area, chart, legend, page};
 use super::targets::{
     BARE_PROFILE, TargetView, bare, expose_to_peak, gain, metal_radiance_factor, plate, scene, stream,
 };
-use super::{Figure, Trials, document, per_repeat, repeat_trials, table};
+use super::{Figure, Repeats, Trials, document, table};
 use crate::{StudyProgress, StudyReport};
-use drawing::chart::Axis;
+use drawing::chart::{Axis, Series};
 use drawing::{Area, MARGIN, Page, viridis};
 use optical_bench::parameters::Bench;
 use optical_bench::settings::Size;
@@ -98,7 +98,7 @@ struct LaserPlots {
 /// Runs the study.
 pub fn study(trials: Trials, progress: StudyProgress) -> StudyReport {
     let patterns = PatternCache::new(trials.seed);
-    let repeats = repeat_trials(trials, progress, |one| measure(trials, one, &patterns));
+    let repeats = Repeats::run(trials, progress, |one| measure(trials, one, &patterns));
     let (figures, plots) = figures(&repeats, &patterns);
     let error = 100.0 * box_error(&plots.bench);
     let note = format!(
@@ -222,46 +222,40 @@ fn bin_position(bin: usize, bench: &Bench) -> f64 {
     rig(bench, &size).along((bin * BIN_COLUMNS) as f64 + 0.5 * (BIN_COLUMNS as f64 - 1.0), 0.0)
 }
 
-fn figures(repeats: &[LaserRepeat], patterns: &PatternCache) -> (Vec<Figure>, LaserPlots) {
+fn figures(repeats: &Repeats<LaserRepeat>, patterns: &PatternCache) -> (Vec<Figure>, LaserPlots) {
     let bench = white_scene(SENSOR_COLUMNS).bench;
-    let fit = |i: usize| per_repeat(repeats, |f| fit_beam(&f.width, bench.laser.wavelength_nm)[i]);
+    let fit = |i: usize| move |f: &LaserRepeat| fit_beam(&f.width, bench.laser.wavelength_nm)[i];
     let names = ["waist, half width at 1/e^2 [mm]", "height of the waist [mm]", "beam quality M^2 [1]"];
     let set = [bench.laser.waist_mm, bench.laser.waist_height_mm, bench.laser.m_squared];
-    let mut figures: Vec<_> = (0..3).map(|i| Figure::of(names[i], &fit(i), set[i])).collect();
+    let mut figures: Vec<_> = (0..3).map(|i| repeats.figure(names[i], fit(i), set[i])).collect();
     for (i, z) in HEIGHTS_MM.into_iter().enumerate() {
         let name = format!("half width at z = {z:.0} mm [mm]");
-        figures.push(Figure::of(&name, &per_repeat(repeats, |f| f.width[i]), half_width(&bench, z)));
+        figures.push(repeats.figure(name, |f| f.width[i], half_width(&bench, z)));
     }
     let mut narrow = bench;
     narrow.laser.fan_angle_deg = NARROW_FAN_DEG;
     let at = |bin: usize| bin_position(bin, &bench);
     let expected: Vec<f64> = (0..SENSOR_COLUMNS / BIN_COLUMNS).map(|bin| bin_electrons(&narrow, bin)).collect();
-    figures.push(Figure::of(
-        &format!("half light of a {NARROW_FAN_DEG:.0} deg fan at [mm]"),
-        &per_repeat(repeats, |f| half_light(&f.along[1], &bench, at)),
-        half_light(&expected, &bench, at),
-    ));
+    let name = format!("half light of a {NARROW_FAN_DEG:.0} deg fan at [mm]");
+    let theory = half_light(&expected, &bench, at);
+    figures.push(repeats.figure(name, |f| half_light(&f.along[1], &bench, at), theory));
     let last = SENSOR_COLUMNS / BIN_COLUMNS - 1;
     let edge =
         |light: &dyn Fn(usize) -> f64| 0.5 * (light(0) + light(last)) / (0.5 * (light(last / 2) + light(last / 2 + 1)));
-    figures.push(Figure::of(
-        "ends of the line over its middle, 45 deg fan [1]",
-        &per_repeat(repeats, |f| edge(&|i| f.along[0][i])),
-        edge(&|i| bin_electrons(&bench, i)),
-    ));
+    let name = "ends of the line over its middle, 45 deg fan [1]";
+    figures.push(repeats.figure(name, |f| edge(&|i| f.along[0][i]), edge(&|i| bin_electrons(&bench, i))));
     for (i, LightBudget { name, bench }) in budgets().into_iter().enumerate() {
         let name = format!("white, z = 0, {name} [e-]");
-        figures.push(Figure::of(&name, &per_repeat(repeats, |f| f.budgets[i]), electrons(&bench, 0.0, 0.0)));
+        figures.push(repeats.figure(name, |f| f.budgets[i], electrons(&bench, 0.0, 0.0)));
     }
     for i in LIT_HEIGHTS {
         let z = HEIGHTS_MM[i];
-        let theory = metal_electrons(&bench, z);
-        let light = per_repeat(repeats, |f| f.light[i] * bench.exposure.time_us);
-        figures.push(Figure::of(&format!("metal plate at z = {z:.0} mm [e-]"), &light, theory));
+        let name = format!("metal plate at z = {z:.0} mm [e-]");
+        figures.push(repeats.figure(name, |f| f.light[i] * bench.exposure.time_us, metal_electrons(&bench, z)));
     }
-    let estimate = |number: &dyn Fn(&LaserRepeat) -> f64| Estimate::of(per_repeat(repeats, number).iter().copied());
     let along = [(0, bench), (1, narrow)].map(|(which, bench)| {
-        let bin = |i: usize| (bin_position(i, &bench), estimate(&|f| f.along[which][i]), bin_electrons(&bench, i));
+        let bin =
+            |i: usize| (bin_position(i, &bench), repeats.estimate(|f| f.along[which][i]), bin_electrons(&bench, i));
         (0..=last).map(bin).collect()
     });
     let beam = HEIGHTS_MM.into_iter().map(|z| {
@@ -273,7 +267,7 @@ fn figures(repeats: &[LaserRepeat], patterns: &PatternCache) -> (Vec<Figure>, La
     });
     let plots = LaserPlots {
         bench,
-        width: (0..HEIGHTS_MM.len()).map(|i| estimate(&|f| f.width[i])).collect(),
+        width: (0..HEIGHTS_MM.len()).map(|i| repeats.estimate(|f| f.width[i])).collect(),
         along,
         beam: beam.collect(),
         beam_fit: [0, 1, 2].map(|i| figures[i].measured),
@@ -401,8 +395,8 @@ fn draw(plots: &LaserPlots, table: &str) -> RgbImage {
         Axis::even("z [mm]", -60.0, 80.0),
         Axis::even("[mm]", 0.0, 0.3),
         vec![
-            curve(GREY, heights().filter(|z| *z <= 75.0).map(|z| (z, half_width(bench, z)))),
-            marks(BLUE, HEIGHTS_MM.iter().zip(&plots.width).map(|(z, w)| (*z, w.value, w.error))),
+            Series::curve(GREY, heights().filter(|z| *z <= 75.0).map(|z| (z, half_width(bench, z)))),
+            Series::marks(BLUE, HEIGHTS_MM.iter().zip(&plots.width).map(|(z, w)| (*z, w.value, w.error))),
         ],
     );
     let [waist, place, quality] = plots.beam_fit;
@@ -423,8 +417,8 @@ fn draw(plots: &LaserPlots, table: &str) -> RgbImage {
 
     let series = |which: usize, colour| {
         vec![
-            curve(GREY, plots.along[which].iter().map(|(x, _, t)| (*x, t / 1e3))),
-            marks(colour, plots.along[which].iter().map(|(x, e, _)| (*x, e.value / 1e3, e.error / 1e3))),
+            Series::curve(GREY, plots.along[which].iter().map(|(x, _, t)| (*x, t / 1e3))),
+            Series::marks(colour, plots.along[which].iter().map(|(x, e, _)| (*x, e.value / 1e3, e.error / 1e3))),
         ]
     };
     let Area { left: x, top: y, .. } = chart(
@@ -449,7 +443,7 @@ fn draw(plots: &LaserPlots, table: &str) -> RgbImage {
         "The same over the closed form, 45 deg",
         Axis::even("x [mm]", -125.0, 125.0),
         Axis::even("[%]", -0.5, 0.5),
-        vec![curve(GREY, [(-118.0, 0.0), (118.0, 0.0)].into_iter()), marks(BLUE, off)],
+        vec![Series::curve(GREY, [(-118.0, 0.0), (118.0, 0.0)]), Series::marks(BLUE, off)],
     );
     let words = format!("middle: {:.0} electrons a column by the closed form", electrons(bench, 0.0, 0.0));
     page.words_in(x + 70, y + 56, &words, GREY);

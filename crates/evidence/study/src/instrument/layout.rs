@@ -1,9 +1,5 @@
 //! Layout of the pictures of the instrument's studies: heading, charts side by side, legends, table.
 
-use embedded_graphics::mono_font::{MonoTextStyle, ascii::FONT_10X20};
-use embedded_graphics::pixelcolor::Rgb888;
-use embedded_graphics::prelude::*;
-use embedded_graphics::text::Text;
 use image::Rgb;
 
 use drawing::chart::{Axis, Chart, Series};
@@ -41,9 +37,7 @@ pub(super) fn page(columns: u32, rows: u32, heading: Heading, table: &str) -> Pa
     let lines = table.lines().count() as u32;
     let width = MARGIN + columns * (CHART_WIDTH + MARGIN);
     let mut page = Page::new(width, HEADING_PX + rows * (CHART_HEIGHT + MARGIN) + lines * TABLE_LINE_PX + 2 * MARGIN);
-    let style = MonoTextStyle::new(&FONT_10X20, Rgb888::new(INK.0[0], INK.0[1], INK.0[2]));
-    // Drawing on a page that is in memory cannot fail.
-    let Ok(_) = Text::new(heading.title, Point::new(MARGIN as i32, 24), style).draw(&mut page);
+    page.title(MARGIN, 24, heading.title);
     page.words_in(MARGIN, 44, heading.subtitle, GREY);
     page.line((f64::from(MARGIN), 52.0), (f64::from(width - MARGIN), 52.0), GREY, 1);
     let top = HEADING_PX + rows * (CHART_HEIGHT + MARGIN) + MARGIN;
@@ -70,18 +64,8 @@ pub(super) fn chart(
     series: Vec<Series>,
 ) -> Area {
     let area = area(column, row);
-    Chart { title: title.to_owned(), x, y, series, foot: (String::new(), GREY) }.draw(page, area);
+    Chart::new(title, x, y, series).draw(page, area);
     area
-}
-
-/// Points that are joined, without a name in the chart's own legend.
-pub(super) fn curve(colour: Rgb<u8>, points: impl Iterator<Item = (f64, f64)>) -> Series {
-    Series { name: String::new(), colour, points: points.map(|(x, y)| (x, y, 0.0)).collect(), joined: true }
-}
-
-/// Marks with error bars.
-pub(super) fn marks(colour: Rgb<u8>, points: impl Iterator<Item = (f64, f64, f64)>) -> Series {
-    Series { name: String::new(), colour, points: points.collect(), joined: false }
 }
 
 /// Words in colours below each other, with a short line before each.

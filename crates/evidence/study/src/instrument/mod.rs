@@ -17,7 +17,7 @@ pub mod sensor;
 mod significance;
 pub mod speckle;
 mod speckle_theory;
-mod targets;
+pub(crate) mod targets;
 pub mod triangulation;
 
 use rayon::prelude::*;
@@ -55,18 +55,10 @@ pub struct Figure {
 }
 
 impl Figure {
-    /// From the values of the repeats.
-    fn of(name: &str, repeats: &[f64], theory: f64) -> Self {
-        let measured = Estimate::of(repeats.iter().copied());
-        let mut figure = Self { name: name.to_owned(), measured, theory, p_value: 1.0 };
-        figure.p_value = significance::student(figure.z(), repeats.len() as f64 - 1.0);
-        figure
-    }
-
     /// A distance of Kolmogorov and Smirnov between `n` independent draws and a law.
-    fn distance(name: &str, distance: f64, n: usize) -> Self {
+    fn distance(name: impl Into<String>, distance: f64, n: usize) -> Self {
         let measured = Estimate::exact(distance);
-        Self { name: name.to_owned(), measured, theory: 0.0, p_value: significance::kolmogorov(distance, n as f64) }
+        Self { name: name.into(), measured, theory: 0.0, p_value: significance::kolmogorov(distance, n as f64) }
     }
 
     /// Difference from theory in standard errors.
@@ -144,19 +136,31 @@ fn document(study: &str, trials: Trials, figures: &[Figure]) -> Value {
     document
 }
 
-/// Runs `one` for every repeat and reports each.
-fn repeat_trials<T: Send>(trials: Trials, progress: StudyProgress, one: impl Fn(u64) -> T + Sync) -> Vec<T> {
-    let done = |repeat| {
-        let found = one(repeat);
-        progress(StudyEvent::Done(1));
-        found
-    };
-    (0..trials.repeats).into_par_iter().map(done).collect()
-}
+/// What each repeat of a study has measured.
+struct Repeats<T>(Vec<T>);
 
-/// One number of every repeat.
-fn per_repeat<T>(repeats: &[T], number: impl Fn(&T) -> f64) -> Vec<f64> {
-    repeats.iter().map(number).collect()
+impl<T: Send> Repeats<T> {
+    /// Runs `one` for every repeat and reports each.
+    fn run(trials: Trials, progress: StudyProgress, one: impl Fn(u64) -> T + Sync) -> Self {
+        let done = |repeat| {
+            let found = one(repeat);
+            progress(StudyEvent::Done(1));
+            found
+        };
+        Self((0..trials.repeats).into_par_iter().map(done).collect())
+    }
+
+    /// Mean and standard error of a number.
+    fn estimate(&self, number: impl Fn(&T) -> f64) -> Estimate {
+        Estimate::of(self.0.iter().map(&number))
+    }
+
+    /// A number beside its theory.
+    fn figure(&self, name: impl Into<String>, number: impl Fn(&T) -> f64, theory: f64) -> Figure {
+        let mut figure = Figure { name: name.into(), measured: self.estimate(number), theory, p_value: 1.0 };
+        figure.p_value = significance::student(figure.z(), self.0.len() as f64 - 1.0);
+        figure
+    }
 }
 
 /// Mean and variance [unit, unit^2].
@@ -175,16 +179,16 @@ mod tests {
     #[test]
     fn right_figures_hold_and_wrong_ones_do_not() {
         let mut rng = base::Stream::root(3).child("figures").rng();
-        let mut draws = || (0..16).map(|_| base::normal(&mut rng)).collect::<Vec<f64>>();
+        let mut draws = || Repeats((0..16).map(|_| base::normal(&mut rng)).collect::<Vec<f64>>());
         let off = (0..1000)
             .filter(|_| {
-                let figures: Vec<_> = (0..10).map(|_| Figure::of("", &draws(), 0.0)).collect();
+                let figures: Vec<_> = (0..10).map(|_| draws().figure("", |draw| *draw, 0.0)).collect();
                 holding(&figures) < figures.len()
             })
             .count();
         // Binomial: 10 expected, standard deviation 3.1.
         assert!((1..24).contains(&off), "{off} of 1000 tables");
-        let figures: Vec<_> = (0..10).map(|_| Figure::of("", &draws(), 3.0)).collect();
+        let figures: Vec<_> = (0..10).map(|_| draws().figure("", |draw| *draw, 3.0)).collect();
         assert_eq!(holding(&figures), 0);
     }
 }

@@ -24,11 +24,11 @@ use rustfft::FftPlannerScalar;
 use rustfft::num_complex::Complex64;
 use serde_json::{Value, json};
 
-use super::layout::{BLUE, GREEN, GREY, Heading, ORANGE, PURPLE, area, chart, curve, legend, marks, page};
+use super::layout::{BLUE, GREEN, GREY, Heading, ORANGE, PURPLE, area, chart, legend, page};
 use super::targets::{BARE_PROFILE, TargetView, bare, gain, scene, stream};
-use super::{Figure, Trials, document, mean_and_variance, per_repeat, repeat_trials, table};
+use super::{Figure, Repeats, Trials, document, mean_and_variance, table};
 use crate::{StudyProgress, StudyReport};
-use drawing::chart::Axis;
+use drawing::chart::{Axis, Series};
 use drawing::{Area, INK, Page};
 use numerics::chance::normal_below;
 use optical_bench::settings::{Hdr, Readout};
@@ -89,7 +89,7 @@ struct SensorPlots {
 pub fn study(trials: Trials, progress: StudyProgress) -> StudyReport {
     let patterns = PatternCache::new(trials.seed);
     let patch = full_well_patch(&patterns);
-    let repeats = repeat_trials(trials, progress, |one| measure(trials, one, &patch, &patterns));
+    let repeats = Repeats::run(trials, progress, |one| measure(trials, one, &patch, &patterns));
     let (figures, plots) = figures(trials, &repeats, &patch, &patterns);
     let table = table("Sensor", trials, &figures, &[]);
     let mut json = document("sensor", trials, &figures);
@@ -211,7 +211,7 @@ fn noise_in_time(patch: &FullWellPatch) -> f64 {
 
 fn figures(
     trials: Trials,
-    repeats: &[SensorRepeat],
+    repeats: &Repeats<SensorRepeat>,
     patch: &FullWellPatch,
     patterns: &PatternCache,
 ) -> (Vec<Figure>, SensorPlots) {
@@ -221,7 +221,6 @@ fn figures(
     let in_time = noise_in_time(patch);
     let transfer = |f: &SensorRepeat| line(FITTED_LEVELS.map(|i| (f.levels[i][0], f.levels[i][1], f.levels[i][1])));
     let response = |f: &SensorRepeat| line(FITTED_LEVELS.map(|i| (electrons(i), f.levels[i][0], 1.0)));
-    let gains = per_repeat(repeats, |f| transfer(f)[1]);
     let bend = |f: &SensorRepeat| {
         let [start, slope] = response(f);
         // A parabola over the fitted levels has a third of its height in the middle's residue, twice a sixth at the
@@ -230,38 +229,28 @@ fn figures(
         let (first, last) = (*FITTED_LEVELS.start(), *FITTED_LEVELS.end());
         100.0 * (off((first + last) / 2) - 0.5 * (off(first) + off(last))) / (slope * electrons(last))
     };
-    let row = |on: usize, i: usize| move |f: &SensorRepeat| f.dark[on].variances[i];
     let spread = |i: usize| move |f: &SensorRepeat| f.dark[0].variances[i].max(0.0).sqrt();
     let staying = exposure.row_noise_dn.powi(2) + exposure.row_pattern_dn.powi(2);
     let pixel = exposure.dark_noise_dn.powi(2) - staying;
+    let full_well = |f: &SensorRepeat| (255.0 - exposure.dark_level_dn) / transfer(f)[1];
+    let unlit = in_time + k * k * electrons(0);
+    let ratio = 1.0 + staying * PATCH_COLUMNS as f64 / pixel;
     let mut figures = vec![
-        Figure::of("gain K, slope of variance over mean [DN/e-]", &gains, k),
-        Figure::of(
-            "full well, (255 - dark) / K [e-]",
-            &per_repeat(&gains, |g| (255.0 - exposure.dark_level_dn) / g),
-            exposure.full_well_e,
-        ),
-        Figure::of(
-            "noise in time without light [DN]",
-            &per_repeat(repeats, |f| f.levels[0][1].sqrt()),
-            (in_time + k * k * electrons(0)).sqrt(),
-        ),
-        Figure::of("response, slope of mean over electrons [DN/e-]", &per_repeat(repeats, |f| response(f)[1]), k),
-        Figure::of("bend of the response, % of its range", &per_repeat(repeats, bend), 0.0),
-        Figure::of("row noise, new each exposure [DN]", &per_repeat(repeats, spread(1)), exposure.row_noise_dn),
-        Figure::of("row pattern that stays [DN]", &per_repeat(repeats, spread(2)), exposure.row_pattern_dn),
-        Figure::of("pixel in its row, dark [DN]", &per_repeat(repeats, spread(0)), pixel.sqrt()),
-        Figure::of(
-            "row means' variance ratio",
-            &per_repeat(repeats, |f| f.dark[0].ratio),
-            1.0 + staying * PATCH_COLUMNS as f64 / pixel,
-        ),
-        Figure::of("row means' variance ratio, row noise off", &per_repeat(repeats, |f| f.dark[1].ratio), 1.0),
-        Figure::of("pixel, row noise off [DN^2]", &per_repeat(repeats, row(1, 0)), exposure.dark_noise_dn.powi(2)),
+        repeats.figure("gain K, slope of variance over mean [DN/e-]", |f| transfer(f)[1], k),
+        repeats.figure("full well, (255 - dark) / K [e-]", full_well, exposure.full_well_e),
+        repeats.figure("noise in time without light [DN]", |f| f.levels[0][1].sqrt(), unlit.sqrt()),
+        repeats.figure("response, slope of mean over electrons [DN/e-]", |f| response(f)[1], k),
+        repeats.figure("bend of the response, % of its range", bend, 0.0),
+        repeats.figure("row noise, new each exposure [DN]", spread(1), exposure.row_noise_dn),
+        repeats.figure("row pattern that stays [DN]", spread(2), exposure.row_pattern_dn),
+        repeats.figure("pixel in its row, dark [DN]", spread(0), pixel.sqrt()),
+        repeats.figure("row means' variance ratio", |f| f.dark[0].ratio, ratio),
+        repeats.figure("row means' variance ratio, row noise off", |f| f.dark[1].ratio, 1.0),
+        repeats.figure("pixel, row noise off [DN^2]", |f| f.dark[1].variances[0], exposure.dark_noise_dn.powi(2)),
     ];
     figures.extend(TABLE_LEVELS.map(|i| {
         let name = format!("variance at {:.0} DN [DN^2]", exposure.dark_level_dn + k * electrons(i));
-        Figure::of(&name, &per_repeat(repeats, |f| f.levels[i][1]), in_time + k * k * electrons(i))
+        repeats.figure(name, |f| f.levels[i][1], in_time + k * k * electrons(i))
     }));
     let plots = plots(trials, repeats, patch, patterns, figures[0].measured);
     (figures, plots)
@@ -270,7 +259,7 @@ fn figures(
 /// What the picture shows, the gain having been found.
 fn plots(
     trials: Trials,
-    repeats: &[SensorRepeat],
+    repeats: &Repeats<SensorRepeat>,
     patch: &FullWellPatch,
     patterns: &PatternCache,
     gain: Estimate,
@@ -279,10 +268,10 @@ fn plots(
     let k = super::targets::gain(&patch.scene);
     let electrons = |i: usize| share(i) * patch.electrons;
     let in_time = noise_in_time(patch);
-    let estimate = |number: &dyn Fn(&SensorRepeat) -> f64| Estimate::of(per_repeat(repeats, number).iter().copied());
     // Without light the patch shows its rows' fixed pattern.
-    let mean = |i: usize| estimate(&|f| f.levels[i][0] - f.levels[0][0] + exposure.dark_level_dn + k * electrons(0));
-    let levels = (0..LEVELS).map(|i| (electrons(i), mean(i), estimate(&|f| f.levels[i][1])));
+    let mean =
+        |i: usize| repeats.estimate(|f| f.levels[i][0] - f.levels[0][0] + exposure.dark_level_dn + k * electrons(0));
+    let levels = (0..LEVELS).map(|i| (electrons(i), mean(i), repeats.estimate(|f| f.levels[i][1])));
     let curve = (0..=230).map(|i| {
         let e = f64::from(i) * 0.005 * patch.electrons;
         let [mean, variance] = clipped(exposure.dark_level_dn + k * e, in_time + k * k * e);
@@ -293,9 +282,8 @@ fn plots(
         scene.stream = stream("sensor", trials, 0).child("dark");
         dark_frames(&mut scene, rows, patterns).swap_remove(0)
     });
-    let spectra = [0, 1].map(|on| {
-        (0..=PATCH_COLUMNS / 2).map(|i| estimate(&|f: &SensorRepeat| f.dark[on].spectrum[i]).value).collect()
-    });
+    let spectra =
+        [0, 1].map(|on| (0..=PATCH_COLUMNS / 2).map(|i| repeats.estimate(|f| f.dark[on].spectrum[i]).value).collect());
     SensorPlots {
         levels: levels.collect(),
         expected: curve.collect(),
@@ -404,8 +392,8 @@ fn draw_transfer(page: &mut Page, plots: &SensorPlots) {
         Axis::even("mean [DN]", 0.0, 265.0),
         Axis::even("variance in time [DN^2]", 0.0, 4.0),
         vec![
-            curve(GREY, plots.expected.iter().map(|e| (e[1], e[2]))),
-            marks(BLUE, plots.levels.iter().map(|(_, mean, v)| (mean.value, v.value, v.error))),
+            Series::curve(GREY, plots.expected.iter().map(|e| (e[1], e[2]))),
+            Series::marks(BLUE, plots.levels.iter().map(|(_, mean, v)| (mean.value, v.value, v.error))),
         ],
     );
     page.words_in(x + 74, y + 66, &format!("K = {:.6} +- {:.6} DN/e-", plots.gain.value, plots.gain.error), BLUE);
@@ -419,8 +407,11 @@ fn draw_transfer(page: &mut Page, plots: &SensorPlots) {
         Axis::even("electrons / 1000", 0.0, 29.0),
         Axis::even("[%]", -0.15, 0.15),
         vec![
-            curve(GREY, plots.expected.iter().map(|e| (e[0] / 1e3, 100.0 * (e[1] - dark - k * e[0]) / (255.0 - dark)))),
-            marks(
+            Series::curve(
+                GREY,
+                plots.expected.iter().map(|e| (e[0] / 1e3, 100.0 * (e[1] - dark - k * e[0]) / (255.0 - dark))),
+            ),
+            Series::marks(
                 BLUE,
                 plots.levels.iter().map(|(e, mean, _)| {
                     let off = mean.value - dark - k * e;
@@ -438,7 +429,7 @@ fn draw_spectra(page: &mut Page, plots: &SensorPlots) {
     let spectrum = |i: usize| plots.spectra[i].iter().enumerate().map(move |(f, p)| (f as f64 / n, *p));
     let level =
         |i: usize| if i == 0 { exposure.dark_noise_dn.powi(2) - rows(plots) } else { exposure.dark_noise_dn.powi(2) };
-    let zero = |power: f64| vec![(0.0, power, 0.0)].into_iter();
+    let zero = |power: f64| [(0.0, power, 0.0)];
     let Area { left: x, top: y, .. } = chart(
         page,
         [0, 1],
@@ -446,12 +437,12 @@ fn draw_spectra(page: &mut Page, plots: &SensorPlots) {
         Axis::even("cycles a pixel", -0.01, 0.5),
         Axis::log("[DN^2]", 0.5, 100.0),
         vec![
-            curve(GREY, [0.0, 0.5].map(|f| (f, level(0))).into_iter()),
-            curve(GREY, [0.0, 0.5].map(|f| (f, level(1))).into_iter()),
-            curve(ORANGE, spectrum(1).skip(1)),
-            curve(BLUE, spectrum(0).skip(1)),
-            marks(ORANGE, zero(plots.spectra[1][0])),
-            marks(BLUE, zero(plots.spectra[0][0])),
+            Series::curve(GREY, [0.0, 0.5].map(|f| (f, level(0))).into_iter()),
+            Series::curve(GREY, [0.0, 0.5].map(|f| (f, level(1))).into_iter()),
+            Series::curve(ORANGE, spectrum(1).skip(1)),
+            Series::curve(BLUE, spectrum(0).skip(1)),
+            Series::marks(ORANGE, zero(plots.spectra[1][0])),
+            Series::marks(BLUE, zero(plots.spectra[0][0])),
         ],
     );
     legend(page, x + 90, y + 70, &[(BLUE, "rows stand out (as set)"), (ORANGE, "row noise and pattern off")]);
@@ -487,10 +478,11 @@ fn draw_slopes(page: &mut Page, plots: &SensorPlots) {
         (0, "Two slopes: mean less dark", Axis::even("[DN]", 0.0, 260.0)),
         (1, "Two slopes: variance in time", Axis::even("[DN^2]", 0.0, 4.0)),
     ] {
-        let theory = plots.modes.iter().map(|mode| curve(GREY, mode.expected.iter().map(|v| (v[0], v[1 + place]))));
+        let theory =
+            plots.modes.iter().map(|mode| Series::curve(GREY, mode.expected.iter().map(|v| (v[0], v[1 + place]))));
         let measured = plots.modes.iter().zip(COLOURS);
-        let measured =
-            measured.map(|(mode, colour)| marks(colour, mode.measured.iter().map(|v| (v[0], v[1 + place], 0.0))));
+        let measured = measured
+            .map(|(mode, colour)| Series::marks(colour, mode.measured.iter().map(|v| (v[0], v[1 + place], 0.0))));
         let area = chart(page, [place as u32, 2], title, light(), axis, theory.chain(measured).collect());
         let names: Vec<_> =
             COLOURS.into_iter().zip(&plots.modes).map(|(colour, mode)| (colour, mode.hdr.name())).collect();

@@ -22,12 +22,12 @@ use serde_json::json;
 
 use super::centroid::{beyond_first_order, spread};
 use super::closed_forms::{height_per_row, lens_variance, rows_per_mm};
-use super::layout::{BLUE, GREEN, GREY, Heading, ORANGE, PURPLE, area, chart, curve, legend, marks, page};
+use super::layout::{BLUE, GREEN, GREY, Heading, ORANGE, PURPLE, area, chart, legend, page};
 use super::speckle_theory::{IntensityLaw, boiled, overlap, pupils};
 use super::targets::{BARE_PROFILE, TargetView, bare, expose_to_peak, gain, quiet, scene, stream};
-use super::{Figure, Trials, document, mean_and_variance, per_repeat, repeat_trials, significance, table};
+use super::{Figure, Repeats, Trials, document, mean_and_variance, significance, table};
 use crate::{StudyProgress, StudyReport};
-use drawing::chart::Axis;
+use drawing::chart::{Axis, Series};
 use drawing::{Area, Page, viridis};
 use optical_bench::settings::SpeckleLaw;
 use pipeline;
@@ -87,10 +87,7 @@ struct SpecklePlots {
     /// Lag less movement, correlation, and number of profiles apart [px, 1].
     profiles: Vec<(f64, Estimate, usize)>,
     laws: Vec<(Vec<f64>, IntensityLaw)>,
-    /// Spread of the line's centre by waist and strength, its value to first order, and the line's own width [px].
-    centre: Vec<Vec<Estimate>>,
-    sum: Vec<Vec<f64>>,
-    line_px: Vec<f64>,
+    centre: CentreSpread,
     own: PixelCorrelation,
     grain_um: f64,
     /// The pattern of the sensor's own pixels and that of 1.2 um, [rows, TILE] from fine rows a pixel apart [1].
@@ -103,7 +100,7 @@ struct SpecklePlots {
 
 /// Runs the study.
 pub fn study(trials: Trials, progress: StudyProgress) -> StudyReport {
-    let repeats = repeat_trials(trials, progress, |one| measure(trials, one));
+    let repeats = Repeats::run(trials, progress, |one| measure(trials, one));
     let (figures, plots) = figures(trials, &repeats);
     let table = table("Speckle", trials, &figures, &NOTES);
     let mut json = document("speckle", trials, &figures);
@@ -142,7 +139,7 @@ fn measure(trials: Trials, one: u64) -> SpeckleRepeat {
     }
 }
 
-fn figures(trials: Trials, repeats: &[SpeckleRepeat]) -> (Vec<Figure>, SpecklePlots) {
+fn figures(trials: Trials, repeats: &Repeats<SpeckleRepeat>) -> (Vec<Figure>, SpecklePlots) {
     let own = stream("speckle", trials, 0);
     let patterns = PatternCache::new(own.key());
     let bench = white(own, PIXELS_UM[OWN_PIXEL]).bench;
@@ -153,7 +150,7 @@ fn figures(trials: Trials, repeats: &[SpeckleRepeat]) -> (Vec<Figure>, SpecklePl
     let contrast = |i: usize| {
         let pixel = PIXELS_UM[i];
         let name = format!("contrast behind {pixel} um, grain {:.2} px [1]", grain_behind(pixel));
-        Figure::of(&name, &per_repeat(repeats, |f| f.contrast[i]), theory(pixel).contrast())
+        repeats.figure(name, |f| f.contrast[i], theory(pixel).contrast())
     };
     let mut figures: Vec<_> = (0..PIXELS_UM.len()).map(contrast).collect();
     let names = ["from the surface, 6 um", "from below, 6 um", "from the surface, 1.2 um"];
@@ -161,14 +158,11 @@ fn figures(trials: Trials, repeats: &[SpeckleRepeat]) -> (Vec<Figure>, SpecklePl
     let of = [IntensityLaw::of(made[0], 1), IntensityLaw::of(made[0], PATTERNS_BELOW), IntensityLaw::of(made[1], 1)];
     let mut laws = Vec::new();
     for (i, (name, law)) in names.iter().zip(of).enumerate() {
-        let mut all: Vec<f64> = repeats.iter().flat_map(|f| f.laws[i].iter().copied()).collect();
+        let mut all: Vec<f64> = repeats.0.iter().flat_map(|f| f.laws[i].iter().copied()).collect();
         let distance = significance::distance(&mut all, |x| law.below(x));
-        figures.push(Figure::distance(&format!("distance to the law, {name} [1]"), distance, all.len()));
-        figures.push(Figure::of(
-            &format!("skewness, {name} [1]"),
-            &per_repeat(repeats, |f| skewness(&f.laws[i])),
-            law.skewness(),
-        ));
+        figures.push(Figure::distance(format!("distance to the law, {name} [1]"), distance, all.len()));
+        let name = format!("skewness, {name} [1]");
+        figures.push(repeats.figure(name, |f| skewness(&f.laws[i]), law.skewness()));
         laws.push((all, law));
     }
     figures.extend(lag_figures(repeats, &coarse, &theory(PIXELS_UM[PIXELS_UM.len() - 1])));
@@ -178,11 +172,7 @@ fn figures(trials: Trials, repeats: &[SpeckleRepeat]) -> (Vec<Figure>, SpecklePl
         let expected: Vec<f64> = ROW_LAGS.map(|lag| coarse.at(lag as f64 - n as f64 * move_px)).collect();
         let name = format!("movement of the pattern in {n} profile{} [px]", if n > 1 { "s" } else { "" });
         let near = n as f64 * move_px;
-        figures.push(Figure::of(
-            &name,
-            &per_repeat(repeats, |f| middle(&f.profiles[n - 1], near)),
-            middle(&expected, near),
-        ));
+        figures.push(repeats.figure(name, |f| middle(&f.profiles[n - 1], near), middle(&expected, near)));
     }
     // Contrast and correlations are taken under a broad line, whose wave is flat.
     let mut broad = bench;
@@ -196,86 +186,79 @@ fn figures(trials: Trials, repeats: &[SpeckleRepeat]) -> (Vec<Figure>, SpecklePl
     };
     for n in [1, MAX_PROFILES_APART] {
         let name = format!("left of the pattern after {n} profile{} [1]", if n > 1 { "s" } else { "" });
-        figures.push(Figure::of(&name, &per_repeat(repeats, |f| left(f, n)), expected(n)));
+        figures.push(repeats.figure(name, |f| left(f, n), expected(n)));
     }
-    figures.extend(stack_figures(&repeats.iter().map(|f| &f.stack).collect::<Vec<_>>()));
-    let estimate = |number: &dyn Fn(&SpeckleRepeat) -> f64| Estimate::of(per_repeat(repeats, number).iter().copied());
-    let CentreSpread { figures: of_centre, centre, sum, line_px } =
-        centre_spread(repeats, own, &patterns, &coarse, &laws[0].1);
-    figures.extend(of_centre);
+    figures.extend(stack_figures(repeats));
+    let centre = centre_spread(repeats, own, &patterns, &coarse, &laws[0].1, &mut figures);
     let profiles = (1..=MAX_PROFILES_APART).flat_map(|n| ROW_LAGS.enumerate().map(move |(i, lag)| (n, i, lag)));
     let plots = SpecklePlots {
-        contrast: (0..PIXELS_UM.len()).map(|i| estimate(&|f| f.contrast[i])).collect(),
-        lags: [0, 1].map(|way| (0..MAX_LAG).map(|lag| estimate(&|f| f.lags[way][lag])).collect()),
+        contrast: (0..PIXELS_UM.len()).map(|i| repeats.estimate(|f| f.contrast[i])).collect(),
+        lags: [0, 1].map(|way| (0..MAX_LAG).map(|lag| repeats.estimate(|f| f.lags[way][lag])).collect()),
         profiles: profiles
-            .map(|(n, i, lag)| (lag as f64 - n as f64 * move_px, estimate(&|f| f.profiles[n - 1][i]), n))
+            .map(|(n, i, lag)| (lag as f64 - n as f64 * move_px, repeats.estimate(|f| f.profiles[n - 1][i]), n))
             .collect(),
         laws,
         centre,
-        sum,
-        line_px,
         own: coarse.clone(),
         grain_um: grain * PIXELS_UM[OWN_PIXEL],
         patterns: [OWN_PIXEL, 0].map(|i| law(&patterns, grain_behind(PIXELS_UM[i]), 0, 1)),
-        left: (1..=MAX_PROFILES_APART).map(|n| (n, estimate(&|f| left(f, n)), expected(n))).collect(),
-        boil: STACK_STEPS.iter().enumerate().map(|(i, u)| (*u, estimate(&|f| f.stack.alike[i]))).collect(),
+        left: (1..=MAX_PROFILES_APART).map(|n| (n, repeats.estimate(|f| left(f, n)), expected(n))).collect(),
+        boil: STACK_STEPS.iter().enumerate().map(|(i, u)| (*u, repeats.estimate(|f| f.stack.alike[i]))).collect(),
     };
     (figures, plots)
 }
 
 /// Correlation of neighbours behind the sensor's own pixels (`coarse`), and behind the widest.
-fn lag_figures(repeats: &[SpeckleRepeat], coarse: &PixelCorrelation, wide: &PixelCorrelation) -> Vec<Figure> {
+fn lag_figures(repeats: &Repeats<SpeckleRepeat>, coarse: &PixelCorrelation, wide: &PixelCorrelation) -> Vec<Figure> {
     let mut figures = Vec::new();
     for (way, name) in ["columns", "rows"].iter().enumerate() {
         for lag in 0..2 {
             let name = format!("correlation {} px apart along the {name} [1]", lag + 1);
-            figures.push(Figure::of(&name, &per_repeat(repeats, |f| f.lags[way][lag]), coarse.at(lag as f64 + 1.0)));
+            figures.push(repeats.figure(name, |f| f.lags[way][lag], coarse.at(lag as f64 + 1.0)));
         }
     }
     let last = PIXELS_UM[PIXELS_UM.len() - 1];
     let name = format!("correlation 1 px apart along the columns, {last} um [1]");
-    figures.push(Figure::of(&name, &per_repeat(repeats, |f| f.wide), wide.at(1.0)));
+    figures.push(repeats.figure(name, |f| f.wide, wide.at(1.0)));
     figures
 }
 
-/// Spread of the line's centre: figures, and what the picture shows of it ([`SpecklePlots`]).
+/// Spread of the line's centre by waist and strength, its value to first order, and the line's own width [px].
+#[derive(Default)]
 struct CentreSpread {
-    figures: Vec<Figure>,
-    centre: Vec<Vec<Estimate>>,
-    sum: Vec<Vec<f64>>,
+    measured: Vec<Vec<Estimate>>,
+    theory: Vec<Vec<f64>>,
     line_px: Vec<f64>,
 }
 
-/// The spread of the line's centre on patterns of the correlation `coarse`, whose light has the law `law`.
+/// The spread of the line's centre on patterns of the correlation `coarse`, whose light has the law `law`; its figures
+/// join the others.
 fn centre_spread(
-    repeats: &[SpeckleRepeat],
+    repeats: &Repeats<SpeckleRepeat>,
     own: Stream,
     patterns: &PatternCache,
     coarse: &PixelCorrelation,
     law: &IntensityLaw,
+    figures: &mut Vec<Figure>,
 ) -> CentreSpread {
     let Scene { bench, size, .. } = white(own, PIXELS_UM[OWN_PIXEL]);
-    let estimate = |number: &dyn Fn(&SpeckleRepeat) -> f64| Estimate::of(per_repeat(repeats, number).iter().copied());
-    let mut figures = Vec::new();
-    let (mut centre, mut sum, mut line_px) = (Vec::new(), Vec::new(), Vec::new());
+    let mut spread = CentreSpread::default();
     for (w, waist) in WAISTS_MM.into_iter().enumerate() {
-        let (mut of_waist, mut sums) = (Vec::new(), Vec::new());
+        let first = figures.len();
         for (s, strength) in STRENGTHS.into_iter().enumerate() {
             let scene = lined(own, waist, strength, patterns);
             let contrast = strength * coarse.contrast();
             let theory = sum_of_line(&scene, contrast, patterns).sqrt()
                 * beyond_first_order(&middle_line(&scene, patterns), law, strength);
             let name = format!("spread of the centre, w {waist} mm, C {contrast:.3} [px]");
-            figures.push(Figure::of(&name, &per_repeat(repeats, |f| f.centre[w][s]), theory));
-            of_waist.push(estimate(&|f| f.centre[w][s]));
-            sums.push(theory);
+            figures.push(repeats.figure(name, |f| f.centre[w][s], theory));
         }
-        centre.push(of_waist);
-        sum.push(sums);
+        spread.measured.push(figures[first..].iter().map(|figure| figure.measured).collect());
+        spread.theory.push(figures[first..].iter().map(|figure| figure.theory).collect());
         let laser = 0.5 * waist * rows_per_mm(&bench, &size, 0.0);
-        line_px.push((laser * laser + lens_variance(&bench, &size) + 1.0 / 12.0).sqrt());
+        spread.line_px.push((laser * laser + lens_variance(&bench, &size) + 1.0 / 12.0).sqrt());
     }
-    CentreSpread { figures, centre, sum, line_px }
+    spread
 }
 
 /// A white plane under the nominal bench, no noise but rounding.
@@ -465,13 +448,13 @@ fn stack_found(own: Stream) -> StackRepeat {
     }
 }
 
-fn stack_figures(repeats: &[&StackRepeat]) -> Vec<Figure> {
-    let mut all: Vec<f64> = repeats.iter().flat_map(|f| f.points.iter().copied()).collect();
+fn stack_figures(repeats: &Repeats<SpeckleRepeat>) -> Vec<Figure> {
+    let mut all: Vec<f64> = repeats.0.iter().flat_map(|f| f.stack.points.iter().copied()).collect();
     let distance = significance::distance(&mut all, |x| 1.0 - libm::exp(-x));
     let mut figures = vec![Figure::distance("distance to exp(-I), a point [1]", distance, all.len())];
     for (i, u) in STACK_STEPS.iter().enumerate() {
         let name = format!("correlation of patterns {u} of 32 apart, a point [1]");
-        figures.push(Figure::of(&name, &per_repeat(repeats, |f| f.alike[i]), overlap(chord(*u)).powi(2)));
+        figures.push(repeats.figure(name, |f| f.stack.alike[i], overlap(chord(*u)).powi(2)));
     }
     figures
 }
@@ -506,23 +489,18 @@ fn draw_contrast(page: &mut Page, plots: &SpecklePlots) {
         "Contrast in one pixel (Goodman), pixels of 12 to 1.2 um",
         Axis::even("grain over pixel", 0.0, 1.8),
         Axis::even("standard deviation over mean", 0.0, 1.0),
-        vec![curve(GREY, theory), marks(BLUE, measured)],
+        vec![Series::curve(GREY, theory), Series::marks(BLUE, measured)],
     );
-    let own = PIXELS_UM.iter().position(|pixel| *pixel == 6.0).map_or(0.0, |i| plots.contrast[i].value);
-    page.words_in(
-        x + 200,
-        y + 250,
-        &format!("the sensor's own 6 um: {own:.4}, theory {:.4}", plots.own.contrast()),
-        BLUE,
-    );
+    let (own, theory) = (plots.contrast[OWN_PIXEL].value, plots.own.contrast());
+    page.words_in(x + 200, y + 250, &format!("the sensor's own 6 um: {own:.4}, theory {theory:.4}"), BLUE);
 }
 
 /// The law of the light in one pixel.
 fn draw_laws(page: &mut Page, plots: &SpecklePlots) {
     let mut series = Vec::new();
     for (i, (values, law)) in plots.laws.iter().enumerate() {
-        series.push(curve(GREY, (1..=150).map(|j| 0.02 * f64::from(j)).map(|v| (v, law.density(v)))));
-        series.push(marks(COLOURS[i], histogram(values).into_iter()));
+        series.push(Series::curve(GREY, (1..=150).map(|j| 0.02 * f64::from(j)).map(|v| (v, law.density(v)))));
+        series.push(Series::marks(COLOURS[i], histogram(values)));
     }
     let Area { left: x, top: y, .. } = chart(
         page,
@@ -554,9 +532,9 @@ fn draw_lags(page: &mut Page, plots: &SpecklePlots) {
         Axis::even("pixels apart", 0.0, most),
         Axis::even("", -0.02, 0.12),
         vec![
-            curve(GREY, (6..=88).map(|i| 0.05 * f64::from(i)).map(|lag| (lag, plots.own.at(lag)))),
-            marks(BLUE, lags(0)),
-            marks(ORANGE, lags(1)),
+            Series::curve(GREY, (6..=88).map(|i| 0.05 * f64::from(i)).map(|lag| (lag, plots.own.at(lag)))),
+            Series::marks(BLUE, lags(0)),
+            Series::marks(ORANGE, lags(1)),
         ],
     );
     legend(page, x + 380, y + 60, &[(BLUE, "along columns"), (ORANGE, "along rows")]);
@@ -566,8 +544,9 @@ fn draw_lags(page: &mut Page, plots: &SpecklePlots) {
 fn draw_movement(page: &mut Page, plots: &SpecklePlots) {
     let apart =
         |n: usize| plots.profiles.iter().filter(move |(_, _, m)| *m == n).map(|(lag, c, _)| (*lag, c.value, c.error));
-    let mut series = vec![curve(GREY, (-80..=80).map(|i| 0.025 * f64::from(i)).map(|lag| (lag, plots.own.at(lag))))];
-    series.extend((1..=5).map(|n| marks(COLOURS[n - 1], apart(n))));
+    let mut series =
+        vec![Series::curve(GREY, (-80..=80).map(|i| 0.025 * f64::from(i)).map(|lag| (lag, plots.own.at(lag))))];
+    series.extend((1..=5).map(|n| Series::marks(COLOURS[n - 1], apart(n))));
     let Area { left: x, top: y, .. } = chart(
         page,
         [1, 1],
@@ -583,18 +562,18 @@ fn draw_movement(page: &mut Page, plots: &SpecklePlots) {
 
 /// Spread of the line's centre.
 fn draw_centre(page: &mut Page, plots: &SpecklePlots) {
-    let sigma = |w: usize| plots.line_px[w];
+    let CentreSpread { measured, theory, line_px } = &plots.centre;
     let mut series: Vec<_> = STRENGTHS
         .iter()
         .map(|s| {
             let c = s * plots.own.contrast();
-            curve(GREY, (30..=140).map(|i| 0.01 * f64::from(i)).map(move |px| (px, plots.own.wide_line(c, px))))
+            Series::curve(GREY, (30..=140).map(|i| 0.01 * f64::from(i)).map(move |px| (px, plots.own.wide_line(c, px))))
         })
         .collect();
     for s in 0..STRENGTHS.len() {
-        let at = (0..WAISTS_MM.len()).map(move |w| (sigma(w), plots.centre[w][s].value, plots.centre[w][s].error));
-        series.push(marks(COLOURS[s], at));
-        series.push(curve(COLOURS[s], (0..WAISTS_MM.len()).map(move |w| (sigma(w), plots.sum[w][s]))));
+        let at = (0..WAISTS_MM.len()).map(move |w| (line_px[w], measured[w][s].value, measured[w][s].error));
+        series.push(Series::marks(COLOURS[s], at));
+        series.push(Series::curve(COLOURS[s], (0..WAISTS_MM.len()).map(move |w| (line_px[w], theory[w][s]))));
     }
     let Area { left: x, top: y, .. } = chart(
         page,
@@ -608,7 +587,6 @@ fn draw_centre(page: &mut Page, plots: &SpecklePlots) {
         STRENGTHS.iter().map(|s| format!("contrast {:.3}; line: sum over rows", s * plots.own.contrast())).collect();
     let mut entries: Vec<_> =
         COLOURS.iter().zip(&entries).map(|(colour, words)| (*colour, words.as_str())).rev().collect();
-    entries.retain(|(_, words)| !words.is_empty());
     entries.push((GREY, "C sqrt(sigma L_c / (4 sqrt(pi)))"));
     legend(page, x + 64, y + 56, &entries);
 }
@@ -632,7 +610,10 @@ fn draw_boiling(page: &mut Page, plots: &SpecklePlots) {
         "Boiling: patterns of the stack, points",
         Axis::even("pupils apart over their diameter", 0.0, 1.05),
         Axis::even("correlation", -0.05, 1.0),
-        vec![curve(GREY, theory), marks(BLUE, plots.boil.iter().map(|(u, c)| (chord(*u), c.value, c.error)))],
+        vec![
+            Series::curve(GREY, theory),
+            Series::marks(BLUE, plots.boil.iter().map(|(u, c)| (chord(*u), c.value, c.error))),
+        ],
     );
     chart(
         page,
@@ -641,8 +622,8 @@ fn draw_boiling(page: &mut Page, plots: &SpecklePlots) {
         Axis::even("profiles apart", 0.0, 5.5),
         Axis::even("correlation, all lags over still", 0.8, 1.05),
         vec![
-            curve(GREY, plots.left.iter().map(|(n, _, theory)| (*n as f64, *theory))),
-            marks(ORANGE, plots.left.iter().map(|(n, c, _)| (*n as f64, c.value, c.error))),
+            Series::curve(GREY, plots.left.iter().map(|(n, _, theory)| (*n as f64, *theory))),
+            Series::marks(ORANGE, plots.left.iter().map(|(n, c, _)| (*n as f64, c.value, c.error))),
         ],
     );
 }

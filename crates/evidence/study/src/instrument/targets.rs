@@ -5,7 +5,7 @@ use procedural::flat::Flat;
 
 use super::Trials;
 use optical_bench::parameters::Bench;
-use pipeline;
+use pipeline::Equipment;
 use recipe::{Recipe, Scene};
 use scanner::frame::Frame;
 use scanner::optics::speckle::PatternCache;
@@ -70,16 +70,21 @@ pub(super) fn gain(scene: &Scene) -> f64 {
 }
 
 /// Some profiles of a target, ready to be exposed.
-pub(super) struct TargetView {
-    pub sensor: Sensor,
-    band: Band,
+pub(crate) struct TargetView {
+    sensor: Sensor,
+    pub band: Band,
     columns: usize,
 }
 
 impl TargetView {
     /// View of `profiles` of a scene with a target under its bench.
-    pub(super) fn new(scene: &Scene, body: Body, patterns: &PatternCache, profiles: std::ops::Range<usize>) -> Self {
-        let (sensor, specimen) = pipeline::set_up(scene, body, patterns);
+    pub(crate) fn new<'e>(
+        scene: &Scene,
+        body: Body,
+        by: impl Into<Equipment<'e>>,
+        profiles: std::ops::Range<usize>,
+    ) -> Self {
+        let (sensor, specimen) = pipeline::set_up(scene, body, by);
         let band = sensor.band(&specimen, profiles);
         Self { sensor, band, columns: scene.size.columns }
     }
@@ -90,7 +95,7 @@ impl TargetView {
     }
 
     /// Light of a profile before any noise, `[ROWS, columns]`, row-major [e-].
-    pub(super) fn light(&self, profile: usize) -> Vec<f64> {
+    pub(crate) fn light(&self, profile: usize) -> Vec<f64> {
         let mut light = vec![0.0; ROWS * self.columns];
         let mut scratch = Scratch::default();
         for column in 0..self.columns {

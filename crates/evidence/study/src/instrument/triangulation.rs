@@ -20,13 +20,13 @@ use glam::DVec2;
 use image::{Rgb, RgbImage};
 use serde_json::json;
 
-use super::centroid::spread;
+use super::centroid;
 use super::closed_forms::{column_width, height_per_row, row_up};
-use super::layout::{BLUE, CHART_WIDTH, GREEN, GREY, Heading, ORANGE, PURPLE, area, chart, curve, legend, marks, page};
+use super::layout::{BLUE, CHART_WIDTH, GREEN, GREY, Heading, ORANGE, PURPLE, area, chart, legend, page};
 use super::targets::{TargetView, ceramic, expose_to_peak, gain, plate, scene, stream};
-use super::{Figure, Trials, document, mean_and_variance, per_repeat, repeat_trials, table};
+use super::{Figure, Repeats, Trials, document, mean_and_variance, table};
 use crate::{StudyProgress, StudyReport};
-use drawing::chart::Axis;
+use drawing::chart::{Axis, Series};
 use drawing::{Area, MARGIN, Page};
 use optical_bench::parameters::Bench;
 use optical_bench::settings::Scheimpflug;
@@ -76,40 +76,58 @@ struct TriangulationRepeat {
     bent: f64,
 }
 
-/// What the picture shows.
-struct TriangulationPlots {
+/// What is expected of the repeats.
+struct TriangulationTheory {
     bench: Bench,
-    /// Mean error by slope and height [um].
-    error: Vec<Vec<Estimate>>,
-    /// Spread of it [um].
-    spread: Vec<Vec<Estimate>>,
-    /// Expected spread on level plates [um].
-    expected: Vec<f64>,
-    /// Spread on ceramic at the shown heights, and its theory [um].
-    ceramic: Vec<(Estimate, f64)>,
-    /// Height of a row between neighbouring heights and width of a column at each height [um].
-    row_um: Vec<(f64, Estimate)>,
-    column_um: Vec<(f64, Estimate)>,
-    /// Range less truth on ceramic with speckle, `[profiles, columns]` [um].
-    map: (usize, Vec<f64>),
+    /// Spread on level plates by height [um].
+    level: Vec<f64>,
+    /// Spread on ceramic by shown height [um].
+    ceramic: Vec<f64>,
+}
+
+impl TriangulationRepeat {
+    /// Height of a row between a height and the next [um].
+    fn row_um(&self, i: usize) -> f64 {
+        1000.0 * (HEIGHTS_MM[i + 1] - HEIGHTS_MM[i]) / (self.rows[i + 1] - self.rows[i])
+    }
+
+    /// Width of a column at a height [um].
+    fn column_um(&self, i: usize, bench: &Bench) -> f64 {
+        1000.0 * column_width(bench, HEIGHTS_MM[i]) * self.plates[1][i].scale
+    }
 }
 
 /// Runs the study.
 pub fn study(trials: Trials, progress: StudyProgress) -> StudyReport {
     let patterns = PatternCache::new(trials.seed);
-    let repeats = repeat_trials(trials, progress, |one| measure(trials, one, &patterns));
-    let (figures, plots) = figures(trials, &repeats, &patterns);
+    let repeats = Repeats::run(trials, progress, |one| measure(trials, one, &patterns));
+    let own = stream("triangulation", trials, 0);
+    let (figures, theory) = figures(own, &repeats, &patterns);
     let table = table("Triangulation", trials, &figures, &[]);
     let mut json = document("triangulation", trials, &figures);
     let plates = |slope: usize| {
         let at = |i: usize| {
-            json!({ "height_mm": HEIGHTS_MM[i], "error_um": plots.error[slope][i],
-            "spread_um": plots.spread[slope][i] })
+            let (error, spread) = (repeats.estimate(error(slope, i)), repeats.estimate(spread(slope, i)));
+            json!({ "height_mm": HEIGHTS_MM[i], "error_um": error, "spread_um": spread })
         };
         json!({ "slopes": SLOPES[slope], "heights": (0..HEIGHTS_MM.len()).map(at).collect::<Vec<_>>() })
     };
     json["plates"] = (0..SLOPES.len()).map(plates).collect();
-    StudyReport { picture: draw(&plots, &table), table, json, figures }
+    let body = ceramic(23.0);
+    let mut scene = set(own.child("map"), &body, true, &patterns);
+    scene.size.profiles = CERAMIC_EDGE_PROFILES + MAP_PROFILES;
+    let map = errors(&scene, body, CERAMIC_EDGE_PROFILES, &patterns, TiltedPlane::level(23.0)).0;
+    StudyReport { picture: draw(&repeats, &theory, &map, &table), table, json, figures }
+}
+
+/// Mean error of Range on a plate [um].
+fn error(slope: usize, height: usize) -> impl Fn(&TriangulationRepeat) -> f64 {
+    move |repeat| repeat.plates[slope][height].error
+}
+
+/// Spread of Range on a plate [um].
+fn spread(slope: usize, height: usize) -> impl Fn(&TriangulationRepeat) -> f64 {
+    move |repeat| repeat.plates[slope][height].spread
 }
 
 /// A scene over a plate of metal without speckle, or of ceramic with it.
@@ -235,36 +253,33 @@ fn expected(scene: &Scene, body: &Body, patterns: &PatternCache, contrast: f64, 
     let light = look.light(profile);
     let line: Vec<f64> = (0..ROWS).map(|row| k * light[row * COLUMNS + COLUMNS / 2]).collect();
     let still = exposure.dark_noise_dn.powi(2) - exposure.row_pattern_dn.powi(2);
-    let variance = spread(&line, scene.extraction.window_rows, still, k, contrast, correlation)
+    let variance = centroid::spread(&line, scene.extraction.window_rows, still, k, contrast, correlation)
         + 1.0 / (12.0 * f64::from(scene.extraction.subpixel_steps).powi(2));
     let z = f64::from(body.bounds().1.z);
     1000.0 * height_per_row(&scene.bench, z) * variance.sqrt()
 }
 
-/// Errors and spreads of Range on plates; and spreads on ceramic, measured and expected [um].
+/// Errors and spreads of Range on plates, and spreads expected on ceramic [um].
 fn plate_figures(
-    repeats: &[TriangulationRepeat],
+    repeats: &Repeats<TriangulationRepeat>,
     own: base::Stream,
     patterns: &PatternCache,
     level: &[f64],
     correlation: &PixelCorrelation,
-) -> (Vec<Figure>, Vec<(Estimate, f64)>) {
+) -> (Vec<Figure>, Vec<f64>) {
     let names = ["level", "dz/dx .15", "dz/dy .15"];
     let mut white = Vec::new();
     let mut figures = Vec::new();
     for (slope, name) in names.iter().enumerate() {
         for i in TABLE_HEIGHTS {
             let z = HEIGHTS_MM[i];
-            figures.push(Figure::of(
-                &format!("{name}, {z:.0} mm: mean error [um]"),
-                &per_repeat(repeats, |f| f.plates[slope][i].error),
-                0.0,
-            ));
+            let name = format!("{name}, {z:.0} mm: mean error [um]");
+            figures.push(repeats.figure(name, error(slope, i), 0.0));
         }
     }
     for i in TABLE_HEIGHTS {
         let name = format!("level, {:.0} mm: spread [um]", HEIGHTS_MM[i]);
-        figures.push(Figure::of(&name, &per_repeat(repeats, |f| f.plates[0][i].spread), level[i]));
+        figures.push(repeats.figure(name, spread(0, i), level[i]));
     }
     for (place, i) in TABLE_HEIGHTS.into_iter().enumerate() {
         let z = HEIGHTS_MM[i];
@@ -272,27 +287,20 @@ fn plate_figures(
         let scene = set(own, &body, true, patterns);
         let contrast = TargetView::new(&scene, body.clone(), patterns, 0..1).contrast_from_below(0);
         let theory = expected(&scene, &body, patterns, contrast, correlation);
-        figures.push(Figure::of(
-            &format!("ceramic, {z:.0} mm: mean error [um]"),
-            &per_repeat(repeats, |f| f.ceramic[place].error),
-            0.0,
-        ));
-        figures.push(Figure::of(
-            &format!("ceramic, {z:.0} mm: spread, speckle too [um]"),
-            &per_repeat(repeats, |f| f.ceramic[place].spread),
-            theory,
-        ));
-        white.push((Estimate::of(per_repeat(repeats, |f| f.ceramic[place].spread).iter().copied()), theory));
+        let name = format!("ceramic, {z:.0} mm: mean error [um]");
+        figures.push(repeats.figure(name, |f| f.ceramic[place].error, 0.0));
+        let name = format!("ceramic, {z:.0} mm: spread, speckle too [um]");
+        figures.push(repeats.figure(name, |f| f.ceramic[place].spread, theory));
+        white.push(theory);
     }
     (figures, white)
 }
 
 fn figures(
-    trials: Trials,
-    repeats: &[TriangulationRepeat],
+    own: base::Stream,
+    repeats: &Repeats<TriangulationRepeat>,
     patterns: &PatternCache,
-) -> (Vec<Figure>, TriangulationPlots) {
-    let own = stream("triangulation", trials, 0);
+) -> (Vec<Figure>, TriangulationTheory) {
     let bench = scene(own, COLUMNS, 1).bench;
     let correlation = PixelCorrelation::of(grain_px(&bench));
     let expect = |z: &f64| {
@@ -302,53 +310,27 @@ fn figures(
     let level: Vec<f64> = HEIGHTS_MM.iter().map(expect).collect();
     let (mut figures, white) = plate_figures(repeats, own, patterns, &level, &correlation);
     let name = format!("bent lens, field's edge, {:.0} mm: mean error [um]", HEIGHTS_MM[TABLE_HEIGHTS[1]]);
-    figures.push(Figure::of(&name, &per_repeat(repeats, |f| f.bent), 0.0));
-    let pitch = |i: usize| {
-        move |f: &TriangulationRepeat| 1000.0 * (HEIGHTS_MM[i + 1] - HEIGHTS_MM[i]) / (f.rows[i + 1] - f.rows[i])
-    };
+    figures.push(repeats.figure(name, |f| f.bent, 0.0));
     let truth = |i: usize| {
         1000.0 * (HEIGHTS_MM[i + 1] - HEIGHTS_MM[i])
             / (row_up(&bench, HEIGHTS_MM[i + 1]) - row_up(&bench, HEIGHTS_MM[i]))
     };
     for i in [0, 3, 6] {
         let name = format!("height of a row, {:.0} to {:.0} mm [um]", HEIGHTS_MM[i], HEIGHTS_MM[i + 1]);
-        figures.push(Figure::of(&name, &per_repeat(repeats, pitch(i)), truth(i)));
+        figures.push(repeats.figure(name, |f| f.row_um(i), truth(i)));
     }
-    let width =
-        |i: usize| move |f: &TriangulationRepeat| 1000.0 * column_width(&bench, HEIGHTS_MM[i]) * f.plates[1][i].scale;
     for i in TABLE_HEIGHTS {
         let name = format!("width of a column at {:.0} mm [um]", HEIGHTS_MM[i]);
-        figures.push(Figure::of(&name, &per_repeat(repeats, width(i)), 1000.0 * column_width(&bench, HEIGHTS_MM[i])));
+        let theory = 1000.0 * column_width(&bench, HEIGHTS_MM[i]);
+        figures.push(repeats.figure(name, |f| f.column_um(i, &bench), theory));
     }
-    let estimate =
-        |number: &dyn Fn(&TriangulationRepeat) -> f64| Estimate::of(per_repeat(repeats, number).iter().copied());
-    let all = |number: &dyn Fn(&PlateError) -> f64| {
-        (0..SLOPES.len())
-            .map(|s| (0..HEIGHTS_MM.len()).map(|i| estimate(&|f| number(&f.plates[s][i]))).collect())
-            .collect()
-    };
-    let body = ceramic(23.0);
-    let mut map_scene = set(own.child("map"), &body, true, patterns);
-    map_scene.size.profiles = CERAMIC_EDGE_PROFILES + MAP_PROFILES;
-    let plots = TriangulationPlots {
-        bench,
-        error: all(&|p| p.error),
-        spread: all(&|p| p.spread),
-        expected: level,
-        ceramic: white,
-        row_um: (0..HEIGHTS_MM.len() - 1)
-            .map(|i| (0.5 * (HEIGHTS_MM[i] + HEIGHTS_MM[i + 1]), estimate(&pitch(i))))
-            .collect(),
-        column_um: (0..HEIGHTS_MM.len()).map(|i| (HEIGHTS_MM[i], estimate(&width(i)))).collect(),
-        map: (COLUMNS, errors(&map_scene, body, CERAMIC_EDGE_PROFILES, patterns, TiltedPlane::level(23.0)).0),
-    };
-    (figures, plots)
+    (figures, TriangulationTheory { bench, level, ceramic: white })
 }
 
 /// Ends of the map's scale [um].
 const MAP_LIMIT_UM: f64 = 45.0;
 
-fn draw(plots: &TriangulationPlots, table: &str) -> RgbImage {
+fn draw(repeats: &Repeats<TriangulationRepeat>, theory: &TriangulationTheory, map: &[f64], table: &str) -> RgbImage {
     let heading = Heading {
         title: "Triangulation on flat targets",
         subtitle: "Range of level and tilted plates, rendered from body to map, less the plane itself. Grey: theory.",
@@ -358,9 +340,10 @@ fn draw(plots: &TriangulationPlots, table: &str) -> RgbImage {
     let aside = |slope: usize| 0.8 * (slope as f64 - 1.0);
 
     let colours = [BLUE, ORANGE, PURPLE];
-    let error = |slope: usize| {
-        let at = HEIGHTS_MM.iter().zip(&plots.error[slope]);
-        marks(colours[slope], at.map(move |(z, e)| (z + aside(slope), e.value, e.error)))
+    let mark = |z: f64, Estimate { value, error }: Estimate| (z, value, error);
+    let errors = |slope: usize| {
+        let at = |i: usize| mark(HEIGHTS_MM[i] + aside(slope), repeats.estimate(error(slope, i)));
+        Series::marks(colours[slope], (0..HEIGHTS_MM.len()).map(at))
     };
     let Area { left: x, top: y, .. } = chart(
         &mut page,
@@ -368,13 +351,14 @@ fn draw(plots: &TriangulationPlots, table: &str) -> RgbImage {
         "Mean error of Range, metal plates",
         Axis::even("height [mm]", 0.0, 55.0),
         Axis::even("[um]; bars: standard errors", -2.0, 2.0),
-        vec![curve(GREY, [(0.0, 0.0), (55.0, 0.0)].into_iter()), error(0), error(1), error(2)],
+        vec![Series::curve(GREY, [(0.0, 0.0), (55.0, 0.0)]), errors(0), errors(1), errors(2)],
     );
     legend(&mut page, x + 380, y + 52, &[(BLUE, "level"), (ORANGE, "dz/dx = 0.15"), (PURPLE, "dz/dy = 0.15")]);
     page.words_in(x + 60, y + 52, "1 um is 1/200 row", GREY);
 
-    let level = HEIGHTS_MM.iter().zip(&plots.spread[0]).map(|(z, e)| (*z, e.value, e.error));
-    let white = TABLE_HEIGHTS.iter().zip(&plots.ceramic).map(|(i, (e, _))| (HEIGHTS_MM[*i], e.value, e.error));
+    let level = (0..HEIGHTS_MM.len()).map(|i| mark(HEIGHTS_MM[i], repeats.estimate(spread(0, i))));
+    let white = (0..TABLE_HEIGHTS.len())
+        .map(|place| mark(HEIGHTS_MM[TABLE_HEIGHTS[place]], repeats.estimate(|f| f.ceramic[place].spread)));
     let Area { left: x, top: y, .. } = chart(
         &mut page,
         [1, 0],
@@ -382,14 +366,16 @@ fn draw(plots: &TriangulationPlots, table: &str) -> RgbImage {
         Axis::even("height [mm]", 0.0, 55.0),
         Axis::even("standard deviation [um]", 0.0, 16.0),
         vec![
-            curve(GREY, HEIGHTS_MM.iter().zip(&plots.expected).map(|(z, e)| (*z, *e))),
-            curve(GREY, TABLE_HEIGHTS.iter().zip(&plots.ceramic).map(|(i, (_, e))| (HEIGHTS_MM[*i], *e))),
-            marks(BLUE, level),
-            marks(GREEN, white),
+            Series::curve(GREY, HEIGHTS_MM.into_iter().zip(theory.level.iter().copied())),
+            Series::curve(GREY, TABLE_HEIGHTS.iter().zip(&theory.ceramic).map(|(i, um)| (HEIGHTS_MM[*i], *um))),
+            Series::marks(BLUE, level),
+            Series::marks(GREEN, white),
         ],
     );
     legend(&mut page, x + 300, y + 52, &[(GREEN, "ceramic, speckle and noise"), (BLUE, "metal, sensor noise alone")]);
 
+    let row = |i: usize| mark(0.5 * (HEIGHTS_MM[i] + HEIGHTS_MM[i + 1]), repeats.estimate(|f| f.row_um(i)));
+    let column = |i: usize| mark(HEIGHTS_MM[i], repeats.estimate(|f| f.column_um(i, &theory.bench)));
     let Area { left: x, top: y, .. } = chart(
         &mut page,
         [0, 1],
@@ -397,10 +383,10 @@ fn draw(plots: &TriangulationPlots, table: &str) -> RgbImage {
         Axis::even("height [mm]", 0.0, 55.0),
         Axis::even("[um]", 60.0, 240.0),
         vec![
-            curve(GREY, z().map(|z| (z, 1000.0 * height_per_row(&plots.bench, z)))),
-            curve(GREY, z().map(|z| (z, 1000.0 * column_width(&plots.bench, z)))),
-            marks(BLUE, plots.row_um.iter().map(|(z, e)| (*z, e.value, e.error))),
-            marks(ORANGE, plots.column_um.iter().map(|(z, e)| (*z, e.value, e.error))),
+            Series::curve(GREY, z().map(|z| (z, 1000.0 * height_per_row(&theory.bench, z)))),
+            Series::curve(GREY, z().map(|z| (z, 1000.0 * column_width(&theory.bench, z)))),
+            Series::marks(BLUE, (0..HEIGHTS_MM.len() - 1).map(row)),
+            Series::marks(ORANGE, (0..HEIGHTS_MM.len()).map(column)),
         ],
     );
     legend(
@@ -413,17 +399,17 @@ fn draw(plots: &TriangulationPlots, table: &str) -> RgbImage {
     let Area { left: x, top: y, .. } = area(1, 1);
     page.words(x, y + 12, "Range less truth on level ceramic at 23 mm, speckle and noise");
     page.words(x, y + 28, "columns right, profiles down");
-    draw_error_map(&mut page, x, y + 40, plots);
+    draw_error_map(&mut page, x, y + 40, map);
     page.0
 }
 
-fn draw_error_map(page: &mut Page, left: u32, top: u32, plots: &TriangulationPlots) {
-    let (columns, errors) = &plots.map;
-    let rows = errors.len() / columns;
-    let (width, height) = (CHART_WIDTH - MARGIN, (CHART_WIDTH - MARGIN) * rows as u32 / *columns as u32);
+/// Draws Range less truth, `[profiles, COLUMNS]` [um].
+fn draw_error_map(page: &mut Page, left: u32, top: u32, errors: &[f64]) {
+    let rows = errors.len() / COLUMNS;
+    let (width, height) = (CHART_WIDTH - MARGIN, (CHART_WIDTH - MARGIN) * rows as u32 / COLUMNS as u32);
     let at = |px: u32, py: u32| {
-        let (column, row) = (px as usize * columns / width as usize, py as usize * rows / height as usize);
-        errors[row * columns + column]
+        let (column, row) = (px as usize * COLUMNS / width as usize, py as usize * rows / height as usize);
+        errors[row * COLUMNS + column]
     };
     let picture = RgbImage::from_fn(width, height, |px, py| diverging(at(px, py) / MAP_LIMIT_UM));
     page.picture(left, top, &picture);

@@ -12,12 +12,9 @@ use base::Slice;
 use glam::DVec3;
 
 use super::super::bilinear_patch::BilinearPatch;
+use super::super::height_cells::{HeightCells, TARGET_PITCH_MM};
 use transport::line::LineSource;
 
-/// Cells are as near to this size as divides the body evenly [mm].
-const TARGET_PITCH_MM: f64 = 0.1;
-/// The region goes on so far beyond the line's rows and columns [mm].
-const MARGIN_MM: f64 = 20.0;
 /// Cells over which slopes are averaged for light towards the lens.
 const LEAN_CELLS: usize = 10;
 
@@ -63,21 +60,12 @@ impl HeightField {
     pub fn new<'a>(line: &LineSource<'a>) -> (Self, Vec<Box<dyn Slice + 'a>>) {
         let (low, high) = line.body.bounds();
         let (low, high) = (low.as_dvec3(), high.as_dvec3());
-        let ends = (line.x.first().copied().unwrap_or(0.0), line.x.last().copied().unwrap_or(0.0));
-        let rows = line.row_mm * (line.rows as f64 + 0.5);
-        // One node beyond the body on each side closes it.
-        let along = |low: f64, high: f64, from: f64, to: f64| {
-            let count = ((high - low) / TARGET_PITCH_MM).round().max(1.0);
-            let pitch = (high - low) / count;
-            let node = |v: f64| ((v - low) / pitch).floor().clamp(-1.0, count);
-            let (first, last) = (node(from - MARGIN_MM), node(to + MARGIN_MM));
-            (low + (first + 0.5) * pitch, pitch, (last - first).max(1.0) as usize)
-        };
-        let (x, px, nx) = along(low.x, high.x, f64::from(ends.0), f64::from(ends.1));
-        let (y, py, ny) = along(low.y, high.y, line.y - rows, line.y + rows);
+        let grid = HeightCells::about(line, [low.truncate(), high.truncate()]);
+        let [nx, ny] = grid.size;
+        let y = |j: f64| (grid.low.y + j * grid.pitch.y) as f32;
         let mut heights = Self {
-            low: DVec3::new(x, y, 0.0),
-            pitch: DVec3::new(px, py, TARGET_PITCH_MM),
+            low: grid.low.extend(0.0),
+            pitch: grid.pitch.extend(TARGET_PITCH_MM),
             cells: [nx, ny, (high.z / TARGET_PITCH_MM).ceil().max(1.0) as usize + 1],
             height: Vec::with_capacity((nx + 1) * (ny + 1)),
             floor: Vec::with_capacity(nx * ny),
@@ -87,9 +75,9 @@ impl HeightField {
         };
         let mut slopes = Vec::with_capacity((nx + 1) * (ny + 1));
         for j in 0..=ny {
-            let slice = line.body.slice((y + j as f64 * py) as f32);
+            let slice = line.body.slice(y(j as f64));
             for i in 0..=nx {
-                let surface = slice.surface((x + i as f64 * px) as f32);
+                let surface = slice.surface((grid.low.x + i as f64 * grid.pitch.x) as f32);
                 heights.height.push(surface.map_or(0.0, |s| f64::from(s.z).max(0.0)));
                 slopes.push(surface.map(|s| [f64::from(s.slope_x), f64::from(s.slope_y)]));
             }
@@ -99,7 +87,7 @@ impl HeightField {
             heights.floor.push(heights.patch(cell % nx, cell / nx).0.into_iter().fold(f64::INFINITY, f64::min));
         }
         heights.summarise(&slopes);
-        let cuts = (0..ny).map(|j| line.body.slice((y + (j as f64 + 0.5) * py) as f32)).collect();
+        let cuts = (0..ny).map(|j| line.body.slice(y(j as f64 + 0.5))).collect();
         (heights, cuts)
     }
 

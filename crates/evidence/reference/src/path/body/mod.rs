@@ -167,15 +167,44 @@ impl<O: LineObserver> Geometry<O> for BodyGeometry<'_> {
         }
     }
 
-    #[inline(always)]
+    /// Shows the lens what a collision sends towards it, through the face above and through a front face nearby.
+    #[inline(never)]
     fn next_event(
         &self,
-        state: &BodyPhoton,
+        BodyPhoton { photon, .. }: &BodyPhoton,
         (medium, cell): (&Medium, CellIndex),
         observer: &mut O,
         rng: &mut impl Rng,
     ) {
-        self.show_lens(&state.photon, medium, cell, observer, rng);
+        let heights = self.media.heights();
+        let normal = heights.lean(cell);
+        let facing = self.view.dot(normal);
+        if facing <= 0.0 {
+            return;
+        }
+        let below = heights.around(cell) - photon.position.z;
+        if let Some(seen) = self.send_to_lens(photon, medium, Window { normal, below, share: 1.0 }, rng) {
+            let upright = heights.normal(seen.cell, seen.position).z;
+            if upright * upright * (1.0 + WALL_SLOPE * WALL_SLOPE) >= 1.0 && !self.hidden(seen.position, seen.cell) {
+                observer.see(seen.position, seen.light);
+            }
+        }
+        let front_facing = self.view.dot(DVec3::NEG_Y);
+        let below = self.fronts[cell[0]].map_or(f64::INFINITY, |front| photon.position.y - front);
+        if front_facing <= 0.0 || below > FRONT_REACH_MM {
+            return;
+        }
+        let front = Window { normal: DVec3::NEG_Y, below, share: front_facing / facing };
+        let Some(seen) = self.send_to_lens(photon, medium, front, rng) else { return };
+        let inside = seen.position + DVec3::Y * heights.pitch.y;
+        if heights.normal(seen.cell, seen.position).y > -FRONT_FACING
+            || !matches!(heights.march(seen.position, self.view, false, |_, _| None), RayEnd::Beyond(_))
+        {
+            return;
+        }
+        // The sensor row looks at the place where the line of sight crosses the face's level.
+        let rise = heights.above(inside).map_or(0.0, |top| (top - seen.position.z).max(0.0));
+        observer.see(seen.position + self.view * (rise / self.view.z), seen.light);
     }
 
     #[inline(always)]
@@ -266,48 +295,6 @@ impl<'a> BodyGeometry<'a> {
             RayEnd::Beyond(_) | RayEnd::Taken(_) if photon.direction.z < 0.0 => FlightEnd::End(Fate::Dropped),
             RayEnd::Beyond(_) | RayEnd::Taken(_) => FlightEnd::End(Fate::Left),
         }
-    }
-
-    /// Next-event estimate: shows the lens what a collision sends towards it, through the face above and through a
-    /// front face nearby.
-    #[inline(never)]
-    fn show_lens(
-        &self,
-        photon: &Photon,
-        medium: &Medium,
-        cell: CellIndex,
-        observer: &mut impl LineObserver,
-        rng: &mut impl Rng,
-    ) {
-        let heights = self.media.heights();
-        let normal = heights.lean(cell);
-        let facing = self.view.dot(normal);
-        if facing <= 0.0 {
-            return;
-        }
-        let below = heights.around(cell) - photon.position.z;
-        if let Some(seen) = self.send_to_lens(photon, medium, Window { normal, below, share: 1.0 }, rng) {
-            let upright = heights.normal(seen.cell, seen.position).z;
-            if upright * upright * (1.0 + WALL_SLOPE * WALL_SLOPE) >= 1.0 && !self.hidden(seen.position, seen.cell) {
-                observer.see(seen.position, seen.light);
-            }
-        }
-        let front_facing = self.view.dot(DVec3::NEG_Y);
-        let below = self.fronts[cell[0]].map_or(f64::INFINITY, |front| photon.position.y - front);
-        if front_facing <= 0.0 || below > FRONT_REACH_MM {
-            return;
-        }
-        let front = Window { normal: DVec3::NEG_Y, below, share: front_facing / facing };
-        let Some(seen) = self.send_to_lens(photon, medium, front, rng) else { return };
-        let inside = seen.position + DVec3::Y * heights.pitch.y;
-        if heights.normal(seen.cell, seen.position).y > -FRONT_FACING
-            || !matches!(heights.march(seen.position, self.view, false, |_, _| None), RayEnd::Beyond(_))
-        {
-            return;
-        }
-        // The sensor row looks at the place where the line of sight crosses the face's level.
-        let rise = heights.above(inside).map_or(0.0, |top| (top - seen.position.z).max(0.0));
-        observer.see(seen.position + self.view * (rise / self.view.z), seen.light);
     }
 
     /// What of a collision's light reaches the lens through a window; `None` where chance or matter ends it, or it

@@ -15,15 +15,12 @@ use glam::{DVec2, DVec3};
 use procedural::blister::{CardFilm, Pack, Solid};
 
 use super::super::bilinear_patch::BilinearPatch;
+use super::super::height_cells::HeightCells;
 use super::microfacets::bottom;
 use super::moved_net::lay;
 use transport::line::LineSource;
 use transport::stack::PIGMENT_G;
 
-/// Cells are as near to this size as divides the card evenly [mm].
-const TARGET_PITCH_MM: f64 = 0.1;
-/// The region goes on so far beyond the line's rows and columns [mm].
-const MARGIN_MM: f64 = 20.0;
 /// A little over a cell's border, so that the next direction begins beyond it [mm].
 const OVER_MM: f64 = 1e-9;
 
@@ -122,31 +119,15 @@ impl PackShape {
     /// The region of `pack` about `line`.
     pub fn of(pack: &Pack, line: &LineSource) -> Self {
         let (low, high) = pack.bounds();
-        let card = [[low.x, low.y], [high.x, high.y]].map(|end| DVec2::new(f64::from(end[0]), f64::from(end[1])));
-        let ends = [line.x.first(), line.x.last()].map(|x| f64::from(x.copied().unwrap_or(0.0)));
-        let rows = line.row_mm * (line.rows as f64 + 0.5);
-        let region = [DVec2::new(ends[0], line.y - rows) - MARGIN_MM, DVec2::new(ends[1], line.y + rows) + MARGIN_MM];
-        Self::new(card, region, pack.solids().to_vec(), |x, y| {
+        let card = [low, high].map(|corner| corner.as_dvec3().truncate());
+        Self::new(HeightCells::about(line, card), pack.solids().to_vec(), |x, y| {
             pack.slice(y).surface(x).map(|_| PackColumn { sheet: pack.sheet(x, y), foil: pack.foil(x, y) })
         })
     }
 
-    /// What `ask` says about points (x, y) [mm] on a card, `None` beside it, within a region; both by their low and
-    /// high corners [mm].
-    pub fn new(
-        card: [DVec2; 2],
-        region: [DVec2; 2],
-        solids: Vec<Solid>,
-        ask: impl Fn(f32, f32) -> Option<PackColumn>,
-    ) -> Self {
-        let count = ((card[1] - card[0]) / TARGET_PITCH_MM).round().max(DVec2::ONE);
-        let pitch = (card[1] - card[0]) / count;
-        // One node beyond the card on each side closes it.
-        let node = |v: DVec2| ((v - card[0]) / pitch).floor().clamp(DVec2::NEG_ONE, count);
-        let (first, last) = (node(region[0]), node(region[1]));
-        let size = (last - first).max(DVec2::ONE);
-        let low = card[0] + (first + 0.5) * pitch;
-        let size = [size.x as usize, size.y as usize];
+    /// What `ask` says about points (x, y) [mm] on a card, `None` beside it.
+    pub fn new(grid: HeightCells, solids: Vec<Solid>, ask: impl Fn(f32, f32) -> Option<PackColumn>) -> Self {
+        let HeightCells { low, pitch, size } = grid;
         let mut shape = Self {
             low,
             pitch,

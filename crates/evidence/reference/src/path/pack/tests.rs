@@ -5,6 +5,7 @@ use glam::{DVec2, DVec3, Mat3, Vec3};
 use procedural::blister::{CardFilm, Solid, solid};
 use procedural::flat::Flat;
 
+use super::super::height_cells::HeightCells;
 use super::PackGeometry;
 use super::microfacets::Microfacets;
 use super::shape::{PackColumn, PackShape};
@@ -41,7 +42,7 @@ fn disc(top: f32, radius: f32, thickness: f32, turn: Mat3, medium: Medium) -> So
 fn card(sheet: CardFilm, foil: (Surface, Medium), solids: Vec<Solid>) -> PackGeometry {
     let corners = [DVec2::splat(-30.0), DVec2::splat(30.0)];
     let at = |surface: Surface, y: f32| Surface { z: surface.z + surface.slope_y * y, ..surface };
-    let shape = PackShape::new(corners, corners, solids, |x, y| {
+    let shape = PackShape::new(HeightCells::new(corners, corners), solids, |x, y| {
         let sheet = CardFilm { surface: at(sheet.surface, y), ..sheet };
         (x.abs() < 30.0 && y.abs() < 30.0).then_some(PackColumn { sheet: Some(sheet), foil: (at(foil.0, y), foil.1) })
     });
@@ -101,7 +102,7 @@ fn edges_and_holes_hide_nothing() {
     let level = |z: f32| Surface { z, slope_x: 0.0, slope_y: 0.0 };
     let sheet = |z: f32| CardFilm { surface: level(z), thickness_mm: 0.2, sealed: true, medium: film(0.02, 12.0) };
     // A flange of 40 x 40 mm in a field of 60, a hole of 2 x 4 mm, and a block of 6 x 8 mm that stands 5 mm high.
-    let shape = PackShape::new(corners, corners, Vec::new(), |x, y| {
+    let shape = PackShape::new(HeightCells::new(corners, corners), Vec::new(), |x, y| {
         let is_hole = (x - 10.0).abs() < 1.0 && y.abs() < 2.0;
         let is_block = (x + 10.0).abs() < 3.0 && y.abs() < 4.0;
         let z = if is_block { TOP } else { TOP - 5.0 };
@@ -201,7 +202,7 @@ fn a_bare_tilted_tablet_is_a_half_space_lit_aslant() {
     let turn = Mat3::from_rotation_x(tilt as f32);
     let corners = [DVec2::splat(-30.0), DVec2::splat(30.0)];
     let black = (Surface { z: 0.0, slope_x: 0.0, slope_y: 0.0 }, Medium::opaque(Gloss::NONE));
-    let shape = PackShape::new(corners, corners, vec![disc(20.0, 14.0, 9.0, turn, pill)], |_, _| {
+    let shape = PackShape::new(HeightCells::new(corners, corners), vec![disc(20.0, 14.0, 9.0, turn, pill)], |_, _| {
         Some(PackColumn { sheet: None, foil: black })
     });
     let geometry = PackGeometry::new(shape, Question::default().view);
@@ -263,13 +264,14 @@ fn nothing_is_lost_in_a_white_pack() {
     let metal = Medium::opaque(Gloss { reflectance: 1.0, ..METAL });
     let corners = [DVec2::splat(-30.0), DVec2::splat(30.0)];
     let turn = Mat3::from_rotation_y(0.1);
-    let shape = PackShape::new(corners, corners, vec![disc(TOP - 1.0, 4.0, 3.0, turn, pill)], |x, y| {
-        let level = |z: f32| Surface { z, slope_x: 0.0, slope_y: 0.0 };
-        let sealed = x.hypot(y) > 6.0;
-        let sheet = CardFilm { surface: level(TOP), thickness_mm: 0.2, sealed, medium: cover };
-        let foil = (level(if sealed { TOP - 0.2 } else { TOP - 6.0 }), metal);
-        (x.abs() < 30.0 && y.abs() < 30.0).then_some(PackColumn { sheet: Some(sheet), foil })
-    });
+    let shape =
+        PackShape::new(HeightCells::new(corners, corners), vec![disc(TOP - 1.0, 4.0, 3.0, turn, pill)], |x, y| {
+            let level = |z: f32| Surface { z, slope_x: 0.0, slope_y: 0.0 };
+            let sealed = x.hypot(y) > 6.0;
+            let sheet = CardFilm { surface: level(TOP), thickness_mm: 0.2, sealed, medium: cover };
+            let foil = (level(if sealed { TOP - 0.2 } else { TOP - 6.0 }), metal);
+            (x.abs() < 30.0 && y.abs() < 30.0).then_some(PackColumn { sheet: Some(sheet), foil })
+        });
     let (_, balance) = ask(&PackGeometry::new(shape, Question::default().view), (60.0, 0), 10_000, 9);
     assert!(balance.absorbed.value.abs() < 1e-12 && balance.left.value > 0.999, "{balance:?}");
 }

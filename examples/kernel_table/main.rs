@@ -4,10 +4,12 @@
 //! MEASUREMENTS, goes on where an earlier run stopped, and at the end condenses them into TABLE. `make kernel-table`
 //! runs it; on two cores it takes three quarters of an hour.
 
+mod half_space;
+
 use std::fs::OpenOptions;
 use std::io::{BufRead, BufReader, Write};
 
-use reference::path::measure::half_space::{self, MeasuredHalfSpace, PathStatistics, measure};
+use half_space::{MeasuredHalfSpace, PathStatistics, measure};
 use transport::kernel::table;
 
 /// Photons of one half space where fibres are dispersed like those of clear wood, and elsewhere.

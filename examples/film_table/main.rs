@@ -2,7 +2,9 @@
 //!
 //! `cargo run --release --example film_table -- TABLE`; `make film-table` runs it, some six minutes on two cores.
 
-use reference::path::measure::film::{FilmIllumination, MeasuredFilm, condense, condense_sealed, measure};
+mod film;
+
+use film::{FilmIllumination, MeasuredFilm, condense, condense_sealed, measure};
 use transport::kernel::film_stack::table::{ABSORBED, FOIL_REFLECTANCES, FOIL_ROUGHNESSES, N, TURNS, frequencies};
 use transport::stack::Foil;
 

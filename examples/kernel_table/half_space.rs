@@ -14,20 +14,20 @@ use rand::Rng;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::super::next_event::LensEstimator;
-use super::super::plane_layers::{PreparedLayer, StackGeometry, StackObserver};
-use super::super::tracker::{Geometry, Photon};
+use reference::path::next_event::LensEstimator;
+use reference::path::plane_layers::{PreparedLayer, StackGeometry, StackObserver};
+use reference::path::tracker::{Geometry, Photon};
 use transport::kernel::diffusion;
 use transport::kernel::table::{FIRST_PATH, LANES, NODE, PATH_BINS, PATH_RATIO};
 use transport::kernel::view::{CONE_BINS, KIND_GROUPS, VIEW_LANES, VIEW_TERMS, View, view_group};
 use transport::stack::{CylinderPhase, Scattering, Stack};
 
 /// Bins of path lengths that are walked; those beyond follow from diffusion.
-pub(crate) const WALKED_BINS: usize = CONE_BINS;
+const WALKED_BINS: usize = CONE_BINS;
 /// Tilts against the normal [deg] and azimuths against the fibre's track, on its diving side first [deg], of the views.
-pub(crate) const TILTS_DEG: [f64; 4] = [10.0, 25.0, 40.0, 60.0];
+const TILTS_DEG: [f64; 4] = [10.0, 25.0, 40.0, 60.0];
 /// See [`TILTS_DEG`].
-pub(crate) const AZIMUTHS_DEG: [f64; 7] = [0.0, 30.0, 60.0, 90.0, 120.0, 150.0, 180.0];
+const AZIMUTHS_DEG: [f64; 7] = [0.0, 30.0, 60.0, 90.0, 120.0, 150.0, 180.0];
 /// Views in all.
 const VIEWS_MEASURED: usize = TILTS_DEG.len() * AZIMUTHS_DEG.len();
 /// Independent batches.

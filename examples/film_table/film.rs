@@ -8,14 +8,14 @@
 //! it did not.
 //!
 //! Where light leaves is kept as a transform, the mean of cos(k x), for a grid of frequencies k in units of 1 /
-//! thickness; x and y serve alike. Valid and neglected as in `plane_layers`.
+//! thickness; x and y serve alike. Valid and neglected as in `reference::path::plane_layers`.
 
 use base::Stream;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::super::plane_layers::{PreparedLayer, StackGeometry, StackObserver};
-use super::super::tracker::{Geometry, Photon};
+use reference::path::plane_layers::{PreparedLayer, StackGeometry, StackObserver};
+use reference::path::tracker::{Geometry, Photon};
 use transport::fresnel::fresnel_dielectric;
 use transport::kernel::film_stack::table::{EXIT_BINS, NODE, SEALED_NODE, TABLE_FREQUENCIES, transmission_scale};
 use transport::phase::disc;
