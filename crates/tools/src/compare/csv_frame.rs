@@ -18,9 +18,9 @@ use std::path::Path;
 
 use super::gocator_frame;
 use super::map_numbers::{MAX_PIXELS, MapNumbers, ScanPoints};
-use super::number_text::{Refusal, Separator, number};
-use super::scan_format::{CsvForm, FileEnding, ScanContent, ScanFormat, StatedForm};
-use dataset::{Fault, atomic_file};
+use super::number_text::{Refusal, Separator, number, shown};
+use super::scan_format::{CsvForm, ScanContent, ScanFormat, StatedForm, read_file};
+use dataset::Fault;
 
 /// Longest file that is read [bytes].
 const MAX_FILE_BYTES: u64 = 1 << 30;
@@ -30,33 +30,25 @@ const GRAMMAR: &str = "docs/guide/compare.md says how such a file is written";
 const FIELDS: usize = 5;
 
 /// Numbers as text.
-pub(super) struct NumberText;
+pub(super) const FORMAT: ScanFormat = ScanFormat {
+    endings: &[
+        ("csv", ".csv", true),
+        ("tsv", ".tsv", false),
+        ("txt", ".txt", false),
+        ("asc", ".asc", false),
+        ("xyz", ".xyz", false),
+    ],
+    stated: Some(StatedForm::Csv),
+    read,
+};
 
-impl ScanFormat for NumberText {
-    fn endings(&self) -> &'static [FileEnding] {
-        &[
-            ("csv", ".csv", true),
-            ("tsv", ".tsv", false),
-            ("txt", ".txt", false),
-            ("asc", ".asc", false),
-            ("xyz", ".xyz", false),
-        ]
-    }
-
-    fn stated(&self) -> Option<StatedForm> {
-        Some(StatedForm::Csv)
-    }
-
-    fn read(&self, path: &Path, form: Option<CsvForm>) -> Result<ScanContent, Fault> {
-        let bytes = atomic_file::read(path, MAX_FILE_BYTES);
-        let bytes =
-            bytes.map_err(|e| Fault::at(path, format!("it cannot be read: {e}"), "give a file of numbers as text"))?;
-        let Ok(text) = std::str::from_utf8(&bytes) else {
-            return Err(Fault::at(path, "it is no text in UTF-8", "save it as text in UTF-8"));
-        };
-        let is_cloud = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("xyz"));
-        content(text, form, is_cloud).map_err(|(what, remedy)| Fault::at(path, what, remedy))
-    }
+fn read(path: &Path, form: Option<CsvForm>) -> Result<ScanContent, Fault> {
+    let bytes = read_file(path, MAX_FILE_BYTES, "give a file of numbers as text")?;
+    let Ok(text) = std::str::from_utf8(&bytes) else {
+        return Err(Fault::at(path, "it is no text in UTF-8", "save it as text in UTF-8"));
+    };
+    let is_cloud = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("xyz"));
+    content(text, form, is_cloud).map_err(|(what, remedy)| Fault::at(path, what, remedy))
 }
 
 /// The numbers of a line.
@@ -65,11 +57,9 @@ fn numbers(line: usize, text: &str, separator: Separator, into: &mut Vec<f64>) -
     for field in separator.fields(text) {
         count += 1;
         let Some(number) = number(field) else {
-            let mut shown: String = field.chars().take(24).collect();
-            shown = shown.escape_debug().to_string();
             let is_comma = field.contains(',') && number_with_comma(field);
             let remedy = if is_comma { "write decimals with a point" } else { GRAMMAR };
-            return Err((format!("line {line}, field {count}: '{shown}' is no number"), remedy));
+            return Err((format!("line {line}, field {count}: '{}' is no number", shown(field)), remedy));
         };
         if into.len() == MAX_PIXELS {
             return Err((
@@ -171,8 +161,7 @@ impl PointColumns {
             }
             if axis < 3 {
                 units.push(unit_mm(&name[word.len()..]).ok_or_else(|| {
-                    let shown: String = name.chars().take(24).collect();
-                    (format!("its header has the unknown unit of '{}'", shown.escape_debug()), "use mm, um or m")
+                    (format!("its header has the unknown unit of '{}'", shown(&name)), "use mm, um or m")
                 })?);
             }
         }

@@ -58,6 +58,11 @@ impl EmpiricalDistribution {
         last.map(|(_, value)| value)
     }
 
+    /// Quantiles at 10, 50 and 90 %; `None` where there are no numbers.
+    pub fn deciles(&self) -> Option<[f64; 3]> {
+        Some([self.quantile(0.1)?, self.quantile(0.5)?, self.quantile(0.9)?])
+    }
+
     /// Share of the mid-distribution below a number, the inverse of [`EmpiricalDistribution::quantile`]; 0 where there
     /// are no numbers.
     pub fn share(&self, number: f64) -> f64 {

@@ -3,28 +3,21 @@
 
 use std::path::Path;
 
-use super::scan_format::{CsvForm, FileEnding, ScanContent, ScanFormat};
+use super::scan_format::{ScanContent, ScanFormat, read_file};
 use super::{RangeUnit, ScanMaps, to_eight_bits};
-use dataset::{ExrChannel, ExrMaps, Fault, atomic_file};
+use dataset::{ExrChannel, ExrMaps, Fault};
 
 /// Most bytes of a file that is read.
 const MAX_FILE_BYTES: u64 = 4 << 30;
 
 /// OpenEXR.
-pub(super) struct ExrScan;
+pub(super) const FORMAT: ScanFormat =
+    ScanFormat { endings: &[("exr", ".exr", true)], stated: None, read: |path, _| read(path) };
 
-impl ScanFormat for ExrScan {
-    fn endings(&self) -> &'static [FileEnding] {
-        &[("exr", ".exr", true)]
-    }
-
-    fn read(&self, path: &Path, _: Option<CsvForm>) -> Result<ScanContent, Fault> {
-        let bytes = atomic_file::read(path, MAX_FILE_BYTES);
-        let bytes = bytes.map_err(|e| Fault::at(path, format!("it cannot be read: {e}"), "allow it"))?;
-        let maps = ExrMaps::decode(path, &bytes);
-        let maps = frame(&maps.map_err(|what| Fault::at(path, what, "copy it again, or have it made again"))?)?;
-        Ok(ScanContent::Scan(Box::new(maps)))
-    }
+fn read(path: &Path) -> Result<ScanContent, Fault> {
+    let maps = ExrMaps::decode(path, &read_file(path, MAX_FILE_BYTES, "allow it")?);
+    let maps = frame(&maps.map_err(|what| Fault::at(path, what, "copy it again, or have it made again"))?)?;
+    Ok(ScanContent::Scan(Box::new(maps)))
 }
 
 /// The maps of an EXR file.

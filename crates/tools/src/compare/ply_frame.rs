@@ -13,8 +13,8 @@ use ply_rs_bw::ply::{
 };
 
 use super::map_numbers::{MAX_PIXELS, ScanPoints};
-use super::scan_format::{CsvForm, FileEnding, ScanContent, ScanFormat, StatedForm};
-use dataset::{Fault, atomic_file};
+use super::scan_format::{ScanContent, ScanFormat, StatedForm, read_file};
+use dataset::Fault;
 
 /// Longest file that is read [bytes].
 const MAX_FILE_BYTES: u64 = 2 << 30;
@@ -52,24 +52,13 @@ fn place_of(property: &str) -> Option<usize> {
 }
 
 /// PLY.
-pub(super) struct PlyCloud;
+pub(super) const FORMAT: ScanFormat =
+    ScanFormat { endings: &[("ply", ".ply", true)], stated: Some(StatedForm::Ply), read: |path, _| read(path) };
 
-impl ScanFormat for PlyCloud {
-    fn endings(&self) -> &'static [FileEnding] {
-        &[("ply", ".ply", true)]
-    }
-
-    fn stated(&self) -> Option<StatedForm> {
-        Some(StatedForm::Ply)
-    }
-
-    fn read(&self, path: &Path, _: Option<CsvForm>) -> Result<ScanContent, Fault> {
-        let bytes = atomic_file::read(path, MAX_FILE_BYTES);
-        let bytes = bytes.map_err(|e| Fault::at(path, format!("it cannot be read: {e}"), "give a PLY file"))?;
-        let points =
-            points(&bytes).map_err(|what| Fault::at(path, what, "give a PLY file with x, y and z of each `vertex`"));
-        points.map(ScanContent::Points)
-    }
+fn read(path: &Path) -> Result<ScanContent, Fault> {
+    let points = points(&read_file(path, MAX_FILE_BYTES, "give a PLY file")?);
+    let remedy = "give a PLY file with x, y and z of each `vertex`";
+    points.map(ScanContent::Points).map_err(|what| Fault::at(path, what, remedy))
 }
 
 fn points(bytes: &[u8]) -> Result<ScanPoints, String> {
