@@ -29,7 +29,7 @@ use self::declared_distribution::DeclaredDistribution;
 use self::folder::DatasetFolder;
 use self::page_data::PageData;
 use self::sheet_sample::SheetSample;
-use dataset::{Dataset, Fault};
+use dataset::Dataset;
 use recipe::Recipe;
 
 pub use self::exposed_profile::ExposedProfile;
@@ -84,7 +84,10 @@ pub struct DatasetPage {
 pub fn report(root: &Path, options: &ReportOptions) -> DatasetPage {
     let folder = match Dataset::open(root) {
         Ok(folder) => folder,
-        Err(error) => return DatasetPage { html: unreadable(root, &error), shown: 0, troubles: 1, damage: 1 },
+        Err(error) => {
+            let html = page::unreadable(&root.display().to_string(), &error.to_string()).into_string();
+            return DatasetPage { html, shown: 0, troubles: 1, damage: 1 };
+        }
     };
     let head = folder.head();
     let mut found = DatasetFolder::look(&folder);
@@ -147,11 +150,6 @@ pub fn report(root: &Path, options: &ReportOptions) -> DatasetPage {
         troubles: facts.folder.troubles.len() as u64 + facts.folder.more,
         damage: facts.folder.damage,
     }
-}
-
-/// A page that says why there is no other.
-fn unreadable(root: &Path, error: &Fault) -> String {
-    page::unreadable(&root.display().to_string(), &error.to_string()).into_string()
 }
 
 /// Exposes a profile of some samples, one a class as far as they go: through the most of what is no plain surface.
