@@ -11,7 +11,7 @@ use super::batches::{Batch, BatchChannels, BatchReader, LabelledWindow, WindowLa
 use super::evaluation_plan::plan;
 use super::external_data::{no_onnx, sha256_with_weights};
 use super::metrics::ClassificationMetrics;
-use super::misclassified::{Misclassification, WorstMisclassifications, draw_panels};
+use super::misclassified::{Misclassification, draw_panels, keep_worst};
 use super::model::{OnnxModel, Scores};
 use super::prediction::predict;
 use super::report::{AccuracySlice, CheckReport, CheckTiming};
@@ -69,7 +69,7 @@ pub fn check(
         metrics: ClassificationMetrics::new(sidecar.classes.len()),
         rights: vec![(0, 0); facts.len()],
         left_out: 0,
-        worst: WorstMisclassifications::new(options.worst),
+        worst: Vec::new(),
     };
     let asked = evaluate(&reader, &mut model, &mut scorer, progress)?;
     let timing = CheckTiming { seconds: begun.elapsed().as_secs_f64(), model_seconds: asked.as_secs_f64(), batch };
@@ -93,7 +93,7 @@ pub fn check(
         share,
         metrics,
         slices,
-        worst: worst.into_list(),
+        worst,
         timing,
     })
 }
@@ -172,7 +172,7 @@ struct Scorer<'a> {
     rights: Vec<(u64, u64)>,
     /// Cells inside an image that are of no class of the model.
     left_out: u64,
-    worst: WorstMisclassifications,
+    worst: Vec<Misclassification>,
 }
 
 impl Scorer<'_> {
@@ -236,7 +236,7 @@ impl Scorer<'_> {
             let maps = cells.map(|cells| [cells.as_slice(), answer.as_slice()]);
             self.options.pictures.then(|| draw_panels(wrong, input, maps, self.sidecar))
         };
-        self.worst.add(wrong, picture);
+        keep_worst(&mut self.worst, self.options.worst, wrong, picture);
         Ok(())
     }
 
