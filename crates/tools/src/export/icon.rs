@@ -50,7 +50,7 @@ impl Icon {
     fn files(&self, source: &ExportSource, manifest: &Manifest, index: u64) -> Result<IconFiles, Fault> {
         let frame = frame_of(&source.dataset, manifest, index, self.sensor)?;
         if !self.sensor {
-            return Ok(scan(&frame, self).files());
+            return Ok(scan(frame, self).files());
         }
         let middle = frame.exposures.len() / 2;
         let missing = || Fault::damaged(frame.name.as_ref(), "it has no sensor frame");
@@ -119,7 +119,7 @@ fn mark(profile: usize, row_mm: f64, rate: f64) -> [u32; 5] {
 }
 
 /// A sample as the camera would have stored it.
-fn scan(frame: &ScanMaps, options: &Icon) -> IconScan {
+fn scan(frame: ScanMaps, options: &Icon) -> IconScan {
     let valid = || frame.range.iter().filter(|z| z.is_finite());
     let low = valid().copied().reduce(f64::min).unwrap_or(0.0);
     let high = valid().copied().reduce(f64::max).unwrap_or(0.0);

@@ -120,7 +120,8 @@ pub struct IconScan {
 impl IconScan {
     /// The files of the scan, plane after plane.
     pub fn files(&self) -> IconFiles {
-        let data = self.planes.iter().flat_map(|(_, numbers)| numbers.bytes()).collect();
+        let mut data = Vec::new();
+        self.planes.iter().for_each(|(_, numbers)| data.extend(numbers.bytes()));
         IconFiles { data, description: FileLayout::of(self).write() }
     }
 
