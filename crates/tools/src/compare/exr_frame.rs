@@ -26,11 +26,11 @@ pub(super) fn frame(maps: &ExrMaps) -> Result<ScanMaps, Fault> {
     let remedy = "set `output: {exr: [range, reflectance]}` in the recipe";
     let missing = || Fault::at(&maps.path, "it has no channel Range", remedy);
     let range = find("Range").ok_or_else(missing)?.into_iter().map(f64::from).collect();
-    let seen = |map: Vec<f32>| map.into_iter().map(|v| if v.is_nan() { 0.0 } else { v }).collect::<Vec<f32>>();
     let description: serde_json::Value = serde_json::from_str(&maps.description).unwrap_or_default();
     let name = maps.path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let bits = description["bits"].as_u64().unwrap_or(0);
-    let scaled = |map: Vec<f32>| map.into_iter().map(|v| v * to_eight_bits(bits)).collect::<Vec<f32>>();
+    let seen = |v: f32| if v.is_nan() { 0.0 } else { v * to_eight_bits(bits) };
+    let light = |map: Vec<f32>| map.into_iter().map(seen).collect();
     let sensor_rows = description["sensor_rows"].as_u64().and_then(|rows| u32::try_from(rows).ok()).unwrap_or(0);
     Ok(ScanMaps {
         name,
@@ -42,8 +42,8 @@ pub(super) fn frame(maps: &ExrMaps) -> Result<ScanMaps, Fault> {
         col_mm: description["col_mm"].as_f64(),
         row_mm: description["row_mm"].as_f64(),
         range,
-        reflectance: find("Reflectance").or_else(|| find("Y")).map(seen).map(scaled),
-        scatter: find("Scatter").map(seen).map(scaled),
+        reflectance: find("Reflectance").or_else(|| find("Y")).map(light),
+        scatter: find("Scatter").map(light),
         ..ScanMaps::default()
     })
 }
