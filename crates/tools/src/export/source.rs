@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use serde_json::{Value, json};
 
 use super::sample::ExportSample;
-use dataset::{Dataset, DatasetSums, Fault, RowQuery, Table};
+use dataset::{Dataset, DatasetSums, Fault, RowQuery};
 use optical_bench::split::Split;
 
 pub(super) use part::Done;
@@ -203,66 +203,49 @@ impl ExportSource {
         let with_exr = stored.len() < images.len();
         let together = rayon::current_num_threads().max(1);
         let mut done: u64 = self.done.values().map(|done| done.samples).sum();
-        for wanted in self.wanted() {
-            let WantedRows { table, count, chosen } = wanted?;
-            let columns = |name: &str| !IMAGES.contains(&name) || stored.contains(&name);
-            let query = RowQuery { columns: &columns, ranges: Some(ranges(&chosen)), at_once: 1 };
-            let rows = table.rows(&query)?;
-            if rows.in_table() != count {
-                let what = format!("it has {} rows, and its manifest names {count}", rows.in_table());
-                return Err(table.damaged(what));
-            }
-            let mut pairs = rows.zip(chosen.into_iter().map(|(_, sample)| sample)).peekable();
-            while pairs.peek().is_some() {
-                let some: Vec<_> = pairs.by_ref().take(together).collect();
-                let worked: Vec<_> = some
-                    .into_par_iter()
-                    .map(|(row, listed)| {
-                        let row = row?.json(0).map_err(|what| table.damaged(what))?;
-                        let sample = ExportSample::new(&self.dataset, &table, row, &listed, with_exr)?;
-                        work(&sample).map(|result| (sample, result))
-                    })
-                    .collect();
-                for result in worked {
-                    let (sample, result) = result?;
-                    take(&sample, result)?;
-                    done += 1;
-                    progress(done, self.samples);
+        for &shard in &self.shards {
+            let Some(manifest) = self.dataset.manifest(shard)? else { continue };
+            for split in Split::ALL {
+                let of_split: Vec<_> = manifest.samples.iter().filter(|sample| sample.split == split.name()).collect();
+                let chosen = of_split.iter().copied().enumerate().filter(|(_, sample)| self.has_left(sample));
+                let chosen: Vec<(usize, &ManifestSample)> = chosen.collect();
+                if chosen.is_empty() {
+                    continue;
+                }
+                let table = self.dataset.table(shard, split);
+                let columns = |name: &str| !IMAGES.contains(&name) || stored.contains(&name);
+                let query = RowQuery { columns: &columns, ranges: Some(ranges(&chosen)), at_once: 1 };
+                let rows = table.rows(&query)?;
+                if rows.in_table() != of_split.len() as u64 {
+                    let (found, named) = (rows.in_table(), of_split.len());
+                    return Err(table.damaged(format!("it has {found} rows, and its manifest names {named}")));
+                }
+                let mut pairs = rows.zip(chosen).peekable();
+                while pairs.peek().is_some() {
+                    let some: Vec<_> = pairs.by_ref().take(together).collect();
+                    let worked: Vec<_> = some
+                        .into_par_iter()
+                        .map(|(row, (_, listed))| {
+                            let row = row?.json(0).map_err(|what| table.damaged(what))?;
+                            let sample = ExportSample::new(&self.dataset, &table, row, listed, with_exr)?;
+                            work(&sample).map(|result| (sample, result))
+                        })
+                        .collect();
+                    for result in worked {
+                        let (sample, result) = result?;
+                        take(&sample, result)?;
+                        done += 1;
+                        progress(done, self.samples);
+                    }
                 }
             }
         }
         Ok(())
     }
-
-    /// The tables with chosen samples that are left, in the order of shards, then of splits.
-    fn wanted(&self) -> impl Iterator<Item = Result<WantedRows, Fault>> + '_ {
-        let splits = Split::ALL.into_iter().filter(|split| self.selection.has_split(split.name()));
-        let tables = self.shards.iter().flat_map(move |&shard| splits.clone().map(move |split| (shard, split)));
-        tables.filter_map(|(shard, split)| self.wanted_of(shard, split).transpose())
-    }
-
-    fn wanted_of(&self, shard: u64, split: Split) -> Result<Option<WantedRows>, Fault> {
-        let Some(manifest) = self.dataset.manifest(shard)? else { return Ok(None) };
-        let of_split: Vec<_> =
-            manifest.samples.into_iter().filter(|sample| sample.split == split.name()).enumerate().collect();
-        let count = of_split.len() as u64;
-        let chosen: Vec<_> = of_split.into_iter().filter(|(_, sample)| self.has_left(sample)).collect();
-        let table = self.dataset.table(shard, split);
-        Ok((!chosen.is_empty()).then_some(WantedRows { table, count, chosen }))
-    }
-}
-
-/// Rows of a table that are to be exported.
-struct WantedRows {
-    table: Table,
-    /// Rows that the table should have.
-    count: u64,
-    /// The chosen samples with their rows.
-    chosen: Vec<(usize, ManifestSample)>,
 }
 
 /// Rows as ranges.
-fn ranges(chosen: &[(usize, ManifestSample)]) -> Vec<Range<usize>> {
+fn ranges(chosen: &[(usize, &ManifestSample)]) -> Vec<Range<usize>> {
     let mut ranges: Vec<Range<usize>> = Vec::new();
     for &(place, _) in chosen {
         match ranges.last_mut() {
