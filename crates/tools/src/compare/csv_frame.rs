@@ -17,7 +17,7 @@
 use std::path::Path;
 
 use super::gocator_frame;
-use super::map_numbers::{MAX_PIXELS, MapNumbers, ScanPoints};
+use super::map_numbers::{MAX_PIXELS, MapNumbers, POINT_NAMES, ScanPoints, point_axis};
 use super::number_text::{Refusal, Separator, number, shown};
 use super::scan_format::{CsvForm, ScanContent, ScanFormat, StatedForm, read_file};
 use dataset::Fault;
@@ -27,7 +27,7 @@ const MAX_FILE_BYTES: u64 = 1 << 30;
 /// Where the grammar stands.
 const GRAMMAR: &str = "docs/guide/compare.md says how such a file is written";
 /// Fields of a point: x, y, z, Reflectance, Scatter.
-const FIELDS: usize = 5;
+const FIELDS: usize = POINT_NAMES.len();
 
 /// Numbers as text.
 pub(super) const FORMAT: ScanFormat = ScanFormat {
@@ -148,14 +148,7 @@ impl PointColumns {
         for (field, name) in names.iter().enumerate() {
             let name = name.to_lowercase();
             let word = name.split([' ', '_', '[', '(', '/']).next().unwrap_or_default();
-            let axis = match word {
-                "x" => 0,
-                "y" => 1,
-                "z" => 2,
-                "reflectance" | "intensity" => 3,
-                "scatter" => 4,
-                _ => continue,
-            };
+            let Some(axis) = point_axis(word) else { continue };
             if at[axis].replace(field).is_some() {
                 return Err((format!("its header names {word} twice"), "name each once"));
             }
