@@ -9,6 +9,9 @@
 //! that law errs on the safe side (Noether 1963), and it holds for independent numbers, so neighbours that share pixels
 //! or noise make it too small. Wasserstein-1 is the area between the two functions, in the unit of the numbers.
 
+/// Distance of the quartiles of the standard normal law.
+pub(super) const QUARTILES: f64 = 1.348_979_500_392_163_5;
+
 /// A sample of numbers in order of size.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct EmpiricalDistribution(Vec<f32>);
@@ -85,8 +88,6 @@ impl EmpiricalDistribution {
 
     /// Standard deviation of the normal law with the same quartiles; `None` where there are no numbers.
     pub(crate) fn robust_deviation(&self) -> Option<f64> {
-        /// Distance of the quartiles of the standard normal law.
-        const QUARTILES: f64 = 1.348_979_500_392_163_5;
         Some((self.quantile(0.75)? - self.quantile(0.25)?) / QUARTILES)
     }
 

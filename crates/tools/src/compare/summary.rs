@@ -14,6 +14,7 @@
 //! does not. What all pixels of a profile (or column) have in common is the deviation of the means of such differences
 //! over that of single pixels, with the factor by which independent pixels would lower it.
 
+use super::distribution::QUARTILES;
 use super::noise::{EDGE_DEVIATIONS, NoiseCorrelation, ScanDirection, SecondDifferences};
 use super::power_spectrum::PowerSpectrum;
 use super::speckle::{CONTRAST_SIDE_PX, CORRELATION_SIDE_PX, SATURATED_DN, SpeckleCorrelation, contrast, patches};
@@ -25,8 +26,6 @@ const PERCENTS: [u8; 5] = [5, 25, 50, 75, 95];
 const LAGS: [usize; 3] = [1, 2, 3];
 /// Fewest numbers from which a statistic is taken.
 const FEWEST: usize = 24;
-/// Distance of the quartiles of the standard normal law.
-const QUARTILES: f64 = 1.348_979_500_392_163_5;
 /// Smallest number of a positive statistic, under every step of an instrument.
 const LEAST: f64 = 1e-6;
 
