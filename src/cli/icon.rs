@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 
 use super::{CommandResult, DONE, UsageError, print};
 use dataset::Fault;
-use tools::icon::{Content, IconScan, PeakLight, RangeValues, ScanReader, Scatter, SensorImage, Traits, open};
+use tools::icon::{Content, IconScan, PlaneContent, ScanReader, SensorImage, Traits, open};
 
 /// Version of the document's layout.
 const SCHEMA_VERSION: u32 = 1;
@@ -74,7 +74,7 @@ fn image_json(image: &SensorImage) -> Value {
 struct ScanDescription {
     cols: usize,
     rows: usize,
-    planes: Vec<&'static str>,
+    planes: Vec<String>,
     traits: Traits,
     /// Least and largest place along the line of a calibrated scan, and distance between two columns [mm].
     x_mm: Option<[f64; 2]>,
@@ -114,7 +114,7 @@ impl ScanDescription {
                 ends_of_places = Some([low.min(x), high.max(x)]);
             }
             col_mm = col_mm.or_else(|| scan.col_mm());
-            if let Some(marks) = &scan.marks
+            if let Some(marks) = scan.marks()
                 && let (Some(first), Some(last)) = (marks.first(), marks.last())
             {
                 encoder = Some([encoder.map_or(first.encoder, |[first, _]| first), last.encoder]);
@@ -198,19 +198,12 @@ impl ScanDescription {
     }
 }
 
-fn names(scan: &IconScan) -> Vec<&'static str> {
-    let range = match scan.range {
-        RangeValues::Steps(_) => "Range WORD",
-        RangeValues::World(_) => "Range FLOAT",
+/// Names and types of the planes that are read.
+fn names(scan: &IconScan) -> Vec<String> {
+    let planes = scan.planes.iter().filter(|(part, _)| *part != PlaneContent::RangeX || scan.places().is_some());
+    let name = |part: PlaneContent, kind: &str| match part {
+        PlaneContent::Mark => part.name().into(),
+        _ => format!("{} {kind}", part.name()),
     };
-    let light = scan.light.as_ref().map(|light| match light {
-        PeakLight::Intensity(_) => "Intensity BYTE",
-        PeakLight::Reflectance(_) => "Reflectance BYTE",
-    });
-    let scatter = scan.scatter.as_ref().map(|scatter| match scatter {
-        Scatter::Byte(_) => "Scatter BYTE",
-        Scatter::Word(_) => "Scatter WORD",
-    });
-    let x = scan.places().map(|_| "Range X FLOAT");
-    [x, Some(range), light, scatter, scan.marks.as_ref().map(|_| "Mark")].into_iter().flatten().collect()
+    planes.map(|(part, numbers)| name(*part, numbers.kind().name())).collect()
 }

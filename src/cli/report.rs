@@ -16,7 +16,7 @@ use crate::preview::expose_profile;
 use dataset::Dataset;
 use optical_bench::settings::Transport;
 use scanner::optics::speckle::PatternCache;
-use tools::report::{ExposedProfile, RenderTiming, Renderer, ReportOptions, report};
+use tools::report::{ExposedProfile, RenderTiming, ReportOptions, report};
 
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
@@ -104,10 +104,8 @@ pub(super) fn run(arguments: &ReportArgs, console: &Console) -> CommandResult {
         recipe: recipe.as_ref().map_err(Clone::clone),
         samples: arguments.samples,
         frames: arguments.frames as usize,
-        render: Renderer {
-            expose: expose.as_ref().map(|expose| expose as &(dyn Fn(u64, f64) -> ExposedProfile + Sync)),
-            measure: measure.as_ref().map(|measure| measure as &(dyn Fn(u64) -> RenderTiming + Sync)),
-        },
+        expose: expose.as_ref().map(|expose| expose as &(dyn Fn(u64, f64) -> ExposedProfile + Sync)),
+        measure: measure.as_ref().map(|measure| measure as &(dyn Fn(u64) -> RenderTiming + Sync)),
         watch: &|done, all| progress.set(done, all),
     };
     let page = pool.install(|| report(root, &options));

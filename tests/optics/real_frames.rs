@@ -46,7 +46,7 @@ fn a_fitted_recipe_looks_like_real_frames() {
     let noise = found.noise.map(|um| um.expect("there is noise"));
     let [along, across] = [&found.noise_correlation[0], &found.noise_correlation[1]];
     let (along, across) = (along[1], [across[1], across[2]]);
-    let [_, contrast, _] = found.contrast.expect("there are level patches");
+    let [_, contrast, _] = found.contrast_sample.deciles().expect("there are level patches");
     println!(
         "missing {missing:.3}, floor {floor}, saturated {saturated:.3}, noise {noise:.1?} um, correlation {along:.3}, \
             {across:.3?}, contrast \

@@ -3,7 +3,7 @@
 use dataset::read_exr;
 use serde_json::Value;
 use test_support::program::{self, Place, SPECKLE};
-use tools::icon::{Content, IconScan, PeakLight, RangeValues, Scatter, Traits, open};
+use tools::icon::{Content, IconScan, PlaneContent, PlaneNumbers, Traits, open};
 
 /// A dataset of two samples whose Range has a form.
 fn planks(range: &str, changes: &[[&str; 2]]) -> Place {
@@ -97,8 +97,9 @@ fn sensor_rows_become_uncalibrated_scans() {
         (u64::from(sensor.region_rows), sensor.scale),
         (said["sensor_rows"].as_u64().unwrap_or(0), [1.0, 0.0625])
     );
-    let (RangeValues::Steps(steps), Some(PeakLight::Reflectance(light)), Some(Scatter::Word(sums))) =
-        (&scan.range, &scan.light, &scan.scatter)
+    let planes = [PlaneContent::Range, PlaneContent::Reflectance, PlaneContent::Scatter];
+    let [Some(PlaneNumbers::Word(steps)), Some(PlaneNumbers::Byte(light)), Some(PlaneNumbers::Word(sums))] =
+        planes.map(|part| scan.plane(part))
     else {
         panic!("it has other planes")
     };
@@ -113,7 +114,7 @@ fn sensor_rows_become_uncalibrated_scans() {
         );
     }
     assert!(steps.contains(&0) && steps.iter().any(|n| *n > 0));
-    let marks = scan.marks.as_ref().expect("each profile has notes");
+    let marks = scan.marks().expect("each profile has notes");
     assert_eq!((marks.len(), marks[0].encoder, marks[0].timestamp), (48, 0, 0));
     let step = said["row_mm"].as_f64().expect("it is a number");
     assert_eq!(marks[47].encoder, (47.0 * step * 1000.0).round() as i32);
@@ -148,7 +149,7 @@ fn rectified_scans_keep_their_grid() {
             .zip(heights)
             .all(|(a, b)| (a.is_nan() && b.is_nan()) || (a - f64::from(*b)).abs() < 1e-30)
     );
-    assert!(scan.marks.is_some() && heights.iter().any(|z| z.is_finite()));
+    assert!(scan.marks().is_some() && heights.iter().any(|z| z.is_finite()));
 }
 
 /// Sensor rows are compared with sensor rows, from dataset, EXR and iCon alike, and with nothing else.

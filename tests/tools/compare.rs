@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 use test_support::program::{self, Place};
-use tools::icon::{Content, RangeValues, open};
+use tools::icon::{Content, PlaneContent, PlaneNumbers, open};
 
 /// A dataset of three samples, EXR and PNG, with sensor frames.
 fn planks() -> Place {
@@ -258,7 +258,8 @@ fn samples_become_files_of_the_camera() {
     let scan = reader.read(0, 48).expect("it is whole");
     let missing: Vec<bool> = scan.heights().iter().map(|z| z.is_nan()).collect();
     let dark: Vec<bool> = scan.light_dn().expect("it has light").iter().map(|dn| *dn == 0).collect();
-    assert!(matches!(scan.range, RangeValues::World(_)) && missing == dark && missing.contains(&false));
+    let range = scan.plane(PlaneContent::Range);
+    assert!(matches!(range, Some(PlaneNumbers::Float(_))) && missing == dark && missing.contains(&false));
     assert_eq!(place.run("export icon planks --index 1 --out frame --sensor").code, 0);
     let Ok(Content::Image(image)) = open(&place.path("frame/00000001.xml")) else { panic!("it is no image") };
     // Of the profiles 0, 16 and 32 that were kept the middle one: as bright as its reflectance.

@@ -3,10 +3,9 @@
 use std::fs;
 use std::path::Path;
 
-use crate::scans::{calibrated, folder, noise, plane, reader, uncalibrated, world, write, write_between};
+use crate::scans::{calibrated, folder, noise, plane, reader, uncalibrated, world, write, write_between, write_files};
 use tools::icon::{
-    Content, IconScan, PeakLight, ProfileMark, RangeValues, ScanWriter, Scatter, SensorImage, SensorTraits, Traits,
-    open, write_image,
+    Content, IconScan, PlaneContent, PlaneNumbers, ProfileMark, SensorImage, SensorTraits, Traits, open,
 };
 
 /// What a real calibrated scan of 2560 columns with FLOAT Range and Reflectance says, element by element: depth, name,
@@ -64,27 +63,17 @@ fn outline(text: &str) -> String {
 
 /// Some rows of a scan.
 fn part(scan: &IconScan, from: usize, to: usize) -> IconScan {
-    let w = scan.width;
-    let pixels = from * w..to * w;
-    let bytes = |all: &Vec<u8>| all[pixels.clone()].to_vec();
-    IconScan {
-        rows: to - from,
-        x: scan.x.as_ref().map(|x| x[pixels.clone()].to_vec()),
-        range: match &scan.range {
-            RangeValues::Steps(all) => RangeValues::Steps(all[pixels.clone()].to_vec()),
-            RangeValues::World(all) => RangeValues::World(all[pixels.clone()].to_vec()),
-        },
-        light: scan.light.as_ref().map(|light| match light {
-            PeakLight::Intensity(all) => PeakLight::Intensity(bytes(all)),
-            PeakLight::Reflectance(all) => PeakLight::Reflectance(bytes(all)),
-        }),
-        scatter: scan.scatter.as_ref().map(|scatter| match scatter {
-            Scatter::Byte(all) => Scatter::Byte(bytes(all)),
-            Scatter::Word(all) => Scatter::Word(all[pixels.clone()].to_vec()),
-        }),
-        marks: scan.marks.as_ref().map(|marks| marks[from..to].to_vec()),
-        ..*scan
-    }
+    let rows = |numbers: &PlaneNumbers| {
+        let cut = |count: usize| from * count / scan.rows..to * count / scan.rows;
+        match numbers {
+            PlaneNumbers::Byte(all) => PlaneNumbers::Byte(all[cut(all.len())].to_vec()),
+            PlaneNumbers::Word(all) => PlaneNumbers::Word(all[cut(all.len())].to_vec()),
+            PlaneNumbers::Int(all) => PlaneNumbers::Int(all[cut(all.len())].to_vec()),
+            PlaneNumbers::Float(all) => PlaneNumbers::Float(all[cut(all.len())].to_vec()),
+        }
+    };
+    let planes = scan.planes.iter().map(|(part, numbers)| (*part, rows(numbers))).collect();
+    IconScan { rows: to - from, planes, ..*scan }
 }
 
 /// A calibrated scan has the camera's elements, attributes and numbers, to the letter and in the camera's order.
@@ -128,29 +117,33 @@ fn uncalibrated_scans_say_where_on_the_sensor() {
     }
 }
 
-/// Every kind of scan comes back number by number, in whatever pieces it was written and is read.
+/// Every kind of scan comes back number by number, in whatever pieces it is read.
 #[test]
 fn scans_come_back() {
     let (_folder, name) = folder();
-    let words = |scan: IconScan| IconScan {
-        range: RangeValues::Steps(noise(scan.width * scan.rows).map(|n| n as u16).collect()),
-        scatter: Some(Scatter::Byte(noise(scan.width * scan.rows).map(|n| (n >> 9) as u8).collect())),
+    let words = IconScan {
         traits: world(Some(0.068)),
-        ..scan
+        planes: vec![
+            (PlaneContent::Range, PlaneNumbers::Word(noise(88).map(|n| n as u16).collect())),
+            (PlaneContent::Scatter, PlaneNumbers::Byte(noise(88).map(|n| (n >> 9) as u8).collect())),
+        ],
+        ..calibrated(8, 11)
     };
+    let mut placed = calibrated(6, 11);
+    placed.planes.insert(0, (PlaneContent::RangeX, PlaneNumbers::Float(noise(66).map(|n| n as f32).collect())));
     let reversed = SensorTraits { scale: [1.0, -0.0625], ..SensorTraits::new(832, [8.0, 700.5]) };
     for scan in [
         calibrated(37, 11),
         uncalibrated(5, 11),
-        words(calibrated(8, 11)),
-        IconScan { x: Some(noise(66).map(|n| n as f32).collect()), ..calibrated(6, 11) },
-        IconScan { light: None, scatter: None, marks: None, traits: Traits::Sensor(reversed), ..uncalibrated(7, 11) },
+        words,
+        placed,
+        IconScan {
+            traits: Traits::Sensor(reversed),
+            planes: vec![uncalibrated(7, 11).planes.swap_remove(0)],
+            ..uncalibrated(7, 11)
+        },
     ] {
-        let mut writer = ScanWriter::create(&name, &scan, 11).expect("the folder is ours");
-        for (from, to) in [(0, 4), (4, 5), (5, 11)] {
-            writer.push(&part(&scan, from, to)).expect("the rows have the form that was announced");
-        }
-        writer.finish().expect("all rows are there");
+        write(&name, &scan);
         let mut reader = reader(&name);
         assert_eq!((reader.width(), reader.rows(), reader.traits()), (scan.width, 11, scan.traits));
         assert_eq!(reader.read(0, 99).expect("it is whole"), scan);
@@ -163,28 +156,31 @@ fn scans_come_back() {
 #[test]
 fn planes_follow_each_other() {
     let (_folder, name) = folder();
-    let scan = IconScan {
-        range: RangeValues::Steps(vec![0x0102, 3, 4, 5]),
-        light: Some(PeakLight::Intensity(vec![6, 7, 8, 9])),
-        scatter: Some(Scatter::Byte(vec![10, 11, 12, 13])),
-        marks: Some(vec![ProfileMark { encoder: -1, status: 0x0003_0000, timestamp: 2, pulse: 0, scan: 0 }; 2]),
-        ..uncalibrated(2, 2)
-    };
+    let numbers = [u32::MAX, 0x0003_0000, 2, 0, 0];
+    let planes = vec![
+        (PlaneContent::Range, PlaneNumbers::Word(vec![0x0102, 3, 4, 5])),
+        (PlaneContent::Intensity, PlaneNumbers::Byte(vec![6, 7, 8, 9])),
+        (PlaneContent::Scatter, PlaneNumbers::Byte(vec![10, 11, 12, 13])),
+        (PlaneContent::Mark, PlaneNumbers::Int([numbers; 2].concat())),
+    ];
+    let scan = IconScan { planes, ..uncalibrated(2, 2) };
     write(&name, &scan);
     let bytes = fs::read(format!("{}.dat", name.display())).expect("it was just written");
     assert_eq!(bytes[..16], [2, 1, 3, 0, 4, 0, 5, 0, 6, 7, 8, 9, 10, 11, 12, 13]);
     assert_eq!(bytes[16..36], [255, 255, 255, 255, 0, 0, 3, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0]);
     assert_eq!(bytes.len(), 56);
-    assert_eq!(reader(&name).read(1, 1).expect("it is whole").marks.expect("they are there")[0].overtriggered(), 3);
+    let mark = ProfileMark { encoder: -1, status: 0x0003_0000, timestamp: 2, ..ProfileMark::default() };
+    assert_eq!(reader(&name).read(1, 1).expect("it is whole").marks(), Some(vec![mark]));
 }
 
 /// Missing is NaN for whoever asks for heights, however it was written.
 #[test]
 fn missing_heights_are_nan() {
-    let range = RangeValues::World(vec![0.0, f32::NAN, 70.5, -0.0]);
-    let heights = IconScan { range, ..calibrated(4, 1) }.heights();
+    let planes = vec![(PlaneContent::Range, PlaneNumbers::Float(vec![0.0, f32::NAN, 70.5, -0.0]))];
+    let heights = IconScan { planes, ..calibrated(4, 1) }.heights();
     assert!(heights[0].is_nan() && heights[1].is_nan() && heights[3].is_nan() && heights[2] == 70.5, "{heights:?}");
-    let heights = IconScan { range: RangeValues::Steps(vec![0, 16]), ..uncalibrated(2, 1) }.heights();
+    let planes = vec![(PlaneContent::Range, PlaneNumbers::Word(vec![0, 16]))];
+    let heights = IconScan { planes, ..uncalibrated(2, 1) }.heights();
     assert!(heights[0].is_nan() && heights[1] == 13.0, "{heights:?}");
 }
 
@@ -193,7 +189,7 @@ fn missing_heights_are_nan() {
 fn sensor_images_come_back() {
     let (_folder, name) = folder();
     let image = SensorImage { cols: 9, rows: 4, offset: [3, 128], dn: noise(36).map(|n| n as u8).collect() };
-    write_image(&name, &image).expect("the folder is ours");
+    write_files(&name, image.files());
     let Ok(Content::Image(back)) = open(&name) else { panic!("it is no image") };
     assert_eq!(back, image);
     let text = outline(&fs::read_to_string(format!("{}.xml", name.display())).expect("it was just written"));
@@ -250,7 +246,8 @@ fn other_cameras_are_read() {
     fs::write(format!("{}.dat", name.display()), [row(1), row(2), row(3)].concat()).expect("the folder is ours");
     let mut reader = reader(&name);
     let back = reader.read(1, 2).expect("it is whole");
-    assert_eq!((reader.rows(), back.range), (3, RangeValues::Steps(vec![2, 258, 3, 259])));
-    let marks = back.marks.expect("they are there");
+    let steps = PlaneNumbers::Word(vec![2, 258, 3, 259]);
+    assert_eq!((reader.rows(), back.plane(PlaneContent::Range)), (3, Some(&steps)));
+    let marks = back.marks().expect("they are there");
     assert_eq!(marks[1], ProfileMark { encoder: 3, status: 7, ..ProfileMark::default() });
 }

@@ -1,10 +1,10 @@
-//! Damaged and unfinished files of the camera: a place, a reason, a remedy, and nothing left behind.
+//! Damaged files of the camera: a place, a reason, a remedy.
 
 use std::fs;
 use std::path::PathBuf;
 
-use crate::scans::{calibrated, folder, noise, uncalibrated, write, write_between};
-use tools::icon::{Content, IconScan, ScanWriter, SensorImage, open, write_image};
+use crate::scans::{calibrated, folder, noise, uncalibrated, write, write_between, write_files};
+use tools::icon::{Content, SensorImage, open};
 
 /// Damage has a place, a reason and a remedy; cut or changed anywhere, a file is never a panic.
 #[test]
@@ -57,22 +57,6 @@ fn damage_is_told() {
     told("179 bytes are no whole number of rows of 60 bytes");
     fs::remove_file(&data).expect("it was there");
     told("side by side");
-}
-
-/// Rows of another form, too many or too few leave no file behind.
-#[test]
-fn unfinished_scans_leave_nothing() {
-    let (folder, name) = folder();
-    let scan = calibrated(4, 2);
-    let mut writer = ScanWriter::create(&name, &scan, 3).expect("the folder is ours");
-    assert!(writer.push(&uncalibrated(4, 2)).is_err());
-    assert!(writer.push(&calibrated(5, 2)).is_err());
-    assert!(writer.push(&IconScan { rows: 3, ..calibrated(4, 2) }).is_err());
-    writer.push(&scan).expect("it fits");
-    assert!(writer.push(&scan).expect_err("one row too many").to_string().contains("4 rows are too many for 3"));
-    assert!(writer.finish().expect_err("a row is missing").to_string().contains("2 of 3 rows"));
-    assert_eq!(fs::read_dir(folder.path()).expect("it is ours").count(), 0);
-    assert!(ScanWriter::create(&folder.path().join("no/such"), &scan, 1).is_err());
 }
 
 /// An image beside a plane of pixels of another width is told, in either layout.
@@ -129,7 +113,7 @@ fn mutated_files_are_errors_or_sane() {
     let (text, data) = (format!("{}.xml", name.display()), format!("{}.dat", name.display()));
     for case in ["image", "SCAN", "SUBCOMPONENT", "calibrated", "uncalibrated"] {
         match case {
-            "image" => write_image(&name, &image).expect("the folder is ours"),
+            "image" => write_files(&name, image.files()),
             "calibrated" => write(&name, &calibrated(12, 3)),
             "uncalibrated" => write(&name, &uncalibrated(12, 3)),
             layout => write_between(&name, &image, layout, [("Before", "WORD", 10, 5), ("After", "INT", 12, 3)]),

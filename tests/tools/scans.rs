@@ -4,8 +4,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use tools::icon::{
-    Content, IconScan, PeakLight, ProfileMark, RangeValues, ScanReader, ScanWriter, Scatter, SensorImage, SensorTraits,
-    Traits, WorldTraits, open, write_image,
+    Content, IconFiles, IconScan, PlaneContent, PlaneNumbers, ScanReader, SensorImage, SensorTraits, Traits,
+    WorldTraits, open,
 };
 
 /// Traits of a real calibrated scan.
@@ -18,54 +18,36 @@ pub fn noise(n: usize) -> impl Iterator<Item = u32> {
     (0..n as u32).map(|i| (i + 1).wrapping_mul(2_654_435_761) ^ (i << 7))
 }
 
-/// Marks without order.
-pub fn marks(rows: usize) -> Vec<ProfileMark> {
-    let mut numbers = noise(rows * 5);
-    let mut next = || numbers.next().expect("there are enough");
-    let mark = |_| ProfileMark {
-        encoder: next().cast_signed(),
-        status: next(),
-        timestamp: next(),
-        pulse: next(),
-        scan: next(),
-    };
-    (0..rows).map(mark).collect()
-}
-
 /// A scan with FLOAT Range and Reflectance.
 pub fn calibrated(width: usize, rows: usize) -> IconScan {
     let height = |n: u32| if n.is_multiple_of(5) { 0.0 } else { 62.3 + (n % 5000) as f32 * 0.011 };
-    IconScan {
-        width,
-        rows,
-        traits: world(None),
-        x: None,
-        range: RangeValues::World(noise(width * rows).map(height).collect()),
-        light: Some(PeakLight::Reflectance(noise(width * rows).map(|n| n as u8).collect())),
-        scatter: None,
-        marks: None,
-    }
+    let planes = vec![
+        (PlaneContent::Range, PlaneNumbers::Float(noise(width * rows).map(height).collect())),
+        (PlaneContent::Reflectance, PlaneNumbers::Byte(noise(width * rows).map(|n| n as u8).collect())),
+    ];
+    IconScan { width, rows, traits: world(None), planes }
 }
 
 /// A scan with every plane that an uncalibrated one may have.
 pub fn uncalibrated(width: usize, rows: usize) -> IconScan {
-    IconScan {
-        width,
-        rows,
-        traits: Traits::Sensor(SensorTraits::new(832, [0.0, 12.0])),
-        x: None,
-        range: RangeValues::Steps(noise(width * rows).map(|n| n as u16 % 13312).collect()),
-        light: Some(PeakLight::Intensity(noise(width * rows).map(|n| n as u8).collect())),
-        scatter: Some(Scatter::Word(noise(width * rows).map(|n| (n >> 3) as u16).collect())),
-        marks: Some(marks(rows)),
-    }
+    let planes = vec![
+        (PlaneContent::Range, PlaneNumbers::Word(noise(width * rows).map(|n| n as u16 % 13312).collect())),
+        (PlaneContent::Intensity, PlaneNumbers::Byte(noise(width * rows).map(|n| n as u8).collect())),
+        (PlaneContent::Scatter, PlaneNumbers::Word(noise(width * rows).map(|n| (n >> 3) as u16).collect())),
+        (PlaneContent::Mark, PlaneNumbers::Int(noise(rows * 5).collect())),
+    ];
+    IconScan { width, rows, traits: Traits::Sensor(SensorTraits::new(832, [0.0, 12.0])), planes }
 }
 
-/// Writes a scan in one piece.
+/// Writes `NAME.dat` and `NAME.xml`.
+pub fn write_files(name: &Path, files: IconFiles) {
+    fs::write(format!("{}.dat", name.display()), files.data).expect("the folder is ours");
+    fs::write(format!("{}.xml", name.display()), files.description).expect("the folder is ours");
+}
+
+/// Writes a scan.
 pub fn write(name: &Path, scan: &IconScan) {
-    let mut writer = ScanWriter::create(name, scan, scan.rows).expect("the folder is ours");
-    writer.push(scan).expect("the rows have the form that was announced");
-    writer.finish().expect("all rows are there");
+    write_files(name, scan.files());
 }
 
 /// Opens a scan.
@@ -93,7 +75,7 @@ pub fn plane(kind: &str, name: &str, size: usize, width: usize) -> String {
 
 /// Writes an image between two planes of that name, type, row [bytes] and width.
 pub fn write_between(name: &Path, image: &SensorImage, layout: &str, beside: [(&str, &str, usize, usize); 2]) {
-    write_image(name, image).expect("the folder is ours");
+    write_files(name, image.files());
     let path = format!("{}.xml", name.display());
     let good = fs::read_to_string(&path).expect("it was just written").replace("SCAN", layout);
     let at = good.find("<subcomponent").expect("it is there");

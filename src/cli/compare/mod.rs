@@ -95,7 +95,7 @@ pub(super) fn run(arguments: &CompareArgs, console: &Console) -> CommandResult {
         let sim = statistics(&sim, &sim_part, &arguments.sim, ours, &progress)?;
         [sim, statistics(&real, &real_part, &arguments.real, theirs, &progress)?]
     };
-    let is_dark = |side: &ScanStatistics| side.least_reflectance.is_none() && side.scatter.is_none();
+    let is_dark = |side: &ScanStatistics| side.least_reflectance.is_none() && side.scatter_sample.numbers().is_empty();
     if stated.bits.is_some() && [&sim, &real].into_iter().zip(is_stated).all(|(side, stated)| !stated || is_dark(side))
     {
         let what = "--bits: no effect, for there is neither Reflectance nor Scatter; leave it away";

@@ -58,8 +58,8 @@ pub(crate) struct BatchReader<'a> {
     pub samples: &'a SplitSamples,
     /// What to cut.
     pub sidecar: &'a Sidecar,
-    /// What the rows say, by table.
-    pub facts: &'a [Vec<SampleFacts>],
+    /// What the rows say, table by table.
+    pub facts: &'a [SampleFacts],
     /// The windows of each sample.
     pub plan: &'a EvaluationPlan,
     /// Seed of drawn pixels.
@@ -87,24 +87,19 @@ impl BatchReader<'_> {
         let mut names = maps.clone();
         names.extend(labels.then(|| "label".to_owned()));
         let step = rayon::current_num_threads().clamp(1, MAX_SAMPLES_IN_MEMORY);
-        let (mut batch, mut sample) = (Batch::default(), 0);
-        for (table, facts) in self.samples.tables.iter().zip(self.facts) {
-            let mut row = 0;
+        let (mut batch, mut first) = (Batch::default(), 0);
+        for table in &self.samples.tables {
             for rows in self.samples.images(table, &names, step)? {
                 let rows = rows?;
-                let here = (0..rows.len()).map(|i| (rows.row(i), sample + i, facts.get(row + i)));
-                let here: Vec<(RowBatch, usize, Option<&SampleFacts>)> = here.collect();
-                let read = |(rows, sample, facts): &(RowBatch, usize, Option<&SampleFacts>)| match facts {
-                    Some(facts) => self.sample(table, rows, *sample, facts, &maps, labels),
-                    None => Ok(None),
-                };
+                let here: Vec<(usize, RowBatch)> = (0..rows.len()).map(|i| (first + i, rows.row(i))).collect();
+                let read = |(sample, row): &(usize, RowBatch)| self.sample(table, row, *sample, &maps, labels);
                 let read: Result<Vec<_>, CheckError> = here.par_iter().map(read).collect();
                 for (picture, units) in read?.into_iter().flatten() {
                     if !self.cut(&picture, units, &mut batch, channels) {
                         return Ok(());
                     }
                 }
-                (row, sample) = (row + rows.len(), sample + rows.len());
+                first += rows.len();
             }
         }
         if !batch.units.is_empty() {
@@ -119,35 +114,26 @@ impl BatchReader<'_> {
         table: &Table,
         row: &RowBatch,
         sample: usize,
-        facts: &SampleFacts,
         maps: &[String],
         labels: bool,
     ) -> Result<Option<(SampleMaps, Vec<LabelledWindow>)>, CheckError> {
-        let Some(work) = self.plan.work.get(sample).filter(|work| **work != SampleWindows::Nothing) else {
+        let (Some(work), Some(facts)) = (self.plan.work.get(sample), self.facts.get(sample)) else { return Ok(None) };
+        if work.is_empty() {
             return Ok(None);
-        };
+        }
         let picture = self.samples.picture(table, row, facts, maps, labels)?;
         let sidecar = self.sidecar;
+        let of_class = |window, class| LabelledWindow { sample, window, truth: WindowLabel::Class(class) };
         let units = match work {
-            SampleWindows::Nothing => Vec::new(),
-            SampleWindows::Windows(windows) => {
-                let unit = |&(window, class): &(InputWindow, usize)| LabelledWindow {
-                    sample,
-                    window,
-                    truth: WindowLabel::Class(class),
-                };
-                windows.iter().map(unit).collect()
-            }
+            SampleWindows::Windows(windows) => windows.iter().map(|&(window, class)| of_class(window, class)).collect(),
             SampleWindows::Pixels(wanted) => {
                 let window = sidecar.window.unwrap_or(picture.size);
                 let inside = CentreRegion::new(window, picture.size);
                 let stream = Stream::root(self.seed).child("check").index(facts.index);
                 let found = draw_pixels(&picture.labels, picture.size[1], inside, &sidecar.truth, wanted, stream);
                 let units = found.into_iter().enumerate().flat_map(|(class, places)| {
-                    places.into_iter().map(move |place| {
-                        let window = InputWindow::around(place.map(|side| side as i64), window);
-                        LabelledWindow { sample, window, truth: WindowLabel::Class(class) }
-                    })
+                    let around = move |place: [usize; 2]| InputWindow::around(place.map(|side| side as i64), window);
+                    places.into_iter().map(move |place| of_class(around(place), class))
                 });
                 units.collect()
             }

@@ -8,14 +8,23 @@ use super::window::InputWindow;
 /// Windows of one sample.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum SampleWindows {
-    /// Nothing.
-    Nothing,
     /// These windows, each with its class.
     Windows(Vec<(InputWindow, usize)>),
     /// Windows around pixels that are yet to be drawn: as many of each class.
     Pixels(Vec<u64>),
     /// The class of each pixel of every tile.
     Tiles,
+}
+
+impl SampleWindows {
+    /// Whether the model sees nothing of the sample.
+    pub fn is_empty(&self) -> bool {
+        match self {
+            Self::Windows(windows) => windows.is_empty(),
+            Self::Pixels(wanted) => wanted.iter().all(|&n| n == 0),
+            Self::Tiles => false,
+        }
+    }
 }
 
 /// Windows of a split.
@@ -32,7 +41,7 @@ pub(crate) struct EvaluationPlan {
 }
 
 /// Plans for samples with images of `image`, rows and columns [px].
-pub fn plan(sidecar: &Sidecar, facts: &[&SampleFacts], image: [usize; 2]) -> EvaluationPlan {
+pub fn plan(sidecar: &Sidecar, facts: &[SampleFacts], image: [usize; 2]) -> EvaluationPlan {
     let class = |value: usize| sidecar.truth.get(value).copied().flatten();
     let whole = InputWindow { first: [0, 0], size: image };
     let window = sidecar.window.unwrap_or(image);
@@ -42,9 +51,7 @@ pub fn plan(sidecar: &Sidecar, facts: &[&SampleFacts], image: [usize; 2]) -> Eva
             let cut = sidecar.window.map_or(whole, |size| InputWindow::around(image.map(|side| side as i64 / 2), size));
             let known = facts.iter().map(|facts| class(facts.class));
             left_out = known.clone().filter(Option::is_none).count() as u64;
-            known
-                .map(|class| class.map_or(SampleWindows::Nothing, |class| SampleWindows::Windows(vec![(cut, class)])))
-                .collect()
+            known.map(|class| SampleWindows::Windows(class.map(|class| (cut, class)).into_iter().collect())).collect()
         }
         ModelTask::Objects => {
             let mut totals = vec![0_u64; sidecar.classes.len()];
@@ -63,13 +70,9 @@ pub fn plan(sidecar: &Sidecar, facts: &[&SampleFacts], image: [usize; 2]) -> Eva
             let windows = facts.iter().map(|facts| {
                 let cut =
                     |object: &SampleObject| Some((InputWindow::around(object.middle, window), take(object.state)?));
-                facts.objects.iter().filter_map(cut).collect::<Vec<_>>()
+                SampleWindows::Windows(facts.objects.iter().filter_map(cut).collect())
             });
-            windows
-                .map(
-                    |windows| if windows.is_empty() { SampleWindows::Nothing } else { SampleWindows::Windows(windows) },
-                )
-                .collect()
+            windows.collect()
         }
         ModelTask::Pixels => {
             let shows = |facts: &SampleFacts, wanted: usize| {
@@ -77,15 +80,12 @@ pub fn plan(sidecar: &Sidecar, facts: &[&SampleFacts], image: [usize; 2]) -> Eva
             };
             let mut work = vec![vec![0; sidecar.classes.len()]; facts.len()];
             for class in 0..sidecar.classes.len() {
-                let showing: Vec<usize> = (0..facts.len()).filter(|&i| shows(facts[i], class)).collect();
+                let showing: Vec<usize> = (0..facts.len()).filter(|&i| shows(&facts[i], class)).collect();
                 for (rank, &i) in showing.iter().enumerate() {
                     work[i][class] = even_share(sidecar.patches_per_class, rank as u64, showing.len() as u64);
                 }
             }
-            let asked = |wanted: &Vec<u64>| wanted.iter().any(|&n| n > 0);
-            work.into_iter()
-                .map(|wanted| if asked(&wanted) { SampleWindows::Pixels(wanted) } else { SampleWindows::Nothing })
-                .collect()
+            work.into_iter().map(SampleWindows::Pixels).collect()
         }
         ModelTask::Segment => {
             let firsts = |side: usize| (0..image[side]).step_by(window[side]).map(|first| first as i64);
@@ -96,7 +96,6 @@ pub fn plan(sidecar: &Sidecar, facts: &[&SampleFacts], image: [usize; 2]) -> Eva
         }
     };
     let units = work.iter().map(|work| match work {
-        SampleWindows::Nothing => 0,
         SampleWindows::Windows(windows) => windows.len() as u64,
         SampleWindows::Pixels(wanted) => wanted.iter().sum(),
         SampleWindows::Tiles => tiles.len() as u64,
@@ -132,7 +131,7 @@ mod tests {
     }
 
     fn planned(sidecar: &Sidecar, all: &[SampleFacts]) -> EvaluationPlan {
-        plan(sidecar, &all.iter().collect::<Vec<_>>(), [30, 40])
+        plan(sidecar, all, [30, 40])
     }
 
     #[test]
@@ -158,7 +157,7 @@ mod tests {
             [
                 SampleWindows::Windows(vec![(window, 1)]),
                 SampleWindows::Windows(vec![(window, 0); 2]),
-                SampleWindows::Nothing
+                SampleWindows::Windows(vec![])
             ]
         );
     }
@@ -170,8 +169,9 @@ mod tests {
         let plan = planned(&sidecar(ModelTask::Pixels, Some([4, 4]), 7), &all);
         assert_eq!(
             plan.work,
-            [SampleWindows::Pixels(vec![3, 0]), SampleWindows::Pixels(vec![4, 7]), SampleWindows::Nothing]
+            [SampleWindows::Pixels(vec![3, 0]), SampleWindows::Pixels(vec![4, 7]), SampleWindows::Pixels(vec![0, 0])]
         );
+        assert!(plan.work[2].is_empty() && !plan.work[1].is_empty());
         assert_eq!(plan.units, 14);
     }
 

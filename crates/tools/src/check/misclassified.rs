@@ -36,38 +36,25 @@ pub struct Misclassification {
     pub picture: Option<RgbImage>,
 }
 
-/// The worst so far.
-#[derive(Debug)]
-pub(crate) struct WorstMisclassifications {
-    most: usize,
-    list: Vec<Misclassification>,
-}
-
 /// The more confident first, then by sample and place: an order that no batch or thread changes.
 fn order(a: &Misclassification, b: &Misclassification) -> Ordering {
     let place = |wrong: &Misclassification| (wrong.index, wrong.window.first);
     b.confidence.total_cmp(&a.confidence).then_with(|| place(a).cmp(&place(b)))
 }
 
-impl WorstMisclassifications {
-    /// Keeps at most `most`.
-    pub fn new(most: usize) -> Self {
-        Self { most, list: Vec::new() }
-    }
-
-    /// Takes a wrong answer where it is among the worst; `draw` makes its picture then.
-    pub fn add(&mut self, wrong: Misclassification, draw: impl FnOnce(&Misclassification) -> Option<RgbImage>) {
-        let at = self.list.partition_point(|kept| order(kept, &wrong) == Ordering::Less);
-        if at < self.most {
-            let picture = draw(&wrong);
-            self.list.insert(at, Misclassification { picture, ..wrong });
-            self.list.truncate(self.most);
-        }
-    }
-
-    /// The worst, most confident first.
-    pub(crate) fn into_list(self) -> Vec<Misclassification> {
-        self.list
+/// Takes a wrong answer where it is among the `most` worst, which `list` holds, the most confident first; `draw` makes
+/// its picture then.
+pub(crate) fn keep_worst(
+    list: &mut Vec<Misclassification>,
+    most: usize,
+    wrong: Misclassification,
+    draw: impl FnOnce(&Misclassification) -> Option<RgbImage>,
+) {
+    let at = list.partition_point(|kept| order(kept, &wrong) == Ordering::Less);
+    if at < most {
+        let picture = draw(&wrong);
+        list.insert(at, Misclassification { picture, ..wrong });
+        list.truncate(most);
     }
 }
 
@@ -153,21 +140,21 @@ mod tests {
     fn the_worst_are_kept_in_order() {
         let all = [(0.5, 1), (0.9, 2), (0.9, 0), (0.7, 3), (0.6, 4)];
         for turn in 0..all.len() {
-            let mut worst = WorstMisclassifications::new(3);
+            let mut worst = Vec::new();
             let mut drawn = 0;
             for i in 0..all.len() {
                 let (confidence, index) = all[(i + turn) % all.len()];
-                worst.add(wrong(confidence, index), |_| {
+                keep_worst(&mut worst, 3, wrong(confidence, index), |_| {
                     drawn += 1;
                     None
                 });
             }
-            let kept: Vec<_> = worst.into_list().iter().map(|w| (w.confidence, w.index)).collect();
+            let kept: Vec<_> = worst.iter().map(|w| (w.confidence, w.index)).collect();
             assert_eq!(kept, [(0.9, 0), (0.9, 2), (0.7, 3)]);
             assert!((3..=5).contains(&drawn));
         }
-        let mut none = WorstMisclassifications::new(0);
-        none.add(wrong(1.0, 0), |_| panic!("nobody wants a picture"));
-        assert!(none.into_list().is_empty());
+        let mut none = Vec::new();
+        keep_worst(&mut none, 0, wrong(1.0, 0), |_| panic!("nobody wants a picture"));
+        assert!(none.is_empty());
     }
 }

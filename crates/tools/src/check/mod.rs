@@ -9,32 +9,30 @@
 //! are plain functions of numbers. Only [`model`] and [`onnxruntime`] know onnxruntime, `external_data` knows the files
 //! that a model names, and `split_samples` those of a dataset. docs/guide/check.md says what is measured.
 
-pub mod accuracy;
+mod accuracy;
 mod batches;
-pub(crate) mod evaluation_plan;
-pub(crate) mod external_data;
-pub mod metrics;
+mod evaluation_plan;
+mod external_data;
+mod metrics;
 mod misclassified;
-pub mod model;
-pub mod onnxruntime;
-pub(crate) mod prediction;
+mod model;
+mod onnxruntime;
+mod prediction;
 mod report;
 mod run;
-pub mod sampling;
-pub mod sidecar;
-pub mod slices;
-pub(crate) mod split_samples;
+mod sampling;
+mod sidecar;
+mod slices;
+mod split_samples;
 mod trained_on;
-pub mod window;
+mod window;
 
 use std::path::{Path, PathBuf};
 
 use output_schema::DatasetHead;
 
-pub use misclassified::Misclassification;
-pub use report::{AccuracySlice, CheckReport, CheckTiming};
+pub use report::CheckReport;
 pub use run::check;
-pub use trained_on::TrainedOn;
 
 use dataset::Fault;
 use optical_bench::split::Split;
@@ -113,31 +111,19 @@ impl CheckError {
 /// Paths of the numbers to slice by, as tables have them.
 fn slice_paths(asked: &[String], head: &DatasetHead) -> Result<Vec<String>, CheckError> {
     let drawn = head.parameters.iter().map(|number| number.path());
-    let known: Vec<String> =
-        drawn.chain(head.physics.iter().map(|number| format!("physics.{}", number.path()))).collect();
+    let derived = head.physics.iter().map(|number| format!("physics.{}", number.path()));
+    let known: Vec<String> = drawn.chain(derived).collect();
     if asked.is_empty() {
-        return Ok(DEFAULT_SLICES
-            .iter()
-            .filter(|path| known.iter().any(|k| k == *path))
-            .map(|&path| path.to_owned())
-            .collect());
+        return Ok(DEFAULT_SLICES.map(String::from).into_iter().filter(|path| known.contains(path)).collect());
     }
     let find = |path: &String| {
         let found = known.iter().find(|known| *known == path || known.strip_prefix("physics.") == Some(path));
         found.cloned().ok_or_else(|| {
-            let meant = nearest_spelling(path, known.iter().map(String::as_str)).map(|meant| {
-                format!(
-                    "did you mean \
-                `{meant}`? "
-                )
-            });
+            let meant = nearest_spelling(path, known.iter().map(String::as_str));
+            let meant = meant.map_or(String::new(), |meant| format!("did you mean `{meant}`? "));
             let remedy = "drawn numbers are group.key, derived ones physics.key; output_schema/README.md and \
                 dataset.json list them";
-            CheckError::Argument(format!(
-                "--slice {path}: the dataset has no such number; \
-                {}{remedy}",
-                meant.unwrap_or_default()
-            ))
+            CheckError::Argument(format!("--slice {path}: the dataset has no such number; {meant}{remedy}"))
         })
     };
     asked.iter().map(find).collect()

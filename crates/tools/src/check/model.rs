@@ -83,9 +83,9 @@ impl OnnxModel {
             cells: (sidecar.task == ModelTask::Segment).then_some(sidecar.size),
             layout: sidecar.layout,
         };
-        let fixed = check_input(session.inputs(), shape).map_err(|mismatch| mismatch.of(path))?;
-        let output = choose_output(session.outputs(), sidecar.output_name.as_deref());
-        let output = output.map_err(|mismatch| mismatch.of(path))?;
+        let told = |(what, remedy): Mismatch| CheckError::at(path, what, &remedy);
+        let fixed = check_input(session.inputs(), shape).map_err(told)?;
+        let output = choose_output(session.outputs(), sidecar.output_name.as_deref()).map_err(told)?;
         Ok(Self { path: path.into(), session, output, fixed, shape })
     }
 
@@ -121,8 +121,8 @@ impl OnnxModel {
             Ok((shape.to_vec(), values.to_vec()))
         });
         let (shape, mut values) = answer?.map_err(|e| failure(&e))?;
-        let (classes, side_by_side) =
-            answer_layout(&shape, all, self.shape).map_err(|mismatch| mismatch.of(&self.path))?;
+        let layout = answer_layout(&shape, all, self.shape);
+        let (classes, side_by_side) = layout.map_err(|(what, remedy)| CheckError::at(&self.path, what, &remedy))?;
         let cells = self.shape.cells.map_or(1, |[rows, cols]| rows * cols);
         values.truncate(n * classes * cells);
         Ok(Scores { values, classes, cells, side_by_side })
@@ -143,22 +143,8 @@ fn message_of(error: &ort::Error) -> String {
     if line.chars().count() > MAX_LETTERS { clean + "..." } else { clean }
 }
 
-/// How a model differs from what its sidecar says.
-#[derive(Debug, PartialEq)]
-struct Mismatch {
-    what: String,
-    remedy: String,
-}
-
-impl Mismatch {
-    fn new(what: String, remedy: impl Into<String>) -> Self {
-        Self { what, remedy: remedy.into() }
-    }
-
-    fn of(self, model: &Path) -> CheckError {
-        CheckError::at(model, self.what, &self.remedy)
-    }
-}
+/// How a model differs from what its sidecar says, and what to do.
+type Mismatch = (String, String);
 
 /// Compares the model's inputs with `shape` and returns the fixed batch size.
 fn check_input(inputs: &[Outlet], shape: ModelShape) -> Result<Option<usize>, Mismatch> {
@@ -166,15 +152,15 @@ fn check_input(inputs: &[Outlet], shape: ModelShape) -> Result<Option<usize>, Mi
         let names: Vec<&str> = inputs.iter().map(Outlet::name).collect();
         let what =
             format!("it has {} inputs ({}), and one image is all there is to give", inputs.len(), names.join(", "));
-        return Err(Mismatch::new(what, "export it with a single input"));
+        return Err((what, "export it with a single input".into()));
     };
     let ValueType::Tensor { ty, shape: dims, .. } = one.dtype() else {
         let what = format!("its input `{}` is no tensor", one.name());
-        return Err(Mismatch::new(what, "export it with an image as input"));
+        return Err((what, "export it with an image as input".into()));
     };
     if *ty != TensorElementType::Float32 {
         let what = format!("its input `{}` is of type {ty}, not float32", one.name());
-        return Err(Mismatch::new(what, "export it with a float32 input"));
+        return Err((what, "export it with a float32 input".into()));
     }
     let fits = |dim: i64, n: usize| dim < 0 || dim == n as i64;
     if dims.len() != 4 || !dims[1..].iter().zip(shape.input).all(|(&dim, n)| fits(dim, n)) || dims[0] == 0 {
@@ -189,7 +175,7 @@ fn check_input(inputs: &[Outlet], shape: ModelShape) -> Result<Option<usize>, Mi
             describe_shape(dims),
             describe_shape(&[-1, shape.input[0] as i64, shape.input[1] as i64, shape.input[2] as i64])
         );
-        return Err(Mismatch::new(what, "correct channels, size_px or layout in the sidecar"));
+        return Err((what, "correct channels, size_px or layout in the sidecar".into()));
     }
     Ok(usize::try_from(dims[0]).ok())
 }
@@ -199,22 +185,19 @@ fn choose_output(outputs: &[Outlet], asked: Option<&str>) -> Result<String, Mism
     let names: Vec<&str> = outputs.iter().map(Outlet::name).collect();
     let found = match (asked, outputs) {
         (Some(name), _) => outputs.iter().find(|output| output.name() == name).ok_or_else(|| {
-            Mismatch::new(
-                format!("it has no output `{name}`"),
-                format!("give one of {} as output_name", names.join(", ")),
-            )
+            (format!("it has no output `{name}`"), format!("give one of {} as output_name", names.join(", ")))
         })?,
         (None, [one]) => one,
         (None, _) => {
             let what = format!("it has {} outputs: {}", names.len(), names.join(", "));
-            return Err(Mismatch::new(what, "name the one with the classes as output_name in the sidecar"));
+            return Err((what, "name the one with the classes as output_name in the sidecar".into()));
         }
     };
     match found.dtype().tensor_type() {
         Some(TensorElementType::Float32) => Ok(found.name().to_owned()),
         _ => {
             let what = format!("its output `{}` is no tensor of float32", found.name());
-            Err(Mismatch::new(what, "export it with the scores of the classes as output (no ZipMap, no ArgMax)"))
+            Err((what, "export it with the scores of the classes as output (no ZipMap, no ArgMax)".into()))
         }
     }
 }
@@ -222,18 +205,21 @@ fn choose_output(outputs: &[Outlet], asked: Option<&str>) -> Result<String, Mism
 /// Numbers of an answer, and whether they lie side by side, in an output of this shape for `n` samples.
 fn answer_layout(dims: &[i64], n: usize, shape: ModelShape) -> Result<(usize, bool), Mismatch> {
     let given = |wanted: &[usize]| dims.iter().map(|&dim| dim as usize).eq(wanted.iter().copied());
+    let wanted = |classes: usize| match (shape.cells, shape.layout) {
+        (None, _) => vec![n, classes],
+        (Some([rows, cols]), Layout::Nchw) => vec![n, classes, rows, cols],
+        (Some([rows, cols]), Layout::Nhwc) => vec![n, rows, cols, classes],
+    };
     // A single number tells two classes apart.
     for classes in [shape.classes, 1] {
         if classes == 1 && shape.classes != 2 {
             continue;
         }
-        let fits = match (shape.cells, shape.layout) {
-            (None, _) => {
-                let ones = dims.get(1..).unwrap_or_default().iter().filter(|&&dim| dim != 1).copied();
-                dims.first() == Some(&(n as i64)) && ones.eq((classes != 1).then_some(classes as i64))
-            }
-            (Some([rows, cols]), Layout::Nchw) => given(&[n, classes, rows, cols]),
-            (Some([rows, cols]), Layout::Nhwc) => given(&[n, rows, cols, classes]),
+        let fits = if shape.cells.is_none() {
+            let longer = dims.get(1..).unwrap_or_default().iter().filter(|&&dim| dim != 1).copied();
+            dims.first() == Some(&(n as i64)) && longer.eq((classes != 1).then_some(classes as i64))
+        } else {
+            given(&wanted(classes))
         };
         // One number a cell may come without an axis of its own.
         let flat = classes == 1 && shape.cells.is_some_and(|[rows, cols]| given(&[n, rows, cols]));
@@ -241,21 +227,13 @@ fn answer_layout(dims: &[i64], n: usize, shape: ModelShape) -> Result<(usize, bo
             return Ok((classes, shape.cells.is_none() || shape.layout == Layout::Nhwc));
         }
     }
-    let wanted = match (shape.cells, shape.layout) {
-        (None, _) => vec![n, shape.classes],
-        (Some([rows, cols]), Layout::Nchw) => vec![n, shape.classes, rows, cols],
-        (Some([rows, cols]), Layout::Nhwc) => vec![n, rows, cols, shape.classes],
-    };
-    let what = format!(
-        "it answers in the shape {}, not {}",
-        describe_shape(dims),
-        wanted.iter().map(usize::to_string).collect::<Vec<_>>().join(" x ")
-    );
+    let wanted: Vec<i64> = wanted(shape.classes).into_iter().map(|side| side as i64).collect();
+    let what = format!("it answers in the shape {}, not {}", describe_shape(dims), describe_shape(&wanted));
     let remedy = match shape.cells {
         Some(_) => "list as many classes as it has, set layout, and let it answer at the size of its input",
         None => "list as many classes in the sidecar as the model has",
     };
-    Err(Mismatch::new(what, remedy))
+    Err((what, remedy.into()))
 }
 
 /// A shape in words; `any` for a free side.

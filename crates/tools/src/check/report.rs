@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use output_schema::DatasetHead;
+use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::CheckOptions;
@@ -31,7 +32,7 @@ pub struct AccuracySlice {
 }
 
 /// How long it took.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct CheckTiming {
     /// All of it but loading the model [s].
     pub seconds: f64,
@@ -93,8 +94,7 @@ impl CheckReport {
         let share = |share: &Accuracy| {
             json!({
                 "accuracy": share.value(), "low": share.interval()[0], "high": share.interval()[1],
-                    "right": share.right,
-                "of": share.of, "samples": share.samples, "effective": share.effective(),
+                "right": share.right, "of": share.of, "samples": share.samples, "effective": share.effective(),
             })
         };
         let names = self.sidecar.classes.iter();
@@ -108,8 +108,7 @@ impl CheckReport {
             let mean = |sum: f64| (bin.count > 0).then(|| sum / bin.count as f64);
             json!({
                 "low": i as f64 / CONFIDENCE_BINS as f64, "high": (i + 1) as f64 / CONFIDENCE_BINS as f64,
-                    "count": bin.count,
-                "confidence": mean(bin.confidence), "accuracy": mean(bin.right as f64),
+                "count": bin.count, "confidence": mean(bin.confidence), "accuracy": mean(bin.right as f64),
             })
         });
         let group = |group: &SliceGroup| {
@@ -154,9 +153,7 @@ impl CheckReport {
             "calibration": { "error": self.metrics.calibration_error(), "bins": bins.collect::<Vec<_>>() },
             "slices": slices.collect::<Vec<_>>(),
             "worst": worst.collect::<Vec<_>>(),
-            "timing": {
-                "seconds": self.timing.seconds, "model_seconds": self.timing.model_seconds, "batch": self.timing.batch,
-            },
+            "timing": self.timing,
         })
     }
 

@@ -11,7 +11,7 @@ use super::batches::{Batch, BatchChannels, BatchReader, LabelledWindow, WindowLa
 use super::evaluation_plan::plan;
 use super::external_data::{no_onnx, sha256_with_weights};
 use super::metrics::ClassificationMetrics;
-use super::misclassified::{Misclassification, WorstMisclassifications, draw_panels};
+use super::misclassified::{Misclassification, draw_panels, keep_worst};
 use super::model::{OnnxModel, Scores};
 use super::prediction::predict;
 use super::report::{AccuracySlice, CheckReport, CheckTiming};
@@ -47,14 +47,13 @@ pub fn check(
     let model_sha256 = model_sha256.ok_or_else(|| no_onnx(&options.model))?;
     let begun = Instant::now();
     let facts = samples.facts(&numbers, tests)?;
-    let all: Vec<&SampleFacts> = facts.iter().flatten().collect();
     let images = &samples.head().images;
     if images.rows.saturating_mul(images.cols) > MAX_NUMBERS as u64 {
         let what = format!("it claims images of {} x {} pixels", images.cols, images.rows);
         return Err(CheckError::at(&options.dir, what, "`gen validate` says what is damaged"));
     }
     let image = [images.rows as usize, images.cols as usize];
-    let plan = plan(&sidecar, &all, image);
+    let plan = plan(&sidecar, &facts, image);
     if plan.units == 0 {
         let what = format!("it has no {} of the model's classes", sidecar.task.units());
         return Err(CheckError::at(&options.dir, what, "correct `classes` in the sidecar, or give another --split"));
@@ -62,7 +61,16 @@ pub fn check(
     let batch = batch_size(options, &model)?;
     let reader =
         BatchReader { samples: &samples, sidecar: &sidecar, facts: &facts, plan: &plan, seed: options.seed, batch };
-    let mut scorer = Scorer::new(&all, &sidecar, options, image);
+    let mut scorer = Scorer {
+        facts: &facts,
+        sidecar: &sidecar,
+        options,
+        image,
+        metrics: ClassificationMetrics::new(sidecar.classes.len()),
+        rights: vec![(0, 0); facts.len()],
+        left_out: 0,
+        worst: Vec::new(),
+    };
     let asked = evaluate(&reader, &mut model, &mut scorer, progress)?;
     let timing = CheckTiming { seconds: begun.elapsed().as_secs_f64(), model_seconds: asked.as_secs_f64(), batch };
     let slices = scorer.slices(&numbers, options.slices.is_empty());
@@ -85,7 +93,7 @@ pub fn check(
         share,
         metrics,
         slices,
-        worst: worst.into_list(),
+        worst,
         timing,
     })
 }
@@ -154,7 +162,7 @@ fn evaluate(
 
 /// Compares predictions with the truth and keeps the counts.
 struct Scorer<'a> {
-    facts: &'a [&'a SampleFacts],
+    facts: &'a [SampleFacts],
     sidecar: &'a Sidecar,
     options: &'a CheckOptions,
     /// Rows and columns of an image [px].
@@ -164,29 +172,15 @@ struct Scorer<'a> {
     rights: Vec<(u64, u64)>,
     /// Cells inside an image that are of no class of the model.
     left_out: u64,
-    worst: WorstMisclassifications,
+    worst: Vec<Misclassification>,
 }
 
-impl<'a> Scorer<'a> {
-    fn new(facts: &'a [&'a SampleFacts], sidecar: &'a Sidecar, options: &'a CheckOptions, image: [usize; 2]) -> Self {
-        let (metrics, rights) = (ClassificationMetrics::new(sidecar.classes.len()), vec![(0, 0); facts.len()]);
-        Self {
-            facts,
-            sidecar,
-            options,
-            image,
-            metrics,
-            rights,
-            left_out: 0,
-            worst: WorstMisclassifications::new(options.worst),
-        }
-    }
-
+impl Scorer<'_> {
     /// Takes what the model says of unit `i` of a batch.
     fn take(&mut self, unit: &LabelledWindow, scores: &Scores, i: usize, input: &[f32]) -> Result<(), CheckError> {
         let &LabelledWindow { sample, window, ref truth } = unit;
         let output = self.sidecar.output;
-        let facts = self.facts[sample];
+        let facts = &self.facts[sample];
         let fault = |what: String| {
             let place = format!("{} on sample {}", self.options.model.display(), facts.index);
             let (what, remedy) =
@@ -242,19 +236,15 @@ impl<'a> Scorer<'a> {
             let maps = cells.map(|cells| [cells.as_slice(), answer.as_slice()]);
             self.options.pictures.then(|| draw_panels(wrong, input, maps, self.sidecar))
         };
-        self.worst.add(wrong, picture);
+        keep_worst(&mut self.worst, self.options.worst, wrong, picture);
         Ok(())
     }
 
     /// Accuracy by each number; of `chosen` ones those that differ between samples.
     fn slices(&self, numbers: &[String], chosen: bool) -> Vec<AccuracySlice> {
         let points = |number: usize| -> Vec<SlicePoint> {
-            let point = |(facts, &(right, of)): (&&SampleFacts, &(u64, u64))| SlicePoint {
-                value: facts.numbers[number],
-                right,
-                of,
-            };
-            self.facts.iter().zip(&self.rights).map(point).collect()
+            let samples = self.facts.iter().zip(&self.rights);
+            samples.map(|(facts, &(right, of))| SlicePoint { value: facts.numbers[number], right, of }).collect()
         };
         let slice =
             |(i, path): (usize, &String)| AccuracySlice { path: path.clone(), groups: group_by_quantiles(&points(i)) };

@@ -8,7 +8,8 @@ use std::path::{Path, PathBuf};
 use dataset::atomic_file::sha256;
 use output_schema::DatasetHead;
 
-use super::{CheckError, TrainedOn};
+use super::CheckError;
+use super::trained_on::TrainedOn;
 use yaml::{
     Mapping, NumberRange, YamlFaults, YamlNode, YamlReader, YamlValue, clipped_text, nearest_spelling, parse_yaml,
     read_bytes_or_standard_input, utf8_text,
@@ -133,14 +134,6 @@ pub struct Sidecar {
     pub trained_on: Option<TrainedOn>,
 }
 
-/// Classes of a model and what they are in the dataset.
-struct ClassMapping {
-    /// Names of the model's classes, in the order of its outputs.
-    names: Vec<String>,
-    /// The model's class of each class of the dataset.
-    truth: Vec<Option<usize>>,
-}
-
 /// Keys of a sidecar.
 const KEYS: [&str; 11] = [
     "task",
@@ -245,7 +238,7 @@ fn read(yaml: &mut YamlReader, root: &YamlNode, head: &DatasetHead) -> Option<Si
     top.close(yaml, &KEYS, &|name| {
         CHANNEL_KEYS.contains(&name).then(|| format!("`{name}` belongs in an entry of `channels`"))
     });
-    let ClassMapping { names: classes, truth } = classes?;
+    let (classes, truth) = classes?;
     Some(Sidecar {
         task: task?,
         channels: channels?,
@@ -374,6 +367,9 @@ fn check_unit(
     }
 }
 
+/// Names of the model's classes, and its class of each class of the dataset.
+type ClassMapping = (Vec<String>, Vec<Option<usize>>);
+
 /// Reads `classes`.
 fn read_classes(yaml: &mut YamlReader, node: &YamlNode, task: ModelTask, head: &DatasetHead) -> Option<ClassMapping> {
     let entries = match &node.value {
@@ -402,12 +398,8 @@ fn read_classes(yaml: &mut YamlReader, node: &YamlNode, task: ModelTask, head: &
             continue;
         };
         if names.contains(&name) {
-            yaml.fault(
-                entry.place,
-                &path,
-                format!("`{}` stands here twice", clipped_text(&name)),
-                "give each class its own name",
-            );
+            let problem = format!("`{}` stands here twice", clipped_text(&name));
+            yaml.fault(entry.place, &path, problem, "give each class its own name");
         }
         names.push(name);
         for node in of {
@@ -427,7 +419,7 @@ fn read_classes(yaml: &mut YamlReader, node: &YamlNode, task: ModelTask, head: &
             }
         }
     }
-    whole.then_some(ClassMapping { names, truth })
+    whole.then_some((names, truth))
 }
 
 /// Name of a class and the nodes that name classes of the dataset; a plain text is both.
@@ -438,21 +430,20 @@ fn read_class<'n>(yaml: &mut YamlReader, entry: &'n YamlNode, path: &str) -> Opt
     let mut map = yaml.mapping(entry, path);
     let name = required(yaml, &mut map, "name", "the name of the class");
     let name = name.and_then(|node| yaml.text(node, &map.path_of("name"), "the name of the class"));
-    let of = map.take(yaml, "of").map(|node| match &node.value {
-        YamlValue::List(entries) => Some(entries.iter().collect()),
-        YamlValue::Text(_) => Some(vec![node]),
+    let node = map.take(yaml, "of");
+    let of = match node.map(|node| &node.value) {
+        Some(YamlValue::List(entries)) => Some(entries.iter().collect()),
+        Some(YamlValue::Text(_)) => node.map(|node| vec![node]),
         other => {
+            let place = node.map_or(map.place(), |node| node.place);
+            let problem = other.map_or("is missing".into(), |value| format!("is {}", value.kind()));
             let remedy = "list the classes of the dataset that it is, `of: [sound_knot, dead_knot]`";
-            yaml.fault(node.place, &map.path_of("of"), format!("is {}", other.kind()), remedy);
+            yaml.fault(place, &map.path_of("of"), problem, remedy);
             None
         }
-    });
-    if of.is_none() {
-        let remedy = "list the classes of the dataset that it is, `of: [sound_knot, dead_knot]`";
-        yaml.fault(map.place(), &map.path_of("of"), "is missing", remedy);
-    }
+    };
     map.close(yaml, &["name", "of"], &|_| None);
-    Some((name?.to_owned(), of??))
+    Some((name?.to_owned(), of?))
 }
 
 /// The sidecar beside a model.

@@ -66,7 +66,7 @@ impl SplitSamples {
     ///
     /// # Errors
     /// Where a table is damaged.
-    pub(crate) fn facts(&self, numbers: &[String], tests: SampleTests) -> Result<Vec<Vec<SampleFacts>>, Fault> {
+    pub(crate) fn facts(&self, numbers: &[String], tests: SampleTests) -> Result<Vec<SampleFacts>, Fault> {
         let numbers: Vec<_> = numbers.iter().map(|path| (path.as_str(), tests(self.head(), path))).collect();
         let wanted = |name: &str| {
             let is_group = |path: &str| path.split_once('.').is_some_and(|(group, _)| group == name);
@@ -75,14 +75,13 @@ impl SplitSamples {
             };
             ["index", "id", "class", "class_area_px", "objects"].contains(&name) || numbers.iter().any(is_needed)
         };
-        let table = |table: &Table| {
-            let mut facts = Vec::new();
+        let mut facts = Vec::new();
+        for table in &self.tables {
             for batch in table.rows(&RowQuery::of(&wanted))? {
                 facts.extend(facts_of(&batch?, self.head(), &numbers).map_err(|what| table.damaged(what))?);
             }
-            Ok(facts)
-        };
-        self.tables.iter().map(table).collect()
+        }
+        Ok(facts)
     }
 
     /// The rows of a table with their images, `step` at a time.

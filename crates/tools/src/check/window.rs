@@ -34,11 +34,6 @@ impl StoredMap {
             Self::Float(pixels) => pixels.len(),
         }
     }
-
-    /// Whether there is none.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
 }
 
 /// The maps of one sample.

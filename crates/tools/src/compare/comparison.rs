@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 
 use super::ScanStatistics;
 use super::distribution::{DistributionDistance, EmpiricalDistribution};
@@ -79,10 +79,11 @@ impl Comparison {
         line("missing heights [%]", sides.map(|side| percent(side.missing)));
         line("least reflectance beside a height [DN]", sides.map(|side| number(side.least_reflectance, 0)));
         line("saturated reflectance [%]", sides.map(|side| percent(side.saturated)));
-        let whole = |numbers: Option<[f64; 3]>| {
-            numbers.map_or("-".into(), |numbers| numbers.map(|n| format!("{n:.0}")).join(" / "))
+        let three = |sample: &EmpiricalDistribution, digits: usize| {
+            sample.deciles().map_or("-".into(), |numbers| numbers.map(|n| format!("{n:.digits$}")).join(" / "))
         };
-        line("scatter at heights, p10 / p50 / p90 [DN]", sides.map(|side| whole(side.scatter)));
+        let lag_1 = |list: &[f64]| number(list.get(1).copied(), 3);
+        line("scatter at heights, p10 / p50 / p90 [DN]", sides.map(|side| three(&side.scatter_sample, 0)));
         for (i, direction) in ScanDirection::BOTH.into_iter().enumerate() {
             let direction = direction.describe();
             let told = |side: &ScanStatistics| match side.noise[i] {
@@ -95,20 +96,15 @@ impl Comparison {
                 line(&format!("  interpolated, {direction} [scans]"), sides.map(count));
             }
             line(&format!("  edges left out, {direction} [%]"), sides.map(|side| percent(side.edges[i])));
-            let one = |list: &[f64]| number(list.get(1).copied(), 3);
-            line(&format!("  lag-1 correlation, {direction}"), sides.map(|side| one(&side.noise_correlation[i])));
+            line(&format!("  lag-1 correlation, {direction}"), sides.map(|side| lag_1(&side.noise_correlation[i])));
         }
-        let three = |numbers: Option<[f64; 3]>| {
-            numbers.map_or("-".into(), |numbers| numbers.map(|n| format!("{n:.2}")).join(" / "))
-        };
-        line("speckle contrast of patches, p10 / p50 / p90", sides.map(|side| three(side.contrast)));
+        line("speckle contrast of patches, p10 / p50 / p90", sides.map(|side| three(&side.contrast_sample, 2)));
         for (i, direction) in ScanDirection::BOTH.into_iter().enumerate() {
-            let direction = direction.describe();
-            let one = |list: &[f64]| number(list.get(1).copied(), 3);
-            line(&format!("  lag-1 correlation, {direction}"), sides.map(|side| one(&side.grain[i])));
+            let name = format!("  lag-1 correlation, {}", direction.describe());
+            line(&name, sides.map(|side| lag_1(&side.grain[i])));
         }
-        line("laser line width, p10 / p50 / p90 [px]", sides.map(|side| three(side.line_width_px)));
-        line("laser line sigma, p10 / p50 / p90 [px]", sides.map(|side| three(side.line_sigma_px)));
+        line("laser line width, p10 / p50 / p90 [px]", sides.map(|side| three(&side.width_sample, 2)));
+        line("laser line sigma, p10 / p50 / p90 [px]", sides.map(|side| three(&side.sigma_sample, 2)));
         let _ = writeln!(text, "\n{:20}{:>10}{:>10}{:>24}{:>28}", "apart", "KS", "p", "Wasserstein-1", "numbers");
         for StatisticDistance { name, unit, distance } in self.distances() {
             let Some(d) = distance else { continue };
@@ -125,18 +121,14 @@ impl Comparison {
 
     /// The document.
     pub fn json(&self) -> Value {
-        let distance = |d: DistributionDistance| {
-            json!({ "ks": d.ks, "p_if_independent": d.p,
-            "wasserstein": d.wasserstein, "counts": d.counts })
+        let distance = |d: DistributionDistance| -> Value {
+            json!({ "ks": d.ks, "p_if_independent": d.p, "wasserstein": d.wasserstein, "counts": d.counts })
         };
-        let distances: serde_json::Map<String, Value> = self
-            .distances()
-            .into_iter()
-            .map(|StatisticDistance { name, unit, distance: found }| {
-                let key = if unit == "1" { name.to_string() } else { format!("{name} {unit}") };
-                (key.replace(' ', "_").to_lowercase(), found.map_or(Value::Null, distance))
-            })
-            .collect();
+        let entry = |StatisticDistance { name, unit, distance: found }: StatisticDistance| {
+            let key = if unit == "1" { name.to_string() } else { format!("{name} {unit}") };
+            (key.replace(' ', "_").to_lowercase(), found.map_or(Value::Null, distance))
+        };
+        let distances: Map<String, Value> = self.distances().into_iter().map(entry).collect();
         json!({
             "schema_version": SCHEMA_VERSION,
             "program": format!("gen {}", env!("CARGO_PKG_VERSION")),
@@ -149,15 +141,12 @@ impl Comparison {
 
 fn side(side: &ScanStatistics) -> Value {
     let pair = |values: [Value; 2]| -> Value {
-        ScanDirection::BOTH
-            .iter()
-            .zip(values)
-            .map(|(direction, value)| (direction.key().to_string(), value))
-            .collect::<serde_json::Map<_, _>>()
-            .into()
+        let keys = ScanDirection::BOTH.into_iter().map(|direction| direction.key().to_string());
+        keys.zip(values).collect::<Map<_, _>>().into()
     };
-    let three =
-        |numbers: Option<[f64; 3]>| numbers.map(|[p10, p50, p90]| json!({ "p10": p10, "p50": p50, "p90": p90 }));
+    let three = |sample: &EmpiricalDistribution| {
+        sample.deciles().map(|[p10, p50, p90]| json!({ "p10": p10, "p50": p50, "p90": p90 }))
+    };
     let unit = side.unit.unwrap_or_default();
     let thousandth = unit.thousandth();
     json!({
@@ -172,15 +161,15 @@ fn side(side: &ScanStatistics) -> Value {
         "missing_share": side.missing,
         "least_reflectance_dn": side.least_reflectance,
         "saturated_share": side.saturated,
-        "scatter_dn": three(side.scatter),
+        "scatter_dn": three(&side.scatter_sample),
         (format!("range_noise_{thousandth}")): pair(side.noise.map(|n| json!(n))),
         "interpolated_scans": pair(side.untold.map(|n| json!(n))),
         "edge_share": pair(side.edges.map(|n| json!(n))),
         "range_noise_correlation": pair(side.noise_correlation.clone().map(|list| json!(list))),
-        "speckle_contrast": three(side.contrast),
+        "speckle_contrast": three(&side.contrast_sample),
         "speckle_correlation": pair(side.grain.clone().map(|list| json!(list))),
-        "line_width_px": three(side.line_width_px),
-        "line_sigma_px": three(side.line_sigma_px),
+        "line_width_px": three(&side.width_sample),
+        "line_sigma_px": three(&side.sigma_sample),
         "range_spectrum": pair(side.spectrum.clone().map(|points| {
             let frequencies: Vec<f64> = points.iter().map(|point| point.frequency).collect();
             let powers: Vec<f64> = points.iter().map(|point| point.power).collect();

@@ -17,46 +17,38 @@
 use std::path::Path;
 
 use super::gocator_frame;
-use super::map_numbers::{MAX_PIXELS, MapNumbers, ScanPoints};
-use super::number_text::{Refusal, Separator, number};
-use super::scan_format::{CsvForm, FileEnding, ScanContent, ScanFormat, StatedForm};
-use dataset::{Fault, atomic_file};
+use super::map_numbers::{MAX_PIXELS, MapNumbers, POINT_NAMES, ScanPoints, point_axis};
+use super::number_text::{Refusal, Separator, number, shown};
+use super::scan_format::{CsvForm, ScanContent, ScanFormat, StatedForm, read_file};
+use dataset::Fault;
 
 /// Longest file that is read [bytes].
 const MAX_FILE_BYTES: u64 = 1 << 30;
 /// Where the grammar stands.
 const GRAMMAR: &str = "docs/guide/compare.md says how such a file is written";
 /// Fields of a point: x, y, z, Reflectance, Scatter.
-const FIELDS: usize = 5;
+const FIELDS: usize = POINT_NAMES.len();
 
 /// Numbers as text.
-pub(super) struct NumberText;
+pub(super) const FORMAT: ScanFormat = ScanFormat {
+    endings: &[
+        ("csv", ".csv", true),
+        ("tsv", ".tsv", false),
+        ("txt", ".txt", false),
+        ("asc", ".asc", false),
+        ("xyz", ".xyz", false),
+    ],
+    stated: Some(StatedForm::Csv),
+    read,
+};
 
-impl ScanFormat for NumberText {
-    fn endings(&self) -> &'static [FileEnding] {
-        &[
-            ("csv", ".csv", true),
-            ("tsv", ".tsv", false),
-            ("txt", ".txt", false),
-            ("asc", ".asc", false),
-            ("xyz", ".xyz", false),
-        ]
-    }
-
-    fn stated(&self) -> Option<StatedForm> {
-        Some(StatedForm::Csv)
-    }
-
-    fn read(&self, path: &Path, form: Option<CsvForm>) -> Result<ScanContent, Fault> {
-        let bytes = atomic_file::read(path, MAX_FILE_BYTES);
-        let bytes =
-            bytes.map_err(|e| Fault::at(path, format!("it cannot be read: {e}"), "give a file of numbers as text"))?;
-        let Ok(text) = std::str::from_utf8(&bytes) else {
-            return Err(Fault::at(path, "it is no text in UTF-8", "save it as text in UTF-8"));
-        };
-        let is_cloud = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("xyz"));
-        content(text, form, is_cloud).map_err(|(what, remedy)| Fault::at(path, what, remedy))
-    }
+fn read(path: &Path, form: Option<CsvForm>) -> Result<ScanContent, Fault> {
+    let bytes = read_file(path, MAX_FILE_BYTES, "give a file of numbers as text")?;
+    let Ok(text) = std::str::from_utf8(&bytes) else {
+        return Err(Fault::at(path, "it is no text in UTF-8", "save it as text in UTF-8"));
+    };
+    let is_cloud = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("xyz"));
+    content(text, form, is_cloud).map_err(|(what, remedy)| Fault::at(path, what, remedy))
 }
 
 /// The numbers of a line.
@@ -65,11 +57,9 @@ fn numbers(line: usize, text: &str, separator: Separator, into: &mut Vec<f64>) -
     for field in separator.fields(text) {
         count += 1;
         let Some(number) = number(field) else {
-            let mut shown: String = field.chars().take(24).collect();
-            shown = shown.escape_debug().to_string();
             let is_comma = field.contains(',') && number_with_comma(field);
             let remedy = if is_comma { "write decimals with a point" } else { GRAMMAR };
-            return Err((format!("line {line}, field {count}: '{shown}' is no number"), remedy));
+            return Err((format!("line {line}, field {count}: '{}' is no number", shown(field)), remedy));
         };
         if into.len() == MAX_PIXELS {
             return Err((
@@ -158,21 +148,13 @@ impl PointColumns {
         for (field, name) in names.iter().enumerate() {
             let name = name.to_lowercase();
             let word = name.split([' ', '_', '[', '(', '/']).next().unwrap_or_default();
-            let axis = match word {
-                "x" => 0,
-                "y" => 1,
-                "z" => 2,
-                "reflectance" | "intensity" => 3,
-                "scatter" => 4,
-                _ => continue,
-            };
+            let Some(axis) = point_axis(word) else { continue };
             if at[axis].replace(field).is_some() {
                 return Err((format!("its header names {word} twice"), "name each once"));
             }
             if axis < 3 {
                 units.push(unit_mm(&name[word.len()..]).ok_or_else(|| {
-                    let shown: String = name.chars().take(24).collect();
-                    (format!("its header has the unknown unit of '{}'", shown.escape_debug()), "use mm, um or m")
+                    (format!("its header has the unknown unit of '{}'", shown(&name)), "use mm, um or m")
                 })?);
             }
         }

@@ -9,6 +9,9 @@
 //! that law errs on the safe side (Noether 1963), and it holds for independent numbers, so neighbours that share pixels
 //! or noise make it too small. Wasserstein-1 is the area between the two functions, in the unit of the numbers.
 
+/// Distance of the quartiles of the standard normal law.
+pub(super) const QUARTILES: f64 = 1.348_979_500_392_163_5;
+
 /// A sample of numbers in order of size.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct EmpiricalDistribution(Vec<f32>);
@@ -58,6 +61,11 @@ impl EmpiricalDistribution {
         last.map(|(_, value)| value)
     }
 
+    /// Quantiles at 10, 50 and 90 %; `None` where there are no numbers.
+    pub fn deciles(&self) -> Option<[f64; 3]> {
+        Some([self.quantile(0.1)?, self.quantile(0.5)?, self.quantile(0.9)?])
+    }
+
     /// Share of the mid-distribution below a number, the inverse of [`EmpiricalDistribution::quantile`]; 0 where there
     /// are no numbers.
     pub fn share(&self, number: f64) -> f64 {
@@ -80,8 +88,6 @@ impl EmpiricalDistribution {
 
     /// Standard deviation of the normal law with the same quartiles; `None` where there are no numbers.
     pub(crate) fn robust_deviation(&self) -> Option<f64> {
-        /// Distance of the quartiles of the standard normal law.
-        const QUARTILES: f64 = 1.348_979_500_392_163_5;
         Some((self.quantile(0.75)? - self.quantile(0.25)?) / QUARTILES)
     }
 

@@ -12,7 +12,7 @@
 //! every grid is read. A grid of a block named after intensity is Reflectance in 8 bits.
 
 use super::map_numbers::{MAX_PIXELS, MapNumbers};
-use super::number_text::{Refusal, Separator, number};
+use super::number_text::{Refusal, Separator, number, shown};
 
 /// What the first line of a grid begins with.
 const CORNER: &str = "Y\\X";
@@ -138,8 +138,7 @@ fn places(line: usize, fields: &[&str]) -> Result<Vec<f64>, Refusal> {
     let place = |(i, field): (usize, &&str)| {
         let place = field.parse::<f64>().ok().filter(|place| place.is_finite());
         place.ok_or_else(|| {
-            let shown: String = field.chars().take(24).collect();
-            let what = format!("line {line}, field {}: '{}' is no place", i + 2, shown.escape_debug());
+            let what = format!("line {line}, field {}: '{}' is no place", i + 2, shown(field));
             (what, "export the surface again, with decimal points")
         })
     };
@@ -161,8 +160,7 @@ impl FrameGrid {
         let begin = self.values.len();
         for (i, field) in fields.enumerate() {
             let value = number(field).ok_or_else(|| {
-                let shown: String = field.chars().take(24).collect();
-                let what = format!("line {line}, field {}: '{}' is no number", i + 2, shown.escape_debug());
+                let what = format!("line {line}, field {}: '{}' is no number", i + 2, shown(field));
                 (what, "export the surface again, with decimal points")
             })?;
             if i < self.x.len() {

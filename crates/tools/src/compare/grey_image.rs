@@ -13,8 +13,8 @@ use tiff::decoder::DecodingResult;
 use tiff::tags::Tag;
 
 use super::map_numbers::{MAX_PIXELS, MapNumbers};
-use super::scan_format::{CsvForm, FileEnding, ScanContent, ScanFormat, StatedForm};
-use dataset::{Fault, atomic_file};
+use super::scan_format::{ScanContent, ScanFormat, StatedForm, read_file};
+use dataset::Fault;
 
 /// Longest file that is read [bytes]: every pixel as eight bytes, and something around them.
 const MAX_FILE_BYTES: u64 = MAX_PIXELS as u64 * 8 + (16 << 20);
@@ -24,26 +24,18 @@ const DECODER_BYTES: usize = 64 << 20;
 const BLACK_IS_ZERO: u16 = 1;
 
 /// PNG and TIFF.
-pub(super) struct GreyImage;
+pub(super) const FORMAT: ScanFormat = ScanFormat {
+    endings: &[("png", ".png", true), ("tif", ".tif", true), ("tiff", ".tiff", true)],
+    stated: Some(StatedForm::Image),
+    read: |path, _| read(path),
+};
 
-impl ScanFormat for GreyImage {
-    fn endings(&self) -> &'static [FileEnding] {
-        &[("png", ".png", true), ("tif", ".tif", true), ("tiff", ".tiff", true)]
-    }
-
-    fn stated(&self) -> Option<StatedForm> {
-        Some(StatedForm::Image)
-    }
-
-    fn read(&self, path: &Path, _: Option<CsvForm>) -> Result<ScanContent, Fault> {
-        let bytes = atomic_file::read(path, MAX_FILE_BYTES);
-        let bytes = bytes.map_err(|e| Fault::at(path, format!("it cannot be read: {e}"), "give a grey PNG or TIFF"))?;
-        let is_png = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("png"));
-        let read = if is_png { png(&bytes) } else { tiff(&bytes) };
-        let map =
-            read.map_err(|what| Fault::at(path, what, "give one map as a grey PNG or TIFF (docs/guide/compare.md)"));
-        map.map(ScanContent::Grid)
-    }
+fn read(path: &Path) -> Result<ScanContent, Fault> {
+    let bytes = read_file(path, MAX_FILE_BYTES, "give a grey PNG or TIFF")?;
+    let is_png = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("png"));
+    let map = if is_png { png(&bytes) } else { tiff(&bytes) };
+    let remedy = "give one map as a grey PNG or TIFF (docs/guide/compare.md)";
+    map.map(ScanContent::Grid).map_err(|what| Fault::at(path, what, remedy))
 }
 
 /// The size of an image, where that many pixels are read.

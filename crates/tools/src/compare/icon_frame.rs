@@ -3,23 +3,17 @@
 use std::path::Path;
 
 use super::map_numbers::MAX_PIXELS;
-use super::scan_format::{CsvForm, FileEnding, ScanContent, ScanFormat};
+use super::scan_format::{ScanContent, ScanFormat};
 use super::{RangeUnit, ScanMaps, SensorFrame};
-use crate::icon::{self, Content, Traits};
+use crate::icon::{self, Content, PlaneContent, PlaneNumbers, Traits};
 use dataset::Fault;
 
 /// Two files, `NAME.xml` and `NAME.dat`.
-pub(super) struct IconFile;
-
-impl ScanFormat for IconFile {
-    fn endings(&self) -> &'static [FileEnding] {
-        &[("xml", ".xml with .dat", true), ("dat", "", false)]
-    }
-
-    fn read(&self, path: &Path, _: Option<CsvForm>) -> Result<ScanContent, Fault> {
-        maps(path).map(|maps| ScanContent::Scan(Box::new(maps)))
-    }
-}
+pub(super) const FORMAT: ScanFormat = ScanFormat {
+    endings: &[("xml", ".xml with .dat", true), ("dat", "", false)],
+    stated: None,
+    read: |path, _| maps(path).map(|maps| ScanContent::Scan(Box::new(maps))),
+};
 
 fn maps(path: &Path) -> Result<ScanMaps, Fault> {
     let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
@@ -42,7 +36,7 @@ fn maps(path: &Path) -> Result<ScanMaps, Fault> {
             }
             let scan = reader.read(0, rows)?;
             let mut unused = reader.unused().to_vec();
-            unused.extend(scan.marks.as_ref().map(|_| "Mark INT".to_owned()));
+            unused.extend(scan.plane(PlaneContent::Mark).map(|_| "Mark INT".to_owned()));
             let x = scan.places();
             Ok(ScanMaps {
                 name,
@@ -56,10 +50,10 @@ fn maps(path: &Path) -> Result<ScanMaps, Fault> {
                 row_mm: world.and_then(|world| world.row_mm),
                 range: scan.heights(),
                 reflectance: scan.light_dn().map(|dn| dn.iter().map(|&dn| f32::from(dn)).collect()),
-                scatter: match scan.scatter {
-                    Some(icon::Scatter::Byte(dn)) => Some(dn.into_iter().map(f32::from).collect()),
-                    Some(icon::Scatter::Word(dn)) => Some(dn.into_iter().map(f32::from).collect()),
-                    None => None,
+                scatter: match scan.plane(PlaneContent::Scatter) {
+                    Some(PlaneNumbers::Byte(dn)) => Some(dn.iter().map(|&dn| f32::from(dn)).collect()),
+                    Some(PlaneNumbers::Word(dn)) => Some(dn.iter().map(|&dn| f32::from(dn)).collect()),
+                    _ => None,
                 },
                 ..ScanMaps::default()
             })

@@ -12,7 +12,7 @@ use serde::de::{IgnoredAny, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 
 use super::ScanMaps;
-use super::scan_format::{CsvForm, FileEnding, ScanContent, ScanFormat};
+use super::scan_format::{ScanContent, ScanFormat};
 use dataset::{Fault, atomic_file};
 
 /// Longest file that is read [bytes]: 32 million pixels, three times a scan of the thesis.
@@ -109,26 +109,18 @@ struct EncodedPixels {
 }
 
 /// Images as JSON.
-pub(super) struct JsonScan;
+pub(super) const FORMAT: ScanFormat =
+    ScanFormat { endings: &[("json", ".json", true)], stated: None, read: |path, _| read(path) };
 
-impl ScanFormat for JsonScan {
-    fn endings(&self) -> &'static [FileEnding] {
-        &[("json", ".json", true)]
-    }
-
-    fn read(&self, path: &Path, _: Option<CsvForm>) -> Result<ScanContent, Fault> {
-        let whole = "give a JSON file with a range image and a reflectance image as docs/guide/compare.md describes";
-        let refused = |e: std::io::Error| Fault::at(path, format!("it cannot be read: {e}"), "allow it");
-        let text = match atomic_file::read(path, MAX_FILE_BYTES) {
-            Err(e) if e.kind() == ErrorKind::FileTooLarge => {
-                return Err(Fault::at(path, "it is longer than any frame", whole));
-            }
-            text => text.map_err(refused)?,
-        };
-        let name = path.file_stem().unwrap_or_default().to_string_lossy();
-        let maps = frame(&name, &text).map_err(|what| Fault::at(path, what, whole))?;
-        Ok(ScanContent::Scan(Box::new(maps)))
-    }
+fn read(path: &Path) -> Result<ScanContent, Fault> {
+    let whole = "give a JSON file with a range image and a reflectance image as docs/guide/compare.md describes";
+    let text = atomic_file::read(path, MAX_FILE_BYTES).map_err(|e| match e.kind() {
+        ErrorKind::FileTooLarge => Fault::at(path, "it is longer than any frame", whole),
+        _ => Fault::at(path, format!("it cannot be read: {e}"), "allow it"),
+    })?;
+    let name = path.file_stem().unwrap_or_default().to_string_lossy();
+    let maps = frame(&name, &text).map_err(|what| Fault::at(path, what, whole))?;
+    Ok(ScanContent::Scan(Box::new(maps)))
 }
 
 /// A frame of the text of a file.

@@ -4,6 +4,14 @@
 /// takes some 20 bytes.
 pub(super) const MAX_PIXELS: usize = 48 << 20;
 
+/// What is read of a point, by the names that files give it: x, y, z, Reflectance, Scatter.
+pub(super) const POINT_NAMES: [&[&str]; 5] = [&["x"], &["y"], &["z"], &["reflectance", "intensity"], &["scatter"]];
+
+/// Which of these a name is.
+pub(super) fn point_axis(name: &str) -> Option<usize> {
+    POINT_NAMES.iter().position(|names| names.contains(&name))
+}
+
 /// A map, in the file's own numbers.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct MapNumbers {

@@ -10,25 +10,25 @@
 mod comparison;
 mod csv_frame;
 mod dataset_frame;
-pub mod distribution;
+mod distribution;
 mod exr_frame;
 mod formats;
 mod gocator_frame;
 mod grey_image;
 mod icon_frame;
 mod json_frame;
-pub(crate) mod line_width;
+mod line_width;
 mod map_numbers;
-pub mod noise;
+mod noise;
 mod number_text;
 mod plots;
 mod ply_frame;
 mod point_grid;
-pub(crate) mod power_spectrum;
+mod power_spectrum;
 mod scan_format;
 mod scan_part;
 mod source;
-pub mod speckle;
+mod speckle;
 mod stated_frame;
 mod stated_scale;
 mod statistics;
@@ -51,6 +51,17 @@ pub struct SensorFrame {
     pub profile: Option<usize>,
     /// Digital numbers `[rows, cols]`, row-major [DN of 8 bits].
     pub dn: Vec<u8>,
+}
+
+impl SensorFrame {
+    /// Most columns whose line is measured; more are left out evenly.
+    const MOST_COLUMNS: usize = 4096;
+
+    /// The columns whose line is measured, each from its first row to its last.
+    pub(crate) fn columns(&self) -> impl Iterator<Item = Vec<u8>> {
+        let step = self.cols.div_ceil(Self::MOST_COLUMNS).max(1);
+        (0..self.cols).step_by(step).map(|x| self.dn.chunks_exact(self.cols).map(|row| row[x]).collect())
+    }
 }
 
 /// What the numbers of Range are.

@@ -64,6 +64,14 @@ impl ScanDirection {
         }
     }
 
+    /// Lines of a frame in this direction, pixels of each, and index step to the next line.
+    pub(super) fn lines(self, frame: &ScanMaps) -> (usize, usize, usize) {
+        match self {
+            Self::Along => (frame.rows, frame.cols, frame.cols),
+            Self::Across => (frame.cols, frame.rows, 1),
+        }
+    }
+
     /// Index step to the next pixel.
     pub(super) fn step(self, cols: usize) -> usize {
         match self {

@@ -25,6 +25,11 @@ impl Separator {
     }
 }
 
+/// A field as a fault shows it.
+pub(super) fn shown(field: &str) -> String {
+    field.chars().take(24).collect::<String>().escape_debug().to_string()
+}
+
 /// A number; NaN where it is missing, `None` where the field is something else.
 pub(super) fn number(field: &str) -> Option<f64> {
     if field.is_empty() || ["nan", "na", "null"].iter().any(|word| field.eq_ignore_ascii_case(word)) {

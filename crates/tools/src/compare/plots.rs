@@ -2,7 +2,7 @@
 
 use image::{Rgb, RgbImage};
 
-use super::distribution::{DistributionDistance, EmpiricalDistribution};
+use super::distribution::EmpiricalDistribution;
 use super::noise::ScanDirection;
 use super::power_spectrum::SpectrumPoint;
 use super::{Comparison, ScanStatistics};
@@ -100,11 +100,8 @@ fn histogram(
     let x = Axis::even(&words, low, low + HISTOGRAM_BARS as f64 * wide);
     let y = Axis::even(&share, 0.0, most * 1.05);
     let apart = samples[0].distance(samples[1]);
-    Some(Chart { title: title.into(), x, y, series: all, foot: (apart.map_or(String::new(), describe), INK) })
-}
-
-fn describe(distance: DistributionDistance) -> String {
-    format!("KS {:.3}, W1 {:.3}", distance.ks, distance.wasserstein)
+    let apart = apart.map_or(String::new(), |apart| format!("KS {:.3}, W1 {:.3}", apart.ks, apart.wasserstein));
+    Some(Chart { title: title.into(), x, y, series: all, foot: (apart, INK) })
 }
 
 fn lags<'a>(

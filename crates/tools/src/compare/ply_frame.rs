@@ -12,14 +12,12 @@ use ply_rs_bw::ply::{
     ElementDef, Encoding, Header, Property, PropertyAccess, PropertyAccessResult, PropertyType, ScalarType,
 };
 
-use super::map_numbers::{MAX_PIXELS, ScanPoints};
-use super::scan_format::{CsvForm, FileEnding, ScanContent, ScanFormat, StatedForm};
-use dataset::{Fault, atomic_file};
+use super::map_numbers::{MAX_PIXELS, POINT_NAMES, ScanPoints, point_axis};
+use super::scan_format::{ScanContent, ScanFormat, StatedForm, read_file};
+use dataset::Fault;
 
 /// Longest file that is read [bytes].
 const MAX_FILE_BYTES: u64 = 2 << 30;
-/// Names of what is read of a point.
-const NAMES: [&[&str]; 5] = [&["x"], &["y"], &["z"], &["reflectance", "intensity"], &["scatter"]];
 
 /// A point as it is read: x, y, z, Reflectance, Scatter; NaN where the file has none.
 struct PlyPoint([f64; 5]);
@@ -30,7 +28,7 @@ impl PropertyAccess for PlyPoint {
     }
 
     fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
-        let Some(place) = place_of(name) else { return PropertyAccessResult::Ignored };
+        let Some(place) = point_axis(name) else { return PropertyAccessResult::Ignored };
         self.0[place] = match property {
             Property::Char(n) => n.into(),
             Property::UChar(n) => n.into(),
@@ -46,30 +44,14 @@ impl PropertyAccess for PlyPoint {
     }
 }
 
-/// Which number of a point a property is.
-fn place_of(property: &str) -> Option<usize> {
-    NAMES.iter().position(|names| names.contains(&property))
-}
-
 /// PLY.
-pub(super) struct PlyCloud;
+pub(super) const FORMAT: ScanFormat =
+    ScanFormat { endings: &[("ply", ".ply", true)], stated: Some(StatedForm::Ply), read: |path, _| read(path) };
 
-impl ScanFormat for PlyCloud {
-    fn endings(&self) -> &'static [FileEnding] {
-        &[("ply", ".ply", true)]
-    }
-
-    fn stated(&self) -> Option<StatedForm> {
-        Some(StatedForm::Ply)
-    }
-
-    fn read(&self, path: &Path, _: Option<CsvForm>) -> Result<ScanContent, Fault> {
-        let bytes = atomic_file::read(path, MAX_FILE_BYTES);
-        let bytes = bytes.map_err(|e| Fault::at(path, format!("it cannot be read: {e}"), "give a PLY file"))?;
-        let points =
-            points(&bytes).map_err(|what| Fault::at(path, what, "give a PLY file with x, y and z of each `vertex`"));
-        points.map(ScanContent::Points)
-    }
+fn read(path: &Path) -> Result<ScanContent, Fault> {
+    let points = points(&read_file(path, MAX_FILE_BYTES, "give a PLY file")?);
+    let remedy = "give a PLY file with x, y and z of each `vertex`";
+    points.map(ScanContent::Points).map_err(|what| Fault::at(path, what, remedy))
 }
 
 fn points(bytes: &[u8]) -> Result<ScanPoints, String> {
@@ -115,21 +97,21 @@ fn points(bytes: &[u8]) -> Result<ScanPoints, String> {
             break;
         }
         let kind = |names: &[&str]| names.iter().find_map(|name| element.properties.get(*name)).map(|p| &p.data_type);
-        if NAMES[..3].iter().any(|names| kind(names).is_none()) {
+        if POINT_NAMES[..3].iter().any(|names| kind(names).is_none()) {
             return Err("its `vertex` has not all of x, y and z".into());
         }
-        if NAMES[3].iter().all(|name| element.properties.contains_key(*name)) {
+        if POINT_NAMES[3].iter().all(|name| element.properties.contains_key(*name)) {
             return Err("its `vertex` has both reflectance and intensity".into());
         }
         let map = |place: usize| -> Option<Vec<f64>> {
-            kind(NAMES[place]).map(|_| read.iter().map(|point| point.0[place]).collect())
+            kind(POINT_NAMES[place]).map(|_| read.iter().map(|point| point.0[place]).collect())
         };
         let (reflectance, scatter) = (map(3), map(4));
         return Ok(ScanPoints {
             places: read.iter().map(|PlyPoint([x, y, z, ..])| [*x, *y, *z]).collect(),
             reflectance,
             scatter,
-            bits: (kind(NAMES[3]) == Some(&PropertyType::Scalar(ScalarType::UChar))).then_some(8),
+            bits: (kind(POINT_NAMES[3]) == Some(&PropertyType::Scalar(ScalarType::UChar))).then_some(8),
             organised: organised(&header).filter(|[cols, rows]| cols.checked_mul(*rows) == Some(read.len())),
             unit_mm: None,
         });
@@ -146,7 +128,7 @@ fn text_point(line: &str, element: &ElementDef) -> Option<PlyPoint> {
         match property.data_type {
             PropertyType::Scalar(_) => {
                 let number: f64 = word.parse().ok()?;
-                if let Some(place) = place_of(name) {
+                if let Some(place) = point_axis(name) {
                     point.0[place] = number;
                 }
             }

@@ -51,10 +51,7 @@ impl Default for PowerSpectrum {
 impl PowerSpectrum {
     /// Adds the lines of a frame in one direction, of which `second` holds the second differences.
     pub fn add(&mut self, frame: &ScanMaps, direction: ScanDirection, second: &SecondDifferences) {
-        let (lines, length, start) = match direction {
-            ScanDirection::Along => (frame.rows, frame.cols, frame.cols),
-            ScanDirection::Across => (frame.cols, frame.rows, 1),
-        };
+        let (lines, length, start) = direction.lines(frame);
         let each = length / (SEGMENT / 2);
         let keep = (lines * each).div_ceil(MAX_SEGMENTS).max(1);
         for line in (0..lines).step_by(keep) {

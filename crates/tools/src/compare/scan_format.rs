@@ -5,27 +5,26 @@ use std::path::Path;
 use super::ScanMaps;
 use super::gocator_frame::GocatorSurface;
 use super::map_numbers::{MapNumbers, ScanPoints};
-use dataset::Fault;
+use dataset::{Fault, atomic_file};
 
 /// An ending of files: its letters; how a list of what can be read names such files, nothing where it names them by
 /// another ending; whether a folder is looked through for them.
 pub(super) type FileEnding = (&'static str, &'static str, bool);
 
 /// A format of scans.
-pub(super) trait ScanFormat: Sync {
+pub(super) struct ScanFormat {
     /// Endings of its files.
-    fn endings(&self) -> &'static [FileEnding];
-
+    pub(super) endings: &'static [FileEnding],
     /// What files of bare numbers are; nothing where they say themselves what their numbers are.
-    fn stated(&self) -> Option<StatedForm> {
-        None
-    }
+    pub(super) stated: Option<StatedForm>,
+    /// Reads a file with what the user says of lines of text; fails where it cannot be read, is damaged, or holds no
+    /// scan.
+    pub(super) read: fn(&Path, Option<CsvForm>) -> Result<ScanContent, Fault>,
+}
 
-    /// Reads a file; `csv` is what the user says of lines of text.
-    ///
-    /// # Errors
-    /// Where it cannot be read, is damaged, or holds no scan.
-    fn read(&self, path: &Path, csv: Option<CsvForm>) -> Result<ScanContent, Fault>;
+/// The bytes of a file, of which there are `most` at most.
+pub(super) fn read_file(path: &Path, most: u64, remedy: &'static str) -> Result<Vec<u8>, Fault> {
+    atomic_file::read(path, most).map_err(|e| Fault::at(path, format!("it cannot be read: {e}"), remedy))
 }
 
 /// What a file holds.

@@ -54,7 +54,7 @@ impl ScanSource {
                 return Err(Fault::at(path, "it is not there", NAME_A_SCAN));
             }
             let format = format_of(path).ok_or_else(|| unknown(path))?;
-            let files = if format.stated().is_some() { beside(path, None)? } else { MapFiles::alone(path.into()) };
+            let files = if format.stated.is_some() { beside(path, None)? } else { MapFiles::alone(path.into()) };
             return Ok(Self { name, kind: with_scale(vec![files]) });
         }
         let described = files_in(path, false)?;

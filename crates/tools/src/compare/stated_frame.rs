@@ -1,7 +1,7 @@
 //! Scans in files. Those of bare numbers hold a map each (grey images, grids as text), or a cloud of points; what their
 //! numbers are the user states ([`StatedScale`]).
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use super::formats::{format_of, map_format, stated_form};
 use super::gocator_frame::GocatorSurface;
@@ -33,7 +33,7 @@ impl MapFiles {
 pub(super) fn read(files: &MapFiles, stated: &StatedScale) -> Result<ScanMaps, Fault> {
     let path = &files.range;
     let format = format_of(path).unwrap_or_else(|| map_format(path));
-    let mut maps = match format.read(path, stated.csv)? {
+    let mut maps = match (format.read)(path, stated.csv)? {
         ScanContent::Scan(maps) => return Ok(*maps),
         ScanContent::Grid(map) => of_map(files, stated, &map, None)?,
         ScanContent::Surface(surface) => of_surface(files, stated, &surface)?,
@@ -68,28 +68,34 @@ fn of_surface(files: &MapFiles, stated: &StatedScale, surface: &GocatorSurface) 
 }
 
 /// A map; `unit_mm` is what the file says of one of its numbers [mm].
-fn of_map(files: &MapFiles, stated: &StatedScale, map: &MapNumbers, unit_mm: Option<f64>) -> Result<ScanMaps, Fault> {
+fn of_map<'f>(
+    files: &'f MapFiles,
+    stated: &StatedScale,
+    map: &MapNumbers,
+    unit_mm: Option<f64>,
+) -> Result<ScanMaps, Fault> {
     let path = &files.range;
     if stated.cols.is_some() && stated_form(path) == Some(StatedForm::Csv) {
         return Err(Fault::at(path, "it is a map, which says its columns itself", "leave --cols away"));
     }
     let (unit, scale) = stated.height_scale(path, unit_mm)?;
     let range = stated.heights(path, &map.numbers, scale, map.bits.is_some())?;
-    let beside = |other: &Option<PathBuf>| -> Result<Option<(PathBuf, MapNumbers)>, Fault> {
+    let beside = |other: &'f Option<PathBuf>| -> Result<Option<(&'f Path, MapNumbers)>, Fault> {
         let Some(other) = other else { return Ok(None) };
-        let ScanContent::Grid(found) = map_format(other).read(other, Some(CsvForm::Grid))? else {
+        let ScanContent::Grid(found) = (map_format(other).read)(other, Some(CsvForm::Grid))? else {
             return Err(Fault::at(other, "it is no map alone", "give a map on the grid of Range"));
         };
         if (found.cols, found.rows) != (map.cols, map.rows) {
             let what = format!("it is {} x {}, and Range {} x {}", found.cols, found.rows, map.cols, map.rows);
             return Err(Fault::at(other, what, "give maps on one grid"));
         }
-        Ok(Some((other.clone(), found)))
+        Ok(Some((other, found)))
     };
-    let [reflectance, scatter] = [beside(&files.reflectance)?, beside(&files.scatter)?];
+    let maps = [beside(&files.reflectance)?, beside(&files.scatter)?];
     // A number of 16 bits may hold fewer; one of 8 holds 8.
-    let eight = [&reflectance, &scatter].into_iter().flatten().next().and_then(|(_, map)| map.bits.filter(|b| *b == 8));
-    let [reflectance, scatter] = light(stated, eight.map(u64::from), reflectance, scatter)?;
+    let eight = maps.iter().flatten().next().and_then(|(_, map)| map.bits.filter(|bits| *bits == 8));
+    let maps = maps.map(|map| map.map(|(path, map)| (path, map.numbers)));
+    let [reflectance, scatter] = light(stated, eight.map(u64::from), maps)?;
     Ok(ScanMaps {
         cols: map.cols,
         rows: map.rows,
@@ -106,20 +112,18 @@ fn of_map(files: &MapFiles, stated: &StatedScale, map: &MapNumbers, unit_mm: Opt
 /// Reflectance and Scatter on the scale of 8 bits.
 type LightMaps = [Option<Vec<f32>>; 2];
 
-/// Maps of light; `eight` is what the type of the first of them says of the bits.
+/// Maps of light with their files; `of_file` is what the type of the first of them says of the bits.
 fn light(
     stated: &StatedScale,
-    eight: Option<u64>,
-    reflectance: Option<(PathBuf, MapNumbers)>,
-    scatter: Option<(PathBuf, MapNumbers)>,
+    of_file: Option<u64>,
+    [reflectance, scatter]: [Option<(&Path, Vec<f64>)>; 2],
 ) -> Result<LightMaps, Fault> {
     let Some((path, _)) = reflectance.as_ref().or(scatter.as_ref()) else { return Ok([None, None]) };
-    let bits = stated.bits(path, eight)?;
+    let bits = stated.bits(path, of_file)?;
     let remedy = "give the camera's bits with --bits";
-    let reflectance = reflectance.map(|(path, map)| {
-        stated_scale::reflectance(&map.numbers, bits).map_err(|what| Fault::at(&path, what, remedy))
-    });
-    Ok([reflectance.transpose()?, scatter.map(|(_, map)| stated_scale::scatter(&map.numbers, bits))])
+    let reflectance = reflectance
+        .map(|(path, map)| stated_scale::reflectance(&map, bits).map_err(|what| Fault::at(path, what, remedy)));
+    Ok([reflectance.transpose()?, scatter.map(|(_, map)| stated_scale::scatter(&map, bits))])
 }
 
 fn of_points(files: &MapFiles, stated: &StatedScale, points: &ScanPoints) -> Result<ScanMaps, Fault> {
@@ -155,13 +159,8 @@ fn of_points(files: &MapFiles, stated: &StatedScale, points: &ScanPoints) -> Res
     let on_grid = |map: &[f64]| -> Vec<f64> {
         grid.points.iter().map(|point| point.map_or(f64::NAN, |i| map[i as usize])).collect()
     };
-    let bits = match points.reflectance.as_ref().or(points.scatter.as_ref()) {
-        Some(_) => stated.bits(path, points.bits)?,
-        None => 8,
-    };
-    let told = |what: String| Fault::at(path, what, "give the camera's bits with --bits");
-    let reflectance =
-        points.reflectance.as_ref().map(|map| stated_scale::reflectance(&on_grid(map), bits).map_err(told));
+    let maps = [&points.reflectance, &points.scatter].map(|map| map.as_ref().map(|map| (path.as_path(), on_grid(map))));
+    let [reflectance, scatter] = light(stated, points.bits, maps)?;
     Ok(ScanMaps {
         cols: grid.cols,
         rows: grid.rows,
@@ -170,8 +169,8 @@ fn of_points(files: &MapFiles, stated: &StatedScale, points: &ScanPoints) -> Res
         col_mm: grid.pitch_mm[0],
         row_mm: grid.pitch_mm[1],
         range: grid.points.iter().map(|point| point.map_or(f64::NAN, |i| places[i as usize][2])).collect(),
-        reflectance: reflectance.transpose()?,
-        scatter: points.scatter.as_ref().map(|map| stated_scale::scatter(&on_grid(map), bits)),
+        reflectance,
+        scatter,
         ..ScanMaps::default()
     })
 }

@@ -10,22 +10,10 @@ use super::power_spectrum::{PowerSpectrum, SpectrumPoint};
 use super::speckle::{
     CONTRAST_SIDE_PX, CORRELATION_SIDE_PX, SATURATED_DN, SPECKLE_LAGS, SpeckleCorrelation, contrast, patches,
 };
-use super::{RangeUnit, ScanMaps};
+use super::{RangeUnit, ScanMaps, SensorFrame};
 
 /// Most numbers of Scatter of a scan that enter its sample; more are left out evenly.
 const MAX_SAMPLED_SCATTER: usize = 10_000;
-/// Most columns of an exposure whose line is measured; more are left out evenly.
-const MAX_MEASURED_COLUMNS: usize = 4096;
-
-/// How often each digital number occurs.
-#[derive(Clone)]
-struct DnHistogram([u64; 256]);
-
-impl Default for DnHistogram {
-    fn default() -> Self {
-        Self([0; 256])
-    }
-}
 
 /// Sums over frames.
 #[derive(Clone, Default)]
@@ -34,7 +22,7 @@ pub struct StatisticsBuilder {
     part: String,
     frames: u64,
     unit: Option<RangeUnit>,
-    sizes: Vec<(usize, usize)>,
+    size: (usize, usize),
     pitch_mm: [Option<f64>; 2],
     ends: Option<[f64; 2]>,
     pixels: u64,
@@ -43,7 +31,8 @@ pub struct StatisticsBuilder {
     unused: Vec<String>,
     untold: [u64; 2],
     edges: [[u64; 2]; 2],
-    light: DnHistogram,
+    /// How often each digital number occurs; empty before the first.
+    light: Vec<u64>,
     scatter: Vec<f32>,
     noise: [Vec<f32>; 2],
     correlation: [NoiseCorrelation; 2],
@@ -79,8 +68,6 @@ pub struct ScanStatistics {
     pub least_reflectance: Option<f64>,
     /// Share of heights whose reflectance is 255 [1].
     pub saturated: Option<f64>,
-    /// Scatter beside heights at 10, 50 and 90 % [DN].
-    pub scatter: Option<[f64; 3]>,
     /// Robust deviation of heights from second differences, of scans that tell it [um or mpx].
     pub noise: [Option<f64>; 2],
     /// Scans that do not tell it: their heights are interpolated, repeated, or in steps that hide it.
@@ -89,14 +76,8 @@ pub struct ScanStatistics {
     pub edges: [Option<f64>; 2],
     /// Correlation of the noise of heights at lags 0, 1, ... px [1].
     pub noise_correlation: [Vec<f64>; 2],
-    /// Contrast of patches at 10, 50 and 90 % [1].
-    pub contrast: Option<[f64; 3]>,
     /// Correlation of reflectance in patches at lags 0, 1, ... px [1].
     pub grain: [Vec<f64>; 2],
-    /// Full width at half maximum of the laser line at 10, 50 and 90 % [px].
-    pub line_width_px: Option<[f64; 3]>,
-    /// Standard deviation of the laser line at 10, 50 and 90 % [px].
-    pub line_sigma_px: Option<[f64; 3]>,
     /// Power spectrum of heights.
     pub spectrum: [Vec<SpectrumPoint>; 2],
     /// Second differences along the line, as deviations, edges left out [um or mpx].
@@ -141,18 +122,20 @@ impl StatisticsBuilder {
                 self.unused.push(name.clone());
             }
         }
-        for exposure in &frame.exposures {
-            self.exposure(exposure.cols, &exposure.dn);
+        for column in frame.exposures.iter().flat_map(SensorFrame::columns) {
+            if let Some(width) = full_width(&column) {
+                self.widths.push(width);
+                self.sigmas.extend(line_deviation(&column, width));
+            }
         }
         if frame.range.is_empty() {
             return;
         }
         if self.frames == 0 {
             self.pitch_mm = [frame.col_mm, frame.row_mm];
+            (self.size, self.unit) = ((frame.cols, frame.rows), Some(frame.unit));
         }
         self.frames += 1;
-        self.unit = self.unit.or(Some(frame.unit));
-        self.sizes.push((frame.cols, frame.rows));
         self.pixels += frame.range.len() as u64;
         self.missing += frame.range.iter().filter(|z| !z.is_finite()).count() as u64;
         for &z in frame.range.iter().filter(|z| z.is_finite()) {
@@ -165,8 +148,9 @@ impl StatisticsBuilder {
             self.scatter.extend(beside().step_by(keep));
         }
         if let Some(light) = &frame.reflectance {
+            self.light.resize(256, 0);
             for (&dn, _) in light.iter().zip(&frame.range).filter(|(_, z)| z.is_finite()) {
-                self.light.0[dn.round() as u8 as usize] += 1;
+                self.light[dn.round() as u8 as usize] += 1;
                 self.measured += 1;
             }
         }
@@ -196,26 +180,11 @@ impl StatisticsBuilder {
         }
     }
 
-    fn exposure(&mut self, cols: usize, dn: &[u8]) {
-        let rows = dn.len() / cols.max(1);
-        for x in (0..cols).step_by(cols.div_ceil(MAX_MEASURED_COLUMNS).max(1)) {
-            let column: Vec<u8> = (0..rows).map(|y| dn[y * cols + x]).collect();
-            if let Some(width) = full_width(&column) {
-                self.widths.push(width);
-                self.sigmas.extend(line_deviation(&column, width));
-            }
-        }
-    }
-
     /// What the sums say.
     pub fn statistics(self) -> ScanStatistics {
         let share = |part: u64, of: u64| (of > 0).then(|| part as f64 / of as f64);
-        let three = |sample: &EmpiricalDistribution| {
-            let [low, middle, high] = [0.1, 0.5, 0.9].map(|share| sample.quantile(share));
-            Some([low?, middle?, high?])
-        };
-        let least = self.light.0.iter().enumerate().skip(1).find(|(_, count)| **count > 0);
-        let saturated = share(self.light.0[SATURATED_DN as usize], self.measured);
+        let least = self.light.iter().enumerate().skip(1).find(|(_, count)| **count > 0);
+        let saturated = self.light.get(SATURATED_DN as usize).and_then(|count| share(*count, self.measured));
         let [along, across] = self.noise.map(EmpiricalDistribution::new);
         let [scatter_sample, contrast_sample, width_sample, sigma_sample] =
             [self.scatter, self.contrast, self.widths, self.sigmas].map(EmpiricalDistribution::new);
@@ -224,25 +193,21 @@ impl StatisticsBuilder {
             part: self.part,
             frames: self.frames,
             unit: self.unit,
-            size: self.sizes.first().copied().unwrap_or_default(),
+            size: self.size,
             pitch_mm: self.pitch_mm,
             ends: self.ends,
             missing: share(self.missing, self.pixels),
             least_reflectance: least.map(|(dn, _)| dn as f64),
             saturated,
-            scatter: three(&scatter_sample),
             noise: [along.robust_deviation(), across.robust_deviation()],
             unused: self.unused,
             untold: self.untold,
             edges: self.edges.map(|[edges, all]| share(edges, all)),
             noise_correlation: self.correlation.map(|sums| (0..NOISE_LAGS).map_while(|lag| sums.at(lag)).collect()),
-            contrast: three(&contrast_sample),
             grain: self.grain.map(|sums| (0..SPECKLE_LAGS).map_while(|lag| sums.at(lag)).collect()),
-            line_width_px: three(&width_sample),
-            line_sigma_px: three(&sigma_sample),
             spectrum: self.spectrum.map(|spectrum| spectrum.points()),
             noise_sample: along,
-            light_sample: light_sample(&self.light.0),
+            light_sample: light_sample(&self.light),
             scatter_sample,
             contrast_sample,
             width_sample,
@@ -252,9 +217,9 @@ impl StatisticsBuilder {
 }
 
 /// Unsaturated reflectance as a sample of at most ten thousand numbers.
-fn light_sample(counts: &[u64; 256]) -> EmpiricalDistribution {
+fn light_sample(counts: &[u64]) -> EmpiricalDistribution {
     const MAX_SAMPLE: u64 = 10_000;
-    let counts = &counts[1..SATURATED_DN as usize];
+    let counts = counts.get(1..SATURATED_DN as usize).unwrap_or_default();
     let all: u64 = counts.iter().sum();
     let keep = all.div_ceil(MAX_SAMPLE).max(1);
     let mut passed = 0;
@@ -292,10 +257,11 @@ mod tests {
             (Some(0.25), Some(1.0 / 6.0), Some(21.0))
         );
         assert_eq!(found.light_sample.numbers(), [21.0, 22.0, 30.0, 254.0, 254.0]);
-        assert_eq!((found.frames, found.size, found.contrast, found.line_width_px), (1, (4, 2), None, None));
+        assert_eq!((found.frames, found.size), (1, (4, 2)));
+        assert_eq!((found.contrast_sample.deciles(), found.width_sample.deciles()), (None, None));
         assert_eq!((found.pitch_mm, found.ends), ([Some(0.1), Some(0.2)], Some([-2.5, 1.0])));
         assert_eq!(found.scatter_sample.numbers(), [40.0, 50.0, 60.0, 70.0, 80.0, 90.0]);
-        assert_eq!(found.scatter.map(|[_, middle, _]| middle), Some(65.0));
+        assert_eq!(found.scatter_sample.deciles().map(|[_, middle, _]| middle), Some(65.0));
     }
 
     /// Pixels that don't count are neither measured nor missing, and leave no noise; their light counts nowhere.
@@ -344,7 +310,7 @@ mod tests {
         };
         let (once, twice) = (of(1), of(2));
         assert_eq!((twice.frames, twice.missing, twice.saturated), (2, Some(0.0), Some(0.0)));
-        assert_eq!((once.line_width_px, twice.line_width_px), (Some([2.0; 3]), Some([2.0; 3])));
+        assert_eq!([&once, &twice].map(|side| side.width_sample.deciles()), [Some([2.0; 3]); 2]);
         let same = |a: f64, b: f64| (a - b).abs() <= 1e-9 * a.abs().max(1.0);
         for way in [0, 1] {
             assert!(same(once.noise[way].expect("noise"), twice.noise[way].expect("noise")));

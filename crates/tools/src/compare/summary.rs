@@ -14,19 +14,18 @@
 //! does not. What all pixels of a profile (or column) have in common is the deviation of the means of such differences
 //! over that of single pixels, with the factor by which independent pixels would lower it.
 
+use super::distribution::QUARTILES;
 use super::noise::{EDGE_DEVIATIONS, NoiseCorrelation, ScanDirection, SecondDifferences};
 use super::power_spectrum::PowerSpectrum;
 use super::speckle::{CONTRAST_SIDE_PX, CORRELATION_SIDE_PX, SATURATED_DN, SpeckleCorrelation, contrast, patches};
-use super::{RangeUnit, ScanMaps, line_width};
+use super::{ScanMaps, SensorFrame, line_width};
 
-/// Shares below which values lie that stand for a histogram.
-const QUANTILES: [(f64, &str); 5] = [(0.05, "p05"), (0.25, "p25"), (0.5, "p50"), (0.75, "p75"), (0.95, "p95")];
+/// Percentiles that stand for a histogram [%].
+const PERCENTS: [u8; 5] = [5, 25, 50, 75, 95];
 /// Lags of the correlations that are taken [px].
 const LAGS: [usize; 3] = [1, 2, 3];
 /// Fewest numbers from which a statistic is taken.
 const FEWEST: usize = 24;
-/// Distance of the quartiles of the standard normal law.
-const QUARTILES: f64 = 1.348_979_500_392_163_5;
 /// Smallest number of a positive statistic, under every step of an instrument.
 const LEAST: f64 = 1e-6;
 
@@ -121,48 +120,48 @@ struct SummaryList {
 }
 
 impl SummaryList {
-    fn push(
-        &mut self,
-        key: impl Into<String>,
-        name: impl Into<String>,
-        unit: &'static str,
-        law: SummaryLaw,
-        number: Option<f64>,
-    ) {
+    fn push(&mut self, key: String, name: String, unit: &'static str, law: SummaryLaw, number: Option<f64>) {
         let scaled = number.filter(|number| number.is_finite()).map(|number| law.scaled(number));
-        self.list.push(SummaryStatistic { key: key.into(), name: name.into(), unit, law, scaled });
+        self.list.push(SummaryStatistic { key, name, unit, law, scaled });
+    }
+
+    fn positive(&mut self, key: impl Into<String>, name: impl Into<String>, unit: &'static str, number: Option<f64>) {
+        self.push(key.into(), name.into(), unit, SummaryLaw::Positive, number);
+    }
+
+    fn share(&mut self, key: impl Into<String>, name: impl Into<String>, number: Option<f64>) {
+        self.push(key.into(), name.into(), "1", SummaryLaw::Share, number);
+    }
+
+    fn correlation(&mut self, key: String, name: String, number: Option<f64>) {
+        self.push(key, name, "1", SummaryLaw::Correlation, number);
+    }
+
+    /// These percentiles of numbers, none below `least`.
+    fn percentiles(&mut self, of: (&str, &str, &'static str), percents: &[u8], numbers: &mut [f32], least: f64) {
+        let (key, name, unit) = of;
+        for percent in percents {
+            let found = quantile(numbers, f64::from(*percent) / 100.0).map(|number| number.max(least));
+            self.positive(format!("{key}_p{percent:02}"), format!("{name}, percentile {percent}"), unit, found);
+        }
     }
 
     /// What is missing, and how it lies.
     fn shares(&mut self, maps: &ScanMaps, ignored: Option<&[bool]>, counted: usize) {
-        let (cols, rows) = (maps.cols, maps.rows);
         let is_ignored = |i: usize| ignored.is_some_and(|ignored| ignored[i]);
         let is_missing = |i: usize| maps.range[i].is_nan() && !is_ignored(i);
         let missing = (0..maps.range.len()).filter(|&i| is_missing(i)).count();
         let share = (counted > 0).then(|| missing as f64 / counted as f64);
-        self.push("missing_share", "missing heights", "1", SummaryLaw::Share, share);
+        self.share("missing_share", "missing heights", share);
         for direction in ScanDirection::BOTH {
-            let (lines, length, start) = match direction {
-                ScanDirection::Along => (rows, cols, cols),
-                ScanDirection::Across => (cols, rows, 1),
-            };
-            let mut runs = 0_usize;
-            for line in 0..lines {
-                let mut before = false;
-                for place in 0..length {
-                    let now = is_missing(line * start + place * direction.step(cols));
-                    runs += usize::from(now && !before);
-                    before = now;
-                }
-            }
+            let (lines, length, start) = direction.lines(maps);
+            let is_missing = |line: usize, place: usize| is_missing(line * start + place * direction.step(maps.cols));
+            let begins =
+                |line: usize, place: usize| is_missing(line, place) && (place == 0 || !is_missing(line, place - 1));
+            let runs: usize = (0..lines).map(|line| (0..length).filter(|&place| begins(line, place)).count()).sum();
+            let (key, way) = (direction.key(), direction.describe());
             let mean = (runs > 0).then(|| missing as f64 / runs as f64);
-            self.push(
-                format!("missing_run_{}", direction.key()),
-                format!("mean run of missing heights {}", direction.describe()),
-                "px",
-                SummaryLaw::Positive,
-                mean,
-            );
+            self.positive(format!("missing_run_{key}"), format!("mean run of missing heights {way}"), "px", mean);
         }
     }
 
@@ -171,42 +170,28 @@ impl SummaryList {
         let mut heights: Vec<f32> = maps.range.iter().filter(|z| z.is_finite()).map(|&z| z as f32).collect();
         let [low, high] = [0.05, 0.95].map(|share| quantile(&mut heights, share));
         let spread = low.zip(high).map(|(low, high)| high - low);
-        let unit = if maps.unit == RangeUnit::Mm { "mm" } else { "px" };
-        self.push("height_spread", "heights, 5 to 95 %", unit, SummaryLaw::Positive, spread);
+        self.positive("height_spread", "heights, 5 to 95 %", maps.unit.name(), spread);
         for (direction, second) in ScanDirection::BOTH.into_iter().zip(seconds) {
+            let (key, way) = (direction.key(), direction.describe());
             let noise: Vec<f32> = second.map.iter().copied().filter(|d| d.is_finite()).collect();
             let total = noise.len();
             let found = trimmed_deviation(noise);
-            self.push(
-                format!("range_noise_{}", direction.key()),
-                format!("range noise {}", direction.describe()),
-                self.unit,
-                SummaryLaw::Positive,
-                found.map(|found| found.deviation),
-            );
+            let deviation = found.map(|found| found.deviation);
+            self.positive(format!("range_noise_{key}"), format!("range noise {way}"), self.unit, deviation);
             let edges = found.map(|found| found.beyond as f64 / total as f64);
-            self.push(
-                format!("edge_share_{}", direction.key()),
-                format!("edges {}", direction.describe()),
-                "1",
-                SummaryLaw::Share,
-                edges,
-            );
+            self.share(format!("edge_share_{key}"), format!("edges {way}"), edges);
         }
         for (i, direction) in ScanDirection::BOTH.into_iter().enumerate() {
+            let (key, way) = (direction.key(), direction.describe());
             let mut correlation = NoiseCorrelation::default();
             correlation.add(maps, &seconds[1 - i], direction);
             for lag in LAGS {
-                self.push(
-                    format!("range_correlation_{}_{lag}", direction.key()),
-                    format!("correlation of range noise {}, lag {lag}", direction.describe()),
-                    "1",
-                    SummaryLaw::Correlation,
-                    correlation.at(lag),
-                );
+                let name = format!("correlation of range noise {way}, lag {lag}");
+                self.correlation(format!("range_correlation_{key}_{lag}"), name, correlation.at(lag));
             }
         }
         for (direction, second) in ScanDirection::BOTH.into_iter().zip(seconds) {
+            let (key, way) = (direction.key(), direction.describe());
             let mut spectrum = PowerSpectrum::default();
             spectrum.add(maps, direction, second);
             let points = spectrum.points();
@@ -214,157 +199,102 @@ impl SummaryList {
                 let power = points
                     .get(from..to)
                     .map(|points| (points.iter().map(|point| point.power).sum::<f64>() / points.len() as f64).sqrt());
-                self.push(
-                    format!("range_spectrum_{word}_{}", direction.key()),
-                    format!("root of the heights' power {}, {word} frequencies", direction.describe()),
-                    self.unit,
-                    SummaryLaw::Positive,
-                    power,
-                );
+                let name = format!("root of the heights' power {way}, {word} frequencies");
+                self.positive(format!("range_spectrum_{word}_{key}"), name, self.unit, power);
             }
         }
         let heights: Vec<f32> = maps.range.iter().map(|&z| (1000.0 * z) as f32).collect();
-        self.common(&heights, maps, "range", "Range");
+        self.common(&heights, maps, "Range");
     }
 
     /// Reflectance: saturation, histogram, noise, speckle.
     fn light(&mut self, maps: &ScanMaps, seconds: &[SecondDifferences; 2]) {
-        let light: Vec<f32> = match &maps.reflectance {
-            Some(light) => {
-                light.iter().zip(&maps.range).map(|(&dn, z)| if z.is_nan() { f32::NAN } else { dn }).collect()
-            }
-            None => Vec::new(),
-        };
+        let light = at_heights(maps.reflectance.as_deref(), maps);
         let measured = light.iter().filter(|dn| dn.is_finite()).count();
         let full = light.iter().filter(|dn| **dn >= SATURATED_DN).count();
         let saturated = (measured > 0).then(|| full as f64 / measured as f64);
-        self.push("saturated_share", "saturated reflectance", "1", SummaryLaw::Share, saturated);
+        self.share("saturated_share", "saturated reflectance", saturated);
         let mut part: Vec<f32> = light.iter().copied().filter(|dn| *dn < SATURATED_DN).collect();
-        let least = quantile(&mut part, 0.002);
-        self.push("reflectance_floor", "least reflectance (0.2 %)", "DN", SummaryLaw::Positive, least);
-        for (share, word) in QUANTILES {
-            let dn = quantile(&mut part, share);
-            let name = format!("unsaturated reflectance, {}", word.replace('p', "percentile ").replace(" 0", " "));
-            self.push(format!("reflectance_{word}"), name, "DN", SummaryLaw::Positive, dn);
-        }
+        self.positive("reflectance_floor", "least reflectance (0.2 %)", "DN", quantile(&mut part, 0.002));
+        self.percentiles(("reflectance", "unsaturated reflectance", "DN"), &PERCENTS, &mut part, LEAST);
         let middle = quantile(&mut part, 0.5);
         let open: Vec<f32> = light.iter().map(|&dn| if dn >= SATURATED_DN { f32::NAN } else { dn }).collect();
-        self.noise_by_light(&open, &open, middle, maps, "reflectance", "reflectance");
-        self.common(&open, maps, "reflectance", "Reflectance");
-        let contrasts: Vec<f32> =
+        self.noise_by_light(&open, &open, middle, maps, "reflectance");
+        self.common(&open, maps, "Reflectance");
+        let mut contrasts: Vec<f32> =
             patches(maps, seconds, CONTRAST_SIDE_PX).iter().map(|patch| contrast(patch)).collect();
-        let share =
-            (measured > 0).then(|| (contrasts.len() * CONTRAST_SIDE_PX * CONTRAST_SIDE_PX) as f64 / measured as f64);
-        self.push("patch_share", "level patches without saturation", "1", SummaryLaw::Share, share);
-        let mut contrasts = if contrasts.len() < FEWEST { Vec::new() } else { contrasts };
-        for (share, word) in [(0.1, "p10"), (0.5, "p50"), (0.9, "p90")] {
-            let found = quantile(&mut contrasts, share);
-            let name = format!("speckle contrast, percentile {}", &word[1..]);
-            self.push(format!("contrast_{word}"), name, "1", SummaryLaw::Positive, found);
+        let level = contrasts.len() * CONTRAST_SIDE_PX * CONTRAST_SIDE_PX;
+        let share = (measured > 0).then(|| level as f64 / measured as f64);
+        self.share("patch_share", "level patches without saturation", share);
+        if contrasts.len() < FEWEST {
+            contrasts.clear();
         }
+        self.percentiles(("contrast", "speckle contrast", "1"), &[10, 50, 90], &mut contrasts, LEAST);
         let mut grain = [SpeckleCorrelation::default(); 2];
         let large = patches(maps, seconds, CORRELATION_SIDE_PX);
         for patch in &large {
             ScanDirection::BOTH.into_iter().zip(&mut grain).for_each(|(direction, sums)| sums.add(patch, direction));
         }
         for (direction, sums) in ScanDirection::BOTH.into_iter().zip(&grain) {
+            let (key, way) = (direction.key(), direction.describe());
             for lag in &LAGS[..2] {
                 let found = sums.at(*lag).filter(|_| large.len() >= FEWEST);
-                self.push(
-                    format!("grain_{}_{lag}", direction.key()),
-                    format!("correlation of reflectance {}, lag {lag}", direction.describe()),
-                    "1",
-                    SummaryLaw::Correlation,
-                    found,
-                );
+                let name = format!("correlation of reflectance {way}, lag {lag}");
+                self.correlation(format!("grain_{key}_{lag}"), name, found);
             }
         }
     }
 
     /// Scatter: histogram, noise, and how it goes with Reflectance.
     fn scatter(&mut self, maps: &ScanMaps) {
-        let scatter: Vec<f32> = match &maps.scatter {
-            Some(light) => {
-                light.iter().zip(&maps.range).map(|(&dn, z)| if z.is_nan() { f32::NAN } else { dn }).collect()
-            }
-            None => Vec::new(),
-        };
+        let scatter = at_heights(maps.scatter.as_deref(), maps);
         let mut part: Vec<f32> = scatter.iter().copied().filter(|dn| dn.is_finite()).collect();
-        for (share, word) in QUANTILES {
-            let dn = quantile(&mut part, share).map(|dn| dn.max(0.5));
-            let name = format!("scatter, {}", word.replace('p', "percentile ").replace(" 0", " "));
-            self.push(format!("scatter_{word}"), name, "DN", SummaryLaw::Positive, dn);
-        }
+        self.percentiles(("scatter", "scatter", "DN"), &PERCENTS, &mut part, 0.5);
         let light = maps.reflectance.as_deref().unwrap_or_default();
-        let mut open: Vec<f32> = light
-            .iter()
-            .zip(&scatter)
-            .filter(|(dn, s)| **dn < SATURATED_DN && s.is_finite())
-            .map(|(dn, _)| *dn)
-            .collect();
+        let is_open = |(dn, s): &(&f32, &f32)| **dn < SATURATED_DN && s.is_finite();
+        let mut open: Vec<f32> = light.iter().zip(&scatter).filter(is_open).map(|(dn, _)| *dn).collect();
         let middle = quantile(&mut open, 0.5);
-        self.noise_by_light(&scatter, light, middle, maps, "scatter", "scatter");
-        self.common(&scatter, maps, "scatter", "Scatter");
+        self.noise_by_light(&scatter, light, middle, maps, "scatter");
+        self.common(&scatter, maps, "Scatter");
         let line = law_of_light(light, &scatter);
-        for (number, key, name, law) in [
-            (
-                line.map(|line| line[0]),
-                "scatter_at_light",
-                "scatter over reflectance at its mean",
-                SummaryLaw::Positive,
-            ),
-            (line.map(|line| line[1]), "scatter_slope", "slope of ln scatter over ln reflectance", SummaryLaw::Plain),
-            (line.map(|line| line[2]), "scatter_rest", "spread of ln scatter about that line", SummaryLaw::Positive),
-        ] {
-            self.push(key, name, "1", law, number);
-        }
+        let [level, slope, rest] = [0, 1, 2].map(|i| line.map(|line| line[i]));
+        self.positive("scatter_at_light", "scatter over reflectance at its mean", "1", level);
+        let name = "slope of ln scatter over ln reflectance";
+        self.push("scatter_slope".into(), name.into(), "1", SummaryLaw::Plain, slope);
+        self.positive("scatter_rest", "spread of ln scatter about that line", "1", rest);
     }
 
     /// The laser line on the sensor, where frames were kept.
     fn line(&mut self, maps: &ScanMaps) {
-        const MOST_COLUMNS: usize = 4096;
         let (mut widths, mut sigmas) = (Vec::new(), Vec::new());
         let (mut darks, mut dark_noise) = (Vec::new(), Vec::new());
-        for exposure in &maps.exposures {
-            let (cols, rows) = (exposure.cols, exposure.dn.len() / exposure.cols.max(1));
-            for x in (0..cols).step_by(cols.div_ceil(MOST_COLUMNS).max(1)) {
-                let column: Vec<u8> = (0..rows).map(|y| exposure.dn[y * cols + x]).collect();
-                if let Some(width) = line_width::full_width(&column) {
-                    widths.push(width);
-                    sigmas.extend(line_width::line_deviation(&column, width));
-                }
-                let mut sorted = column;
-                sorted.sort_unstable();
-                // Half of the rows lie beside the line.
-                let at = |share: f64| sorted.get((share * sorted.len() as f64) as usize).map(|&dn| f64::from(dn));
-                if let (Some(low), Some(middle)) = (at(0.1), at(0.4)) {
-                    darks.push(middle as f32);
-                    dark_noise.push((middle - low) as f32);
-                }
+        for mut column in maps.exposures.iter().flat_map(SensorFrame::columns) {
+            if let Some(width) = line_width::full_width(&column) {
+                widths.push(width);
+                sigmas.extend(line_width::line_deviation(&column, width));
+            }
+            column.sort_unstable();
+            // Half of the rows lie beside the line.
+            let at = |share: f64| column.get((share * column.len() as f64) as usize).map(|&dn| f64::from(dn));
+            if let (Some(low), Some(middle)) = (at(0.1), at(0.4)) {
+                darks.push(middle as f32);
+                dark_noise.push((middle - low) as f32);
             }
         }
         let mean = |numbers: &[f32]| {
             (!numbers.is_empty()).then(|| numbers.iter().map(|&x| f64::from(x)).sum::<f64>() / numbers.len() as f64)
         };
-        let (width, sigma) = (quantile(&mut widths, 0.5), quantile(&mut sigmas, 0.5));
-        self.push("line_width", "laser line's full width at half maximum", "px", SummaryLaw::Positive, width);
-        self.push("line_sigma", "laser line's standard deviation", "px", SummaryLaw::Positive, sigma);
-        self.push("frame_dark", "dark level of frames", "DN", SummaryLaw::Positive, mean(&darks));
+        self.positive("line_width", "laser line's full width at half maximum", "px", quantile(&mut widths, 0.5));
+        self.positive("line_sigma", "laser line's standard deviation", "px", quantile(&mut sigmas, 0.5));
+        self.positive("frame_dark", "dark level of frames", "DN", mean(&darks));
         let spread = mean(&dark_noise).map(|dn| dn.max(0.02));
-        self.push("frame_dark_spread", "dark level of frames, 10 to 40 %", "DN", SummaryLaw::Positive, spread);
+        self.positive("frame_dark_spread", "dark level of frames, 10 to 40 %", "DN", spread);
     }
 
     /// Noise of a map where `light` is below and above `middle`, in both directions.
-    fn noise_by_light(
-        &mut self,
-        map: &[f32],
-        light: &[f32],
-        middle: Option<f64>,
-        maps: &ScanMaps,
-        key: &str,
-        name: &str,
-    ) {
+    fn noise_by_light(&mut self, map: &[f32], light: &[f32], middle: Option<f64>, maps: &ScanMaps, name: &str) {
         for direction in ScanDirection::BOTH {
+            let (key, way) = (direction.key(), direction.describe());
             let mut halves: [Vec<f32>; 2] = Default::default();
             if let Some(middle) = middle {
                 second_differences(map, maps, direction, |i, second| {
@@ -373,37 +303,30 @@ impl SummaryList {
             }
             for (half, word) in halves.into_iter().zip(["dim", "bright"]) {
                 let found = trimmed_deviation(half).map(|found| found.deviation.max(0.02));
-                self.push(
-                    format!("{key}_noise_{}_{word}", direction.key()),
-                    format!("noise of {name} {}, {word} half", direction.describe()),
-                    "DN",
-                    SummaryLaw::Positive,
-                    found,
-                );
+                let words = format!("noise of {name} {way}, {word} half");
+                self.positive(format!("{name}_noise_{key}_{word}"), words, "DN", found);
             }
         }
     }
 
     /// What pixels of a line have in common: of profiles by differences across them, of columns by those along the
     /// line.
-    fn common(&mut self, map: &[f32], maps: &ScanMaps, key: &str, name: &str) {
+    fn common(&mut self, map: &[f32], maps: &ScanMaps, name: &str) {
         for (direction, word, words) in
             [(ScanDirection::Across, "profiles", "a profile"), (ScanDirection::Along, "columns", "a column")]
         {
-            let (cols, rows) = (maps.cols, maps.rows);
-            let lines = if direction == ScanDirection::Across { rows } else { cols };
+            let is_across = direction == ScanDirection::Across;
+            let lines = if is_across { maps.rows } else { maps.cols };
             let mut all = Vec::new();
-            let mut places = Vec::new();
             second_differences(map, maps, direction, |i, second| {
-                all.push(second);
-                places.push(if direction == ScanDirection::Across { i / cols } else { i % cols });
+                all.push((if is_across { i / maps.cols } else { i % maps.cols }, second));
             });
-            let ratio = trimmed_deviation(all.clone()).and_then(|found| {
+            let ratio = trimmed_deviation(all.iter().map(|(_, second)| *second).collect()).and_then(|found| {
                 let mut sums = vec![(0.0, 0_usize); lines];
-                for (&place, &second) in places.iter().zip(&all) {
+                for &(line, second) in &all {
                     if f64::from((second - found.middle).abs()) <= EDGE_DEVIATIONS * found.robust {
-                        sums[place].0 += f64::from(second - found.middle);
-                        sums[place].1 += 1;
+                        sums[line].0 += f64::from(second - found.middle);
+                        sums[line].1 += 1;
                     }
                 }
                 let means: Vec<f64> = sums
@@ -414,15 +337,17 @@ impl SummaryList {
                 (means.len() >= FEWEST)
                     .then(|| (means.iter().map(|mean| mean * mean).sum::<f64>() / means.len() as f64).sqrt())
             });
-            self.push(
-                format!("{key}_common_{word}"),
-                format!("noise of {name} that {words} has in common, over that of independent pixels"),
-                "1",
-                SummaryLaw::Positive,
-                ratio,
-            );
+            let key = format!("{}_common_{word}", name.to_lowercase());
+            let words = format!("noise of {name} that {words} has in common, over that of independent pixels");
+            self.positive(key, words, "1", ratio);
         }
     }
+}
+
+/// A map where there are heights, NaN elsewhere; empty where the scan has no such map.
+fn at_heights(map: Option<&[f32]>, maps: &ScanMaps) -> Vec<f32> {
+    let known = |(&dn, z): (&f32, &f64)| if z.is_nan() { f32::NAN } else { dn };
+    map.map_or(Vec::new(), |map| map.iter().zip(&maps.range).map(known).collect())
 }
 
 /// Deviation of numbers without those far away.

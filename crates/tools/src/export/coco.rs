@@ -12,7 +12,7 @@ use output_schema::DatasetHead;
 use serde_json::{Map, Value, json};
 
 use super::classes::{Category, categories};
-use super::export_folder::{ExportFolder, ExportSummary, GrowingFile};
+use super::export_folder::{ExportFolder, ExportSummary, GrowingFile, of_split};
 use super::format::{Export, ExportFormat};
 use super::map_scale::MapScales;
 use super::picture::TrainingPicture;
@@ -120,13 +120,8 @@ impl Export for Coco {
                 annotations(sample, &classes, self)
             };
             let take = |sample: &ExportSample, annotations: Vec<Value>| {
-                let document = match documents.entry(sample.split) {
-                    std::collections::btree_map::Entry::Occupied(entry) => entry.into_mut(),
-                    std::collections::btree_map::Entry::Vacant(entry) => {
-                        entry.insert(CocoDocument::begin(&out, sample.split, &head)?)
-                    }
-                };
-                document.push(sample, annotations)
+                let begin = || CocoDocument::begin(&out, sample.split, &head);
+                of_split(&mut documents, sample.split, begin)?.push(sample, annotations)
             };
             source.each(&images, work, take, progress)?;
             let mut counted = Map::new();

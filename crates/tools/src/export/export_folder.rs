@@ -1,6 +1,8 @@
 //! Export folder: marked as unfinished until its last file is there, each file whole or not at all. What lies in it may
 //! come from anybody, as in a dataset's folder: it is opened as there, and no link in it is followed.
 
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::fs::{self, File, TryLockError};
 use std::io::{self, BufWriter, ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
@@ -12,6 +14,7 @@ use serde_json::{Value, json};
 use super::source::ExportSource;
 use dataset::atomic_file::FileError;
 use dataset::{Fault, GENERATOR_VERSION, enclosed, own_remedy};
+use optical_bench::split::Split;
 
 /// What is exported, while it is not finished.
 const UNFINISHED_MARKER: &str = ".unfinished-export.json";
@@ -127,18 +130,12 @@ impl ExportFolder {
         Ok(Some(Self { root: root.to_path_buf(), order, _marker: marker, files, bytes }))
     }
 
-    /// The folder.
-    pub fn root(&self) -> &Path {
-        &self.root
-    }
-
     /// Writes a file, unless a run before has; `content` is asked only where it has not.
     ///
     /// # Errors
     /// Where `content` fails, or the file cannot be written.
     pub fn put(&self, relative: &str, content: impl FnOnce() -> Result<Vec<u8>, Fault>) -> Result<(), Fault> {
-        // A name stands for a whole file; after a loss of power it may stand for an empty one.
-        if let Some(bytes) = self.length(relative)?.filter(|bytes| *bytes > 0) {
+        if let Some(bytes) = self.length(relative)? {
             self.count(bytes);
             return Ok(());
         }
@@ -148,12 +145,13 @@ impl ExportFolder {
         Ok(())
     }
 
-    /// Size of a file that a run before has written [bytes].
+    /// Size of a file that a run before has written [bytes]. A name stands for a whole file; after a loss of power it
+    /// may stand for an empty one, which counts as none.
     ///
     /// # Errors
     /// Where something else has its name.
     pub(super) fn length(&self, relative: &str) -> Result<Option<u64>, Fault> {
-        length(&self.root, relative)
+        Ok(length(&self.root, relative)?.filter(|bytes| *bytes > 0))
     }
 
     /// A file that a run before has written, to read; `None` where there is none.
@@ -244,6 +242,18 @@ impl GrowingFile {
         })();
         copied.map_err(|e| refused(&self.root.join(&self.relative), &e))?;
         enclosed::remove(&other.root, &other.partial).map_err(unwritten)
+    }
+}
+
+/// What belongs to a split, begun where nothing does yet.
+pub(super) fn of_split<T>(
+    all: &mut BTreeMap<Split, T>,
+    split: Split,
+    begin: impl FnOnce() -> Result<T, Fault>,
+) -> Result<&mut T, Fault> {
+    match all.entry(split) {
+        Entry::Occupied(entry) => Ok(entry.into_mut()),
+        Entry::Vacant(entry) => Ok(entry.insert(begin()?)),
     }
 }
 

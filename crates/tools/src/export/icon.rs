@@ -10,15 +10,9 @@ use super::export_folder::{ExportFolder, ExportSummary};
 use super::format::{Export, ExportFormat};
 use super::sample::key;
 use super::source::{ExportProgress, ExportSource};
-use crate::compare::{RangeUnit, ScanMaps, frame_of};
-use crate::icon::{
-    IconScan, PeakLight, ProfileMark, RangeValues, ScanWriter, Scatter, SensorImage, SensorTraits, Traits, WorldTraits,
-    write_image,
-};
+use crate::compare::{RangeUnit, ScanMaps, SensorFrame, frame_of};
+use crate::icon::{IconFiles, IconScan, PlaneContent, PlaneNumbers, SensorImage, SensorTraits, Traits, WorldTraits};
 use dataset::Fault;
-
-/// Rows that are handled at a time.
-const CHUNK_ROWS: usize = 256;
 
 pub(super) const FORMAT: ExportFormat = ExportFormat::of::<Icon>(
     "icon",
@@ -50,6 +44,18 @@ impl Icon {
     /// Profiles a second [Hz].
     fn rate_hz(&self) -> f64 {
         self.rate.unwrap_or(1000.0)
+    }
+
+    /// The files of a sample.
+    fn files(&self, source: &ExportSource, manifest: &Manifest, index: u64) -> Result<IconFiles, Fault> {
+        let frame = frame_of(&source.dataset, manifest, index, self.sensor)?;
+        if !self.sensor {
+            return Ok(scan(frame, self).files());
+        }
+        let middle = frame.exposures.len() / 2;
+        let missing = || Fault::damaged(frame.name.as_ref(), "it has no sensor frame");
+        let SensorFrame { cols, dn, .. } = frame.exposures.into_iter().nth(middle).ok_or_else(missing)?;
+        Ok(SensorImage { cols, rows: dn.len() / cols.max(1), offset: [0, 0], dn }.files())
     }
 }
 
@@ -91,20 +97,11 @@ impl Export for Icon {
         let asked = json!({"words": self.words, "rate_hz": self.rate_hz(), "sensor": self.sensor});
         ExportFolder::write(out, FORMAT.name, asked, source, |out| {
             let work = |manifest: &Manifest, index: u64| {
-                let name = out.root().join(key(index));
                 let [data, description] = ["dat", "xml"].map(|extension| format!("{}.{extension}", key(index)));
-                // The description comes last.
-                if out.length(&description)?.is_none() {
-                    let frame = frame_of(&source.dataset, manifest, index, self.sensor)?;
-                    match self.sensor {
-                        true => write_sensor_image(&name, &frame)?,
-                        false => write_scan(&name, &frame, self)?,
-                    }
-                }
-                for file in [data, description] {
-                    out.count(out.length(&file)?.unwrap_or(0));
-                }
-                Ok(())
+                let is_done = out.length(&data)?.is_some() && out.length(&description)?.is_some();
+                let files = if is_done { IconFiles::default() } else { self.files(source, manifest, index)? };
+                out.put(&data, || Ok(files.data))?;
+                out.put(&description, || Ok(files.description.into_bytes()))
             };
             source.each_index(work, progress)?;
             out.finish(&json!({"samples": source.samples}), Vec::new())
@@ -112,15 +109,17 @@ impl Export for Icon {
     }
 }
 
-/// Mark of one profile: an encoder that counts micrometres of travel, and a clock that counts microseconds.
-fn mark(profile: usize, row_mm: f64, rate: f64) -> ProfileMark {
+/// Mark of one profile: an encoder that counts micrometres of travel, and a clock that counts microseconds; status,
+/// pulse and scan are 0.
+fn mark(profile: usize, row_mm: f64, rate: f64) -> [u32; 5] {
     // The counters of the camera have 32 bits and wrap.
     let encoder = (profile as f64 * row_mm * 1e3).round() as i64 as i32;
     let timestamp = (profile as f64 * 1e6 / rate).round() as u64 as u32;
-    ProfileMark { encoder, timestamp, ..ProfileMark::default() }
+    [encoder.cast_unsigned(), 0, timestamp, 0, 0]
 }
 
-fn write_scan(out: &Path, frame: &ScanMaps, options: &Icon) -> Result<(), Fault> {
+/// A sample as the camera would have stored it.
+fn scan(frame: ScanMaps, options: &Icon) -> IconScan {
     let valid = || frame.range.iter().filter(|z| z.is_finite());
     let low = valid().copied().reduce(f64::min).unwrap_or(0.0);
     let high = valid().copied().reduce(f64::max).unwrap_or(0.0);
@@ -133,34 +132,23 @@ fn write_scan(out: &Path, frame: &ScanMaps, options: &Icon) -> Result<(), Fault>
         }
         RangeUnit::Px { sensor_rows } => Traits::Sensor(SensorTraits::new(sensor_rows, [0.0, 0.0])),
     };
-    let words = options.words || frame.unit != RangeUnit::Mm;
-    let rows = |from: usize, to: usize| {
-        let pixels = from * frame.cols..to * frame.cols;
-        let heights = &frame.range[pixels.clone()];
-        let part = |map: &Option<Vec<f32>>| map.as_ref().map(|map| map[pixels.clone()].to_vec());
-        IconScan {
-            width: frame.cols,
-            rows: to - from,
-            traits,
-            x: None,
-            range: if words {
-                RangeValues::Steps(heights.iter().map(|&z| traits.steps(z)).collect())
-            } else {
-                RangeValues::World(heights.iter().map(|&z| float_height(z as f32)).collect())
-            },
-            // Casts of floats saturate.
-            light: part(&frame.reflectance)
-                .map(|map| PeakLight::Reflectance(map.into_iter().map(|dn| dn.round() as u8).collect())),
-            scatter: part(&frame.scatter)
-                .map(|map| Scatter::Word(map.into_iter().map(|dn| dn.round() as u16).collect())),
-            marks: Some((from..to).map(|profile| mark(profile, row_mm, options.rate_hz())).collect()),
-        }
+    let heights = if options.words || frame.unit != RangeUnit::Mm {
+        PlaneNumbers::Word(frame.range.iter().map(|&z| traits.steps(z)).collect())
+    } else {
+        PlaneNumbers::Float(frame.range.iter().map(|&z| float_height(z as f32)).collect())
     };
-    let mut writer = ScanWriter::create(out, &rows(0, 0), frame.rows)?;
-    for from in (0..frame.rows).step_by(CHUNK_ROWS) {
-        writer.push(&rows(from, (from + CHUNK_ROWS).min(frame.rows)))?;
-    }
-    writer.finish()
+    // Casts of floats saturate.
+    let bytes = |map: &Vec<f32>| PlaneNumbers::Byte(map.iter().map(|dn| dn.round() as u8).collect());
+    let words = |map: &Vec<f32>| PlaneNumbers::Word(map.iter().map(|dn| dn.round() as u16).collect());
+    let marks = (0..frame.rows).flat_map(|profile| mark(profile, row_mm, options.rate_hz()));
+    let planes = [
+        (PlaneContent::Range, Some(heights)),
+        (PlaneContent::Reflectance, frame.reflectance.as_ref().map(bytes)),
+        (PlaneContent::Scatter, frame.scatter.as_ref().map(words)),
+        (PlaneContent::Mark, Some(PlaneNumbers::Int(marks.collect()))),
+    ];
+    let planes = planes.into_iter().filter_map(|(part, numbers)| Some((part, numbers?))).collect();
+    IconScan { width: frame.cols, rows: frame.rows, traits, planes }
 }
 
 /// A height as FLOAT: 0 means missing, so a height of just 0 is the least number above.
@@ -172,13 +160,4 @@ fn float_height(height: f32) -> f32 {
     } else {
         height
     }
-}
-
-fn write_sensor_image(out: &Path, frame: &ScanMaps) -> Result<(), Fault> {
-    let Some(exposure) = frame.exposures.get(frame.exposures.len() / 2) else {
-        return Err(Fault::damaged(frame.name.as_ref(), "it has no sensor frame"));
-    };
-    let rows = exposure.dn.len() / exposure.cols.max(1);
-    let image = SensorImage { cols: exposure.cols, rows, offset: [0, 0], dn: exposure.dn.clone() };
-    write_image(out, &image)
 }

@@ -26,7 +26,6 @@ mod webdataset;
 pub(crate) use export_folder::EXPORT_DOCUMENT;
 pub use export_folder::ExportSummary;
 pub use format::{Export, ExportFormat};
-pub use sample::ExportSample;
 pub use source::{ExportProgress, ExportSource, Selection};
 
 /// Every export, in the order of the help.

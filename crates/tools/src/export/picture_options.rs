@@ -1,6 +1,5 @@
 //! Options of exports that write pictures: what these show, and the ends of their grey scales.
 
-use clap::builder::PossibleValue;
 use clap::{Args, ValueEnum};
 
 // Options of exports that write pictures; a documentation comment would become the help of each of them.
@@ -40,15 +39,15 @@ fn ends(text: &str) -> Result<[f64; 2], String> {
 }
 
 /// What a picture shows.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(super) enum PictureContent {
-    /// Brightness at the peak.
+    // Brightness at the peak.
     Reflectance,
-    /// Light beside the peak.
+    // Light beside the peak.
     Scatter,
-    /// Height.
+    // Height.
     Range,
-    /// Range, Reflectance and Scatter as red, green and blue.
+    // Range, Reflectance and Scatter as red, green and blue.
     Rgb,
 }
 
@@ -69,15 +68,5 @@ impl PictureContent {
             Self::Rgb => "rgb",
             one => one.maps()[0],
         }
-    }
-}
-
-impl ValueEnum for PictureContent {
-    fn value_variants<'a>() -> &'a [Self] {
-        &[Self::Reflectance, Self::Scatter, Self::Range, Self::Rgb]
-    }
-
-    fn to_possible_value(&self) -> Option<PossibleValue> {
-        Some(PossibleValue::new(self.name()))
     }
 }

@@ -5,14 +5,13 @@
 //! ```
 
 use std::collections::BTreeMap;
-use std::collections::btree_map::Entry;
 use std::path::Path;
 
 use clap::Args;
 use output_schema::row::IMAGES;
 use serde_json::{Map, Value, json};
 
-use super::export_folder::{ExportFolder, ExportSummary, GrowingFile};
+use super::export_folder::{ExportFolder, ExportSummary, GrowingFile, of_split};
 use super::format::{Export, ExportFormat};
 use super::picture::colour_png;
 use super::sample::ExportSample;
@@ -92,13 +91,8 @@ impl Export for Png {
                 Ok(format!("{row}\n"))
             };
             let take = |sample: &ExportSample, line: String| {
-                let (table, rows) = match tables.entry(sample.split) {
-                    Entry::Occupied(entry) => entry.into_mut(),
-                    Entry::Vacant(entry) => {
-                        let table = out.create(&format!("{}.jsonl", sample.split.name()))?;
-                        entry.insert((table, 0))
-                    }
-                };
+                let begin = || Ok((out.create(&format!("{}.jsonl", sample.split.name()))?, 0));
+                let (table, rows) = of_split(&mut tables, sample.split, begin)?;
                 *rows += 1;
                 table.push(line.as_bytes())
             };

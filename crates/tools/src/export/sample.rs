@@ -1,8 +1,6 @@
 //! Sample of a dataset: its row, and its images as numbers of the PNG columns, whichever file they are stored in.
 
-use std::path::PathBuf;
-
-use output_schema::ManifestSample;
+use output_schema::{DatasetHead, ManifestSample};
 use serde_json::{Map, Value};
 
 use dataset::{
@@ -25,7 +23,7 @@ pub(super) struct Region {
 
 /// One sample.
 #[derive(Debug)]
-pub struct ExportSample {
+pub struct ExportSample<'a> {
     /// Number in the dataset.
     pub index: u64,
     /// Name of its files.
@@ -40,18 +38,16 @@ pub struct ExportSample {
     pub rows: usize,
     /// Everything that the table says of it.
     pub row: JsonRow,
-    path: PathBuf,
-    unit: &'static str,
-    bits: u64,
+    head: &'a DatasetHead,
+    table: &'a Table,
     exr: Option<ExrMaps>,
-    pixel_classes: Vec<String>,
 }
 
-impl ExportSample {
+impl<'a> ExportSample<'a> {
     /// The sample of a row, which must be the one that the manifest lists; with the maps of its EXR file where asked.
     pub(super) fn new(
-        dataset: &Dataset,
-        table: &Table,
+        dataset: &'a Dataset,
+        table: &'a Table,
         row: JsonRow,
         listed: &ManifestSample,
         with_exr: bool,
@@ -77,30 +73,19 @@ impl ExportSample {
         let split = Split::ALL.into_iter().find(|split| split.name() == listed.split);
         let split = split.ok_or_else(|| told(format!("there is no split `{}`", listed.split)))?;
         let exr = if with_exr { Some(dataset.exr(table.shard, &listed.id)?) } else { None };
-        Ok(Self {
-            index: listed.index,
-            key: key(listed.index),
-            split,
-            class,
-            cols: cols as usize,
-            rows: rows as usize,
-            row,
-            path: table.path.clone(),
-            unit: head.range_unit(),
-            bits: head.images.bits,
-            exr,
-            pixel_classes: head.pixel_classes.clone(),
-        })
+        let (cols, rows) = (cols as usize, rows as usize);
+        Ok(Self { index: listed.index, key: key(listed.index), split, class, cols, rows, row, head, table, exr })
     }
 
     /// An error that names this sample.
     pub(super) fn fault(&self, what: impl AsRef<str>) -> Fault {
-        Fault::damaged(&self.path, what.as_ref()).of_part(format!("sample {}", self.index))
+        Fault::damaged(&self.table.path, what.as_ref()).of_part(format!("sample {}", self.index))
     }
 
     /// What a number of Range means: `offset + number * scale` [mm or px].
     pub(super) fn range_scale(&self) -> Result<[f64; 2], Fault> {
-        let number = |what: &str| self.row.number(&format!("range_{what}_{}", self.unit)).map_err(|e| self.fault(e));
+        let unit = self.head.range_unit();
+        let number = |what: &str| self.row.number(&format!("range_{what}_{unit}")).map_err(|e| self.fault(e));
         Ok([number("offset")?, number("scale")?])
     }
 
@@ -110,6 +95,7 @@ impl ExportSample {
     /// Where it is missing or damaged.
     pub fn grey(&self, name: &str) -> Result<Grey, Fault> {
         let told = |what: String| self.fault(format!("`{name}`: {what}"));
+        let is_eight = name == "label" || name == "reflectance" && self.head.images.bits <= 8;
         let grey = match self.row.image(name) {
             Some(png) => read_png_of(png, (self.cols as u64, self.rows as u64)).map_err(told)?,
             None => {
@@ -123,14 +109,12 @@ impl ExportSample {
                         let [offset, scale] = self.range_scale()?;
                         Grey::Sixteen(range_numbers(&numbers, offset, scale))
                     }
-                    "label" => Grey::Eight(rounded8(&numbers)),
-                    "reflectance" if self.bits <= 8 => Grey::Eight(rounded8(&numbers)),
+                    _ if is_eight => Grey::Eight(rounded8(&numbers)),
                     _ => Grey::Sixteen(rounded16(&numbers)),
                 }
             }
         };
-        let eight = name == "label" || name == "reflectance" && self.bits <= 8;
-        if eight != (grey.bits() == 8) {
+        if is_eight != (grey.bits() == 8) {
             return Err(told(format!("it has {} bits a pixel", grey.bits())));
         }
         Ok(grey)
@@ -162,7 +146,7 @@ impl ExportSample {
 
     /// Name of a pixel class; empty where there is none.
     pub(super) fn pixel_class(&self, value: u64) -> &str {
-        usize::try_from(value).ok().and_then(|value| self.pixel_classes.get(value)).map_or("", String::as_str)
+        usize::try_from(value).ok().and_then(|value| self.head.pixel_classes.get(value)).map_or("", String::as_str)
     }
 
     /// The objects of the row.

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use serde_json::{Value, json};
 
 use super::sample::ExportSample;
-use dataset::{Dataset, DatasetSums, Fault, RowQuery, Table};
+use dataset::{Dataset, DatasetSums, Fault, RowQuery};
 use optical_bench::split::Split;
 
 pub(super) use part::Done;
@@ -56,10 +56,8 @@ pub struct ExportSource {
     finished: Vec<(u64, u64)>,
     /// Finished samples with a chosen index in each split, whether that was chosen or not.
     in_splits: BTreeMap<String, u64>,
-    /// The last sample of each split that a run before has exported, by index, where one has.
-    done: BTreeMap<Split, u64>,
-    /// How many these were in all.
-    done_samples: u64,
+    /// What a run before has exported of each split, where one has.
+    done: BTreeMap<Split, Done>,
     /// Chosen samples that are finished.
     pub samples: u64,
     /// Shards that are not finished.
@@ -74,48 +72,38 @@ impl ExportSource {
     /// Where there is none, or none of the chosen samples is finished.
     pub fn open(path: &Path, selection: Selection) -> Result<Self, Fault> {
         let dataset = Dataset::open(path)?;
+        let head = dataset.head();
         // Others may be finished while this goes on: sums and samples are of the same ones.
-        let finished: Vec<u64> = (0..dataset.head().shards).filter(|&shard| dataset.has_manifest(shard)).collect();
-        let unfinished = dataset.head().shards - finished.len() as u64;
-        let sums = dataset.sums_of(finished.iter().copied());
-        let mut source = Self {
-            dataset,
-            selection,
-            shards: Vec::new(),
-            finished: Vec::new(),
-            in_splits: BTreeMap::new(),
-            done: BTreeMap::new(),
-            done_samples: 0,
-            samples: 0,
-            unfinished,
-            sums,
-        };
-        let beyond = source.selection.indices.iter().find(|range| *range.end() >= source.head().samples);
-        if let Some(range) = beyond {
-            let last = source.head().samples.saturating_sub(1);
-            let remedy = format!("give --index 0 to {last}");
+        let there: Vec<u64> = (0..head.shards).filter(|&shard| dataset.has_manifest(shard)).collect();
+        let unfinished = head.shards - there.len() as u64;
+        let sums = dataset.sums_of(there.iter().copied());
+        if let Some(range) = selection.indices.iter().find(|range| *range.end() >= head.samples) {
+            let remedy = format!("give --index 0 to {}", head.samples.saturating_sub(1));
             return Err(Fault::at(path, format!("there is no sample {}", range.end()), remedy));
         }
-        for shard in finished {
-            let Some(manifest) = source.dataset.manifest(shard)? else { continue };
-            source.finished.push((shard, manifest.samples.len() as u64));
-            for sample in manifest.samples.iter().filter(|sample| source.selection.has_index(sample.index)) {
-                *source.in_splits.entry(sample.split.clone()).or_default() += 1;
+        let (mut shards, mut finished, mut samples) = (Vec::new(), Vec::new(), 0);
+        let mut in_splits: BTreeMap<String, u64> = BTreeMap::new();
+        for shard in there {
+            let Some(manifest) = dataset.manifest(shard)? else { continue };
+            finished.push((shard, manifest.samples.len() as u64));
+            for sample in manifest.samples.iter().filter(|sample| selection.has_index(sample.index)) {
+                *in_splits.entry(sample.split.clone()).or_default() += 1;
             }
-            let chosen = manifest.samples.iter().filter(|sample| source.selection.has(sample)).count() as u64;
+            let chosen = manifest.samples.iter().filter(|sample| selection.has(sample)).count() as u64;
             if chosen > 0 {
-                source.shards.push(shard);
-                source.samples += chosen;
+                shards.push(shard);
+                samples += chosen;
             }
         }
-        if source.samples == 0 {
-            let (what, remedy) = match source.unfinished {
+        if samples == 0 {
+            let (what, remedy) = match unfinished {
                 0 => ("it has no samples of that choice", "give another --split or --index"),
                 _ => ("none of the chosen samples is finished", "run gen again to finish it"),
             };
             return Err(Fault::at(path, what, remedy));
         }
-        Ok(source)
+        let done = BTreeMap::new();
+        Ok(Self { dataset, selection, shards, finished, in_splits, done, samples, unfinished, sums })
     }
 
     /// `dataset.json`.
@@ -170,7 +158,7 @@ impl ExportSource {
 
     /// Whether a sample is chosen, and no run before has exported it.
     fn has_left(&self, sample: &ManifestSample) -> bool {
-        let is_done = |(split, last): (&Split, &u64)| split.name() == sample.split && sample.index <= *last;
+        let is_done = |(split, done): (&Split, &Done)| split.name() == sample.split && sample.index <= done.last;
         self.selection.has(sample) && !self.done.iter().any(is_done)
     }
 
@@ -183,7 +171,7 @@ impl ExportSource {
         work: impl Fn(&Manifest, u64) -> Result<(), Fault> + Sync,
         progress: ExportProgress,
     ) -> Result<(), Fault> {
-        let mut done = self.done_samples;
+        let mut done: u64 = self.done.values().map(|done| done.samples).sum();
         for &shard in &self.shards {
             let Some(manifest) = self.dataset.manifest(shard)? else { continue };
             let chosen = manifest.samples.iter().filter(|sample| self.has_left(sample));
@@ -214,67 +202,50 @@ impl ExportSource {
             images.iter().copied().filter(|image| self.head().images.png.iter().any(|png| png == image)).collect();
         let with_exr = stored.len() < images.len();
         let together = rayon::current_num_threads().max(1);
-        let mut done = self.done_samples;
-        for wanted in self.wanted() {
-            let WantedRows { table, count, chosen } = wanted?;
-            let columns = |name: &str| !IMAGES.contains(&name) || stored.contains(&name);
-            let query = RowQuery { columns: &columns, ranges: Some(ranges(&chosen)), at_once: 1 };
-            let rows = table.rows(&query)?;
-            if rows.in_table() != count {
-                let what = format!("it has {} rows, and its manifest names {count}", rows.in_table());
-                return Err(table.damaged(what));
-            }
-            let mut pairs = rows.zip(chosen.into_iter().map(|(_, sample)| sample)).peekable();
-            while pairs.peek().is_some() {
-                let some: Vec<_> = pairs.by_ref().take(together).collect();
-                let worked: Vec<_> = some
-                    .into_par_iter()
-                    .map(|(row, listed)| {
-                        let row = row?.json(0).map_err(|what| table.damaged(what))?;
-                        let sample = ExportSample::new(&self.dataset, &table, row, &listed, with_exr)?;
-                        work(&sample).map(|result| (sample, result))
-                    })
-                    .collect();
-                for result in worked {
-                    let (sample, result) = result?;
-                    take(&sample, result)?;
-                    done += 1;
-                    progress(done, self.samples);
+        let mut done: u64 = self.done.values().map(|done| done.samples).sum();
+        for &shard in &self.shards {
+            let Some(manifest) = self.dataset.manifest(shard)? else { continue };
+            for split in Split::ALL {
+                let of_split: Vec<_> = manifest.samples.iter().filter(|sample| sample.split == split.name()).collect();
+                let chosen = of_split.iter().copied().enumerate().filter(|(_, sample)| self.has_left(sample));
+                let chosen: Vec<(usize, &ManifestSample)> = chosen.collect();
+                if chosen.is_empty() {
+                    continue;
+                }
+                let table = self.dataset.table(shard, split);
+                let columns = |name: &str| !IMAGES.contains(&name) || stored.contains(&name);
+                let query = RowQuery { columns: &columns, ranges: Some(ranges(&chosen)), at_once: 1 };
+                let rows = table.rows(&query)?;
+                if rows.in_table() != of_split.len() as u64 {
+                    let (found, named) = (rows.in_table(), of_split.len());
+                    return Err(table.damaged(format!("it has {found} rows, and its manifest names {named}")));
+                }
+                let mut pairs = rows.zip(chosen).peekable();
+                while pairs.peek().is_some() {
+                    let some: Vec<_> = pairs.by_ref().take(together).collect();
+                    let worked: Vec<_> = some
+                        .into_par_iter()
+                        .map(|(row, (_, listed))| {
+                            let row = row?.json(0).map_err(|what| table.damaged(what))?;
+                            let sample = ExportSample::new(&self.dataset, &table, row, listed, with_exr)?;
+                            work(&sample).map(|result| (sample, result))
+                        })
+                        .collect();
+                    for result in worked {
+                        let (sample, result) = result?;
+                        take(&sample, result)?;
+                        done += 1;
+                        progress(done, self.samples);
+                    }
                 }
             }
         }
         Ok(())
     }
-
-    /// The tables with chosen samples that are left, in the order of shards, then of splits.
-    fn wanted(&self) -> impl Iterator<Item = Result<WantedRows, Fault>> + '_ {
-        let splits = Split::ALL.into_iter().filter(|split| self.selection.has_split(split.name()));
-        let tables = self.shards.iter().flat_map(move |&shard| splits.clone().map(move |split| (shard, split)));
-        tables.filter_map(|(shard, split)| self.wanted_of(shard, split).transpose())
-    }
-
-    fn wanted_of(&self, shard: u64, split: Split) -> Result<Option<WantedRows>, Fault> {
-        let Some(manifest) = self.dataset.manifest(shard)? else { return Ok(None) };
-        let of_split: Vec<_> =
-            manifest.samples.into_iter().filter(|sample| sample.split == split.name()).enumerate().collect();
-        let count = of_split.len() as u64;
-        let chosen: Vec<_> = of_split.into_iter().filter(|(_, sample)| self.has_left(sample)).collect();
-        let table = self.dataset.table(shard, split);
-        Ok((!chosen.is_empty()).then_some(WantedRows { table, count, chosen }))
-    }
-}
-
-/// Rows of a table that are to be exported.
-struct WantedRows {
-    table: Table,
-    /// Rows that the table should have.
-    count: u64,
-    /// The chosen samples with their rows.
-    chosen: Vec<(usize, ManifestSample)>,
 }
 
 /// Rows as ranges.
-fn ranges(chosen: &[(usize, ManifestSample)]) -> Vec<Range<usize>> {
+fn ranges(chosen: &[(usize, &ManifestSample)]) -> Vec<Range<usize>> {
     let mut ranges: Vec<Range<usize>> = Vec::new();
     for &(place, _) in chosen {
         match ranges.last_mut() {

@@ -90,7 +90,7 @@ impl Export for WebDataset {
                 tars.samples += 1;
                 Ok(())
             };
-            source.after(&kept).each(&maps, work, take, progress)?;
+            source.after(kept).each(&maps, work, take, progress)?;
             let mut counts = Map::new();
             for (split, mut tars) in splits {
                 tars.close(&out)?;

@@ -2,17 +2,21 @@
 
 use super::traits::Traits;
 use super::xml::{XmlFault, XmlNode};
-use super::{IconScan, PeakLight, RangeValues, Scatter};
+use super::{IconScan, SensorImage};
 
 /// Most subcomponents of a component: cameras write seven at most, and each is asked for with every part of a scan.
 const MAX_PLANES: usize = 64;
 
 /// Type of a plane's numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum NumberType {
+pub enum NumberType {
+    /// 8 bits.
     Byte,
+    /// 16 bits.
     Word,
+    /// 32 bits.
     Int,
+    /// Single precision.
     Float,
 }
 
@@ -20,7 +24,7 @@ impl NumberType {
     const ALL: [Self; 4] = [Self::Byte, Self::Word, Self::Int, Self::Float];
 
     /// Value type in XML.
-    fn name(self) -> &'static str {
+    pub fn name(self) -> &'static str {
         match self {
             Self::Byte => "BYTE",
             Self::Word => "WORD",
@@ -30,7 +34,7 @@ impl NumberType {
     }
 
     /// Bytes of one number.
-    pub fn bytes(self) -> usize {
+    pub(super) fn bytes(self) -> usize {
         match self {
             Self::Byte => 1,
             Self::Word => 2,
@@ -41,53 +45,52 @@ impl NumberType {
 
 /// What a plane holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum PlaneContent {
-    /// Place along the line of each height of a calibrated scan.
+pub enum PlaneContent {
+    /// Place along the line of each height of a calibrated scan [mm].
     RangeX,
+    /// Heights.
     Range,
+    /// Light at the peak, as the camera names it in uncalibrated scans [DN].
     Intensity,
+    /// Light at the peak, as it names it beside laser scatter [DN].
     Reflectance,
+    /// Light beside the peak: BYTE where the camera scaled it down, else WORD, sums as they are [DN].
     Scatter,
+    /// Notes of each profile.
     Mark,
+    /// An exposure [DN].
     Image,
     /// Something that is stepped over.
     Other,
 }
 
 impl PlaneContent {
-    const NAMES: [(Self, &'static str); 8] = [
-        (Self::RangeX, "Range X"),
-        (Self::Range, "Range"),
-        (Self::Range, "Range R"),
-        (Self::Intensity, "Intensity"),
-        (Self::Reflectance, "Reflectance"),
-        (Self::Scatter, "Scatter"),
-        (Self::Mark, "Mark"),
-        (Self::Image, "Image"),
+    /// What is known, its name in XML, and the types that it may have.
+    const KNOWN: [(Self, &'static str, &'static [NumberType]); 8] = [
+        // Of other types nothing says what they mean: these are stepped over.
+        (Self::RangeX, "Range X", &[NumberType::Float]),
+        (Self::Range, "Range", &[NumberType::Word, NumberType::Float]),
+        (Self::Range, "Range R", &[NumberType::Word, NumberType::Float]),
+        (Self::Intensity, "Intensity", &[NumberType::Byte]),
+        (Self::Reflectance, "Reflectance", &[NumberType::Byte]),
+        (Self::Scatter, "Scatter", &[NumberType::Byte, NumberType::Word]),
+        (Self::Mark, "Mark", &[NumberType::Int]),
+        (Self::Image, "Image", &[NumberType::Byte]),
     ];
 
     fn named(name: &str) -> Self {
-        Self::NAMES
-            .into_iter()
-            .find(|(_, known)| known.eq_ignore_ascii_case(name))
-            .map_or(Self::Other, |(part, _)| part)
+        let known = Self::KNOWN.iter().find(|(_, known, _)| known.eq_ignore_ascii_case(name));
+        known.map_or(Self::Other, |(part, ..)| *part)
     }
 
-    fn name(self) -> &'static str {
-        Self::NAMES.into_iter().find(|(part, _)| *part == self).map_or("", |(_, name)| name)
+    /// Name in XML.
+    pub fn name(self) -> &'static str {
+        Self::KNOWN.iter().find(|(part, ..)| *part == self).map_or("", |(_, name, _)| name)
     }
 
-    /// The kinds that it may have.
+    /// The types that it may have.
     fn kinds(self) -> &'static [NumberType] {
-        match self {
-            Self::Range => &[NumberType::Word, NumberType::Float],
-            // Of other types nothing says what they mean: these are stepped over.
-            Self::RangeX => &[NumberType::Float],
-            Self::Scatter => &[NumberType::Byte, NumberType::Word],
-            Self::Intensity | Self::Reflectance | Self::Image => &[NumberType::Byte],
-            Self::Mark => &[NumberType::Int],
-            Self::Other => &[NumberType::Byte, NumberType::Word, NumberType::Int, NumberType::Float],
-        }
+        Self::KNOWN.iter().find(|(part, ..)| *part == self).map_or(&NumberType::ALL, |(.., kinds)| kinds)
     }
 }
 
@@ -138,32 +141,20 @@ pub(super) struct FileLayout {
 impl FileLayout {
     /// The layout of a scan.
     pub fn of(scan: &IconScan) -> Self {
-        let mut list = Vec::new();
-        list.extend(scan.x.as_ref().map(|_| (PlaneContent::RangeX, NumberType::Float, scan.width)));
-        list.push(match &scan.range {
-            RangeValues::Steps(_) => (PlaneContent::Range, NumberType::Word, scan.width),
-            RangeValues::World(_) => (PlaneContent::Range, NumberType::Float, scan.width),
-        });
-        list.extend(scan.light.as_ref().map(|light| match light {
-            PeakLight::Intensity(_) => (PlaneContent::Intensity, NumberType::Byte, scan.width),
-            PeakLight::Reflectance(_) => (PlaneContent::Reflectance, NumberType::Byte, scan.width),
-        }));
-        list.extend(scan.scatter.as_ref().map(|scatter| match scatter {
-            Scatter::Byte(_) => (PlaneContent::Scatter, NumberType::Byte, scan.width),
-            Scatter::Word(_) => (PlaneContent::Scatter, NumberType::Word, scan.width),
-        }));
-        list.extend(scan.marks.as_ref().map(|_| (PlaneContent::Mark, NumberType::Int, 5)));
         let mut line = 0;
         let mut planes = Vec::new();
-        for (part, kind, width) in list {
-            planes.push(Plane { part, kind, width, before: line });
-            line += width * kind.bytes();
+        for (part, numbers) in &scan.planes {
+            let width = if *part == PlaneContent::Mark { 5 } else { scan.width };
+            let plane = Plane { part: *part, kind: numbers.kind(), width, before: line };
+            line += plane.line();
+            planes.push(plane);
         }
         Self { subject: Component::Scan(scan.traits), planes, unused: Vec::new(), line, planar: true }
     }
 
     /// The layout of a sensor image.
-    pub(crate) fn of_image(cols: usize, rows: usize, offset: [u32; 2]) -> Self {
+    pub fn of_image(image: &SensorImage) -> Self {
+        let &SensorImage { cols, rows, offset, .. } = image;
         let plane = Plane { part: PlaneContent::Image, kind: NumberType::Byte, width: cols, before: 0 };
         let subject = Component::SensorImage { rows, offset, plane };
         Self { subject, planes: vec![plane], unused: Vec::new(), line: cols, planar: false }

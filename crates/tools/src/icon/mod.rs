@@ -2,13 +2,13 @@
 //! `.xml` that describes their layout.
 //!
 //! ```text
-//! Scan --ScanWriter, rows by rows--> NAME.dat, then NAME.xml --open--> Content::Scan(ScanReader) --rows--> Scan
-//! SensorImage --write_image--------> NAME.dat, then NAME.xml --open--> Content::Image(SensorImage)
+//! Scan --files--------> NAME.dat, NAME.xml --open--> Content::Scan(ScanReader) --rows--> Scan
+//! SensorImage --files-> NAME.dat, NAME.xml --open--> Content::Image(SensorImage)
 //! ```
 //!
 //! Numbers are little-endian. A scan is planar (layout SUBCOMPONENT): all rows of Range, then all of Intensity or
 //! Reflectance, then Scatter, then Mark; a sensor image goes line by line (layout SCAN). Readers take both. A scan in
-//! memory may hold some rows of a file only, so files of any length pass through in little memory.
+//! memory may hold some rows of a file only, so files of any length are read in little memory.
 //!
 //! A damaged file gives an [`Fault`](dataset::Fault), never a panic, and takes no more memory than its own size.
 //! [docs/guide/icon.md](../../docs/guide/icon.md) tells what every element means.
@@ -16,38 +16,67 @@
 mod layout;
 mod read;
 mod traits;
-mod write;
 mod xml;
 
+use self::layout::FileLayout;
+
+pub use layout::{NumberType, PlaneContent};
 pub use read::{Content, ScanReader, open};
 pub use traits::{SensorTraits, Traits, WorldTraits};
-pub use write::{ScanWriter, write_image};
 
-/// Heights of a scan, `[rows, width]`, row-major.
+/// What a scan or a sensor image is on disk.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct IconFiles {
+    /// `NAME.dat`: the numbers.
+    pub data: Vec<u8>,
+    /// `NAME.xml`: what they are.
+    pub description: String,
+}
+
+/// Numbers of a plane, row after row.
 #[derive(Debug, Clone, PartialEq)]
-pub enum RangeValues {
-    /// WORD: steps of [`Traits::height`]; 0 where missing.
-    Steps(Vec<u16>),
-    /// FLOAT: heights; 0 or NaN where missing [mm].
-    World(Vec<f32>),
-}
-
-/// Light at the peak, one number for each height, 0 where it is missing `[rows, width]` [DN].
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum PeakLight {
-    /// As the camera names it in uncalibrated scans.
-    Intensity(Vec<u8>),
-    /// As it names it beside laser scatter.
-    Reflectance(Vec<u8>),
-}
-
-/// Light beside the peak `[rows, width]` [DN].
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Scatter {
-    /// Scaled down to 8 bits by the camera.
+pub enum PlaneNumbers {
+    /// BYTE.
     Byte(Vec<u8>),
-    /// Sums as they are.
+    /// WORD.
     Word(Vec<u16>),
+    /// INT.
+    Int(Vec<u32>),
+    /// FLOAT.
+    Float(Vec<f32>),
+}
+
+impl PlaneNumbers {
+    /// Numbers of a type.
+    fn read(kind: NumberType, bytes: Vec<u8>) -> Self {
+        let fours = || bytes.as_chunks::<4>().0.iter();
+        match kind {
+            NumberType::Byte => Self::Byte(bytes),
+            NumberType::Word => Self::Word(bytes.as_chunks::<2>().0.iter().map(|n| u16::from_le_bytes(*n)).collect()),
+            NumberType::Int => Self::Int(fours().map(|n| u32::from_le_bytes(*n)).collect()),
+            NumberType::Float => Self::Float(fours().map(|n| f32::from_le_bytes(*n)).collect()),
+        }
+    }
+
+    /// Their bytes.
+    fn bytes(&self) -> Vec<u8> {
+        match self {
+            Self::Byte(numbers) => numbers.clone(),
+            Self::Word(numbers) => numbers.iter().flat_map(|n| n.to_le_bytes()).collect(),
+            Self::Int(numbers) => numbers.iter().flat_map(|n| n.to_le_bytes()).collect(),
+            Self::Float(numbers) => numbers.iter().flat_map(|n| n.to_le_bytes()).collect(),
+        }
+    }
+
+    /// Their type.
+    pub fn kind(&self) -> NumberType {
+        match self {
+            Self::Byte(_) => NumberType::Byte,
+            Self::Word(_) => NumberType::Word,
+            Self::Int(_) => NumberType::Int,
+            Self::Float(_) => NumberType::Float,
+        }
+    }
 }
 
 /// What the camera notes about one profile.
@@ -55,7 +84,7 @@ pub enum Scatter {
 pub struct ProfileMark {
     /// Value of the encoder's counter.
     pub encoder: i32,
-    /// Bits of inputs and triggers; see [`ProfileMark::overtriggered`].
+    /// Bits of inputs and triggers; bits 16 to 23 count trigger signals that came too early to be used.
     pub status: u32,
     /// When the exposure was taken, in ticks of the camera's clock; wraps.
     pub timestamp: u32,
@@ -66,9 +95,11 @@ pub struct ProfileMark {
 }
 
 impl ProfileMark {
-    /// Trigger signals between this profile and the one before that came too early to be used.
-    pub fn overtriggered(self) -> u32 {
-        self.status >> 16 & 0xff
+    /// From the numbers of a row: standard marks have two, extended ones five.
+    fn read(numbers: &[u32]) -> Self {
+        let number = |i: usize| numbers.get(i).copied().unwrap_or(0);
+        let (encoder, status) = (number(0).cast_signed(), number(1));
+        Self { encoder, status, timestamp: number(2), pulse: number(3), scan: number(4) }
     }
 }
 
@@ -81,34 +112,40 @@ pub struct IconScan {
     pub rows: usize,
     /// What columns and steps of Range mean.
     pub traits: Traits,
-    /// Place along the line of each height of a calibrated scan, where the file holds it `[rows, width]`, row-major
-    /// [mm].
-    pub x: Option<Vec<f32>>,
-    /// Heights.
-    pub range: RangeValues,
-    /// Light at the peak.
-    pub light: Option<PeakLight>,
-    /// Light beside the peak.
-    pub scatter: Option<Scatter>,
-    /// Notes of each profile `[rows]`.
-    pub marks: Option<Vec<ProfileMark>>,
+    /// What the file holds, in its order; all but marks `[rows, width]`, row-major. Range is WORD, steps of
+    /// [`Traits::height`] and 0 where missing, or FLOAT, heights and 0 or NaN where missing [mm].
+    pub planes: Vec<(PlaneContent, PlaneNumbers)>,
 }
 
 impl IconScan {
+    /// The files of the scan, plane after plane.
+    pub fn files(&self) -> IconFiles {
+        let mut data = Vec::new();
+        self.planes.iter().for_each(|(_, numbers)| data.extend(numbers.bytes()));
+        IconFiles { data, description: FileLayout::of(self).write() }
+    }
+
+    /// A plane, where the file holds it.
+    pub fn plane(&self, part: PlaneContent) -> Option<&PlaneNumbers> {
+        self.planes.iter().find(|(known, _)| *known == part).map(|(_, numbers)| numbers)
+    }
+
     /// Height of every pixel `[rows, width]` [mm], in an uncalibrated scan the sensor row [px]; NaN where missing.
     pub fn heights(&self) -> Vec<f64> {
-        match &self.range {
-            RangeValues::Steps(steps) => steps.iter().map(|&n| self.traits.height(n)).collect(),
-            RangeValues::World(heights) => {
-                heights.iter().map(|&z| if z == 0.0 { f64::NAN } else { f64::from(z) }).collect()
-            }
+        let height = |z: &f32| if *z == 0.0 { f64::NAN } else { f64::from(*z) };
+        match self.plane(PlaneContent::Range) {
+            Some(PlaneNumbers::Word(steps)) => steps.iter().map(|&n| self.traits.height(n)).collect(),
+            Some(PlaneNumbers::Float(heights)) => heights.iter().map(height).collect(),
+            _ => Vec::new(),
         }
     }
 
     /// Place along the line of every pixel, where the file holds it `[rows, width]` [mm]; NaN where the height is
     /// missing.
     pub fn places(&self) -> Option<Vec<f64>> {
-        let x = self.x.as_ref().filter(|_| matches!(self.traits, Traits::World(_)))?;
+        let (Some(PlaneNumbers::Float(x)), Traits::World(_)) = (self.plane(PlaneContent::RangeX), self.traits) else {
+            return None;
+        };
         let places = x.iter().zip(self.heights());
         Some(places.map(|(&x, z)| if z.is_nan() { f64::NAN } else { f64::from(x) }).collect())
     }
@@ -124,11 +161,23 @@ impl IconScan {
         (!steps.is_empty()).then(|| *steps.select_nth_unstable_by(middle, f64::total_cmp).1)
     }
 
-    /// Light at the peak, under either name `[rows, width]` [DN].
+    /// Light at the peak, under either name, 0 where it is missing `[rows, width]` [DN].
     pub fn light_dn(&self) -> Option<&[u8]> {
-        self.light.as_ref().map(|light| match light {
-            PeakLight::Intensity(dn) | PeakLight::Reflectance(dn) => dn.as_slice(),
-        })
+        match self.plane(PlaneContent::Intensity).or_else(|| self.plane(PlaneContent::Reflectance))? {
+            PlaneNumbers::Byte(dn) => Some(dn),
+            _ => None,
+        }
+    }
+
+    /// Notes of each profile.
+    pub fn marks(&self) -> Option<Vec<ProfileMark>> {
+        match self.plane(PlaneContent::Mark)? {
+            PlaneNumbers::Int(numbers) => {
+                let width = numbers.len() / self.rows.max(1);
+                Some(numbers.chunks(width.max(1)).map(ProfileMark::read).collect())
+            }
+            _ => None,
+        }
     }
 }
 
@@ -143,4 +192,11 @@ pub struct SensorImage {
     pub offset: [u32; 2],
     /// Digital numbers `[rows, cols]`, row-major [DN].
     pub dn: Vec<u8>,
+}
+
+impl SensorImage {
+    /// The files of the image.
+    pub fn files(&self) -> IconFiles {
+        IconFiles { data: self.dn.clone(), description: FileLayout::of_image(self).write() }
+    }
 }

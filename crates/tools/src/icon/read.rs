@@ -4,9 +4,9 @@ use std::fs::File;
 use std::io::{ErrorKind, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
-use super::layout::{Component, FileLayout, NumberType, Plane, PlaneContent};
+use super::layout::{Component, FileLayout, Plane, PlaneContent};
 use super::traits::Traits;
-use super::{IconScan, PeakLight, ProfileMark, RangeValues, Scatter, SensorImage, xml};
+use super::{IconScan, PlaneNumbers, SensorImage, xml};
 use dataset::Fault;
 
 /// Longest XML that is read: cameras add their settings to it, some hundred kB [bytes].
@@ -136,32 +136,14 @@ impl ScanReader {
     /// Where the disk refuses, or the file has become shorter.
     pub fn read(&mut self, first: usize, count: usize) -> Result<IconScan, Fault> {
         let rows = count.min(self.data.rows.saturating_sub(first));
-        let mut range = RangeValues::World(Vec::new());
-        let (mut x, mut light, mut scatter, mut marks) = (None, None, None, None);
+        let mut planes = Vec::new();
         for plane in self.data.layout.planes.clone() {
-            let bytes = match plane.part {
-                PlaneContent::Other | PlaneContent::Image => continue,
-                _ => self.data.bytes(&plane, first, rows)?,
-            };
-            let words = |bytes: &[u8]| -> Vec<u16> {
-                bytes.as_chunks::<2>().0.iter().map(|pair| u16::from_le_bytes(*pair)).collect()
-            };
-            let floats = |bytes: &[u8]| -> Vec<f32> {
-                bytes.as_chunks::<4>().0.iter().map(|four| f32::from_le_bytes(*four)).collect()
-            };
-            match (plane.part, plane.kind) {
-                (PlaneContent::Range, NumberType::Word) => range = RangeValues::Steps(words(&bytes)),
-                (PlaneContent::Range, _) => range = RangeValues::World(floats(&bytes)),
-                (PlaneContent::RangeX, _) => x = Some(floats(&bytes)),
-                (PlaneContent::Intensity, _) => light = Some(PeakLight::Intensity(bytes)),
-                (PlaneContent::Reflectance, _) => light = Some(PeakLight::Reflectance(bytes)),
-                (PlaneContent::Scatter, NumberType::Word) => scatter = Some(Scatter::Word(words(&bytes))),
-                (PlaneContent::Scatter, _) => scatter = Some(Scatter::Byte(bytes)),
-                (PlaneContent::Mark, _) => marks = Some(bytes.chunks_exact(plane.line()).map(mark).collect()),
-                (PlaneContent::Other | PlaneContent::Image, _) => {}
+            if !matches!(plane.part, PlaneContent::Other | PlaneContent::Image) {
+                let bytes = self.data.bytes(&plane, first, rows)?;
+                planes.push((plane.part, PlaneNumbers::read(plane.kind, bytes)));
             }
         }
-        Ok(IconScan { width: self.width(), rows, traits: self.traits, x, range, light, scatter, marks })
+        Ok(IconScan { width: self.width(), rows, traits: self.traits, planes })
     }
 }
 
@@ -184,17 +166,5 @@ impl DataFile {
             }
         }
         Ok(bytes)
-    }
-}
-
-/// Standard marks have two numbers, extended ones five.
-fn mark(bytes: &[u8]) -> ProfileMark {
-    let number = |i: usize| bytes.as_chunks::<4>().0.get(i).map_or(0, |four| u32::from_le_bytes(*four));
-    ProfileMark {
-        encoder: number(0).cast_signed(),
-        status: number(1),
-        timestamp: number(2),
-        pulse: number(3),
-        scan: number(4),
     }
 }

@@ -1,7 +1,7 @@
 //! Counts over all rows of a dataset, in two passes: first extents, then the bins of histograms. Memory
 //! does not grow with the number of samples.
 
-use output_schema::row::{ROW, SHARES};
+use output_schema::row::{IMAGES, ROW, SHARES};
 use output_schema::{DatasetHead, NumberColumn};
 
 use super::declared_distribution::DeclaredDistribution;
@@ -14,7 +14,7 @@ use dataset::{RowBatch, RowQuery, Table};
 const MAX_NAMED_SAMPLES: usize = 12;
 
 /// Pixels and objects of one pixel class.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct PixelClassCounts {
     /// Value in label images.
     pub value: usize,
@@ -102,32 +102,19 @@ pub(super) fn count(
     step: &dyn Fn(u64),
     place: &mut dyn FnMut(&DatasetCounts, RowPlace),
 ) -> DatasetCounts {
-    let kind = |(value, name): (usize, &str)| PixelClassCounts {
-        value,
-        name: name.into(),
-        pixels: 0,
-        samples: 0,
-        objects: 0,
-        extent: RunningRange::default(),
-        cells: None,
+    let kind = |(value, name): (usize, &str)| PixelClassCounts { value, name: name.into(), ..Default::default() };
+    let number = |column: &NumberColumn| {
+        let (column, extent) = (column.clone(), RunningRange::default());
+        NumberCounts { column, extent, declared: None, cells: None }
     };
-    let number = |column: &NumberColumn| NumberCounts {
-        column: column.clone(),
-        extent: RunningRange::default(),
-        declared: None,
-        cells: None,
-    };
+    let short = |shortfall| ShortSamples { shortfall, count: 0, first: Vec::new() };
     let mut counts = DatasetCounts {
         samples: vec![[0; 3]; head.classes.len()],
         kinds: head.shown_classes().map(kind).collect(),
         numbers: head.parameters.iter().chain(&head.physics).map(number).collect(),
         field: [RunningRange::default(); 2],
-        short: Vec::new(),
+        short: if tells_shares(head) { Shortfall::ALL.map(short).to_vec() } else { Vec::new() },
     };
-    if tells_shares(head) {
-        let none = |shortfall| ShortSamples { shortfall, count: 0, first: Vec::new() };
-        counts.short = Shortfall::ALL.map(none).to_vec();
-    }
     let tables = folder.tables.clone();
     for table in &tables {
         if let Err(what) = extents(table, &mut counts) {
@@ -158,19 +145,8 @@ pub(super) fn shares(rows: &RowBatch) -> Result<Vec<SampleShares>, String> {
 }
 
 fn wanted(name: &str) -> bool {
-    const OTHERS: [&str; 10] = [
-        "id",
-        "seed",
-        "split",
-        "calibration",
-        "defect_classes",
-        "unseen_classes",
-        "range",
-        "reflectance",
-        "scatter",
-        "label",
-    ];
-    !OTHERS.contains(&name) && name != "instance" && !name.starts_with("range_")
+    const OTHERS: [&str; 6] = ["id", "seed", "split", "calibration", "defect_classes", "unseen_classes"];
+    !OTHERS.contains(&name) && !IMAGES.contains(&name) && !name.starts_with("range_")
 }
 
 /// The path of a number's column in the tables.

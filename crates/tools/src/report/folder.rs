@@ -5,8 +5,8 @@ use std::io::ErrorKind;
 use std::ops::Range;
 use std::path::Path;
 
+use output_schema::Manifest;
 use output_schema::file::manifest_path;
-use output_schema::{DatasetHead, Manifest};
 
 use dataset::{Dataset, Fault, Table, enclosed};
 
@@ -23,7 +23,7 @@ pub(super) struct Files {
 }
 
 /// What lies in the folder.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct DatasetFolder {
     /// Tables in the order of shards, then of splits.
     pub tables: Vec<Table>,
@@ -43,8 +43,7 @@ impl DatasetFolder {
     /// Looks at every file that the head and the manifests name, by size alone.
     pub fn look(dataset: &Dataset) -> Self {
         let (head, root) = (dataset.head(), dataset.root());
-        let mut found =
-            Self { tables: Vec::new(), finished: 0, kinds: BTreeMap::new(), troubles: Vec::new(), more: 0, damage: 0 };
+        let mut found = Self::default();
         for name in ["dataset.json", "README.md", "croissant.json"] {
             if let Ok(bytes) = enclosed::length(root, name) {
                 found.count("documents", bytes);
@@ -151,9 +150,4 @@ fn kind(path: &str) -> &'static str {
 /// What is wrong with a manifest, without its path and remedy, which stand beside it.
 fn told(fault: Fault) -> String {
     if fault.tried == Some("read") { format!("cannot be read: {}", fault.what) } else { fault.what }
-}
-
-/// Samples that the head promises in the shards that are not finished.
-pub(super) fn unfinished(head: &DatasetHead, folder: &DatasetFolder) -> u64 {
-    head.shards.saturating_sub(folder.finished)
 }

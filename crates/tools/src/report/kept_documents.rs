@@ -22,34 +22,25 @@ pub(super) struct DocumentKind {
     fields: &'static [RequiredField],
 }
 
-/// A key that a document must have.
-struct RequiredField {
-    key: &'static str,
-    /// What its value should be, in words.
-    wanted: &'static str,
-    is_right: fn(&Value) -> bool,
-}
-
-const fn field(key: &'static str, wanted: &'static str, is_right: fn(&Value) -> bool) -> RequiredField {
-    RequiredField { key, wanted, is_right }
-}
+/// A key that a document must have, what its value should be in words, and whether it is.
+type RequiredField = (&'static str, &'static str, fn(&Value) -> bool);
 
 /// Of `gen validate --save`.
 pub(super) const VALIDATION: DocumentKind = DocumentKind {
     format: "sheetlight-validation",
-    fields: &[field("clean", "true or false", Value::is_boolean), field("faults", "a list", Value::is_array)],
+    fields: &[("clean", "true or false", Value::is_boolean), ("faults", "a list", Value::is_array)],
 };
 /// Of `gen check --save`.
 const CHECK: DocumentKind = DocumentKind {
     format: "sheetlight-check",
     fields: &[
-        field("model", "an object", Value::is_object),
-        field("task", "a text", Value::is_string),
-        field("split", "a text", Value::is_string),
-        field("accuracy", "an object", Value::is_object),
-        field("classes", "a list", Value::is_array),
-        field("confusion", "a list", Value::is_array),
-        field("calibration", "an object", Value::is_object),
+        ("model", "an object", Value::is_object),
+        ("task", "a text", Value::is_string),
+        ("split", "a text", Value::is_string),
+        ("accuracy", "an object", Value::is_object),
+        ("classes", "a list", Value::is_array),
+        ("confusion", "a list", Value::is_array),
+        ("calibration", "an object", Value::is_object),
     ],
 };
 
@@ -59,8 +50,8 @@ impl DocumentKind {
         if document["format"] != self.format {
             return Some(format!("its `format` is not \"{}\"", self.format));
         }
-        let wrong = self.fields.iter().find(|field| !(field.is_right)(&document[field.key]));
-        wrong.map(|field| format!("its `{}` is missing or not {}", field.key, field.wanted))
+        let wrong = self.fields.iter().find(|(key, _, is_right)| !is_right(&document[*key]));
+        wrong.map(|(key, wanted, _)| format!("its `{key}` is missing or not {wanted}"))
     }
 }
 

@@ -29,7 +29,7 @@ use self::declared_distribution::DeclaredDistribution;
 use self::folder::DatasetFolder;
 use self::page_data::PageData;
 use self::sheet_sample::SheetSample;
-use dataset::{Dataset, Fault};
+use dataset::Dataset;
 use recipe::Recipe;
 
 pub use self::exposed_profile::ExposedProfile;
@@ -44,15 +44,6 @@ const MIN_PICTURE_PX: f64 = 2_000.0;
 /// Most pixels of a picture.
 const MAX_PICTURE_PX: f64 = 120_000.0;
 
-/// Rendering functions that the caller provides.
-#[derive(Clone, Copy, Default)]
-pub struct Renderer<'a> {
-    /// Exposes a sample at a place along its scan, 0 at the first profile and 1 at the last.
-    pub expose: Option<&'a (dyn Fn(u64, f64) -> ExposedProfile + Sync)>,
-    /// Renders a sample as a whole.
-    pub measure: Option<&'a (dyn Fn(u64) -> RenderTiming + Sync)>,
-}
-
 /// What to show.
 pub struct ReportOptions<'a> {
     /// The dataset's recipe, or why it cannot be had.
@@ -61,8 +52,10 @@ pub struct ReportOptions<'a> {
     pub samples: u64,
     /// Most exposures.
     pub frames: usize,
-    /// Frames and time; nothing is rendered where there are none.
-    pub render: Renderer<'a>,
+    /// Exposes a sample at a place along its scan, 0 at the first profile and 1 at the last; no frames without.
+    pub expose: Option<&'a (dyn Fn(u64, f64) -> ExposedProfile + Sync)>,
+    /// Renders a sample as a whole; no times without.
+    pub measure: Option<&'a (dyn Fn(u64) -> RenderTiming + Sync)>,
     /// Told of steps done and of all steps.
     pub watch: &'a (dyn Fn(u64, u64) + Sync),
 }
@@ -84,7 +77,10 @@ pub struct DatasetPage {
 pub fn report(root: &Path, options: &ReportOptions) -> DatasetPage {
     let folder = match Dataset::open(root) {
         Ok(folder) => folder,
-        Err(error) => return DatasetPage { html: unreadable(root, &error), shown: 0, troubles: 1, damage: 1 },
+        Err(error) => {
+            let html = page::unreadable(&root.display().to_string(), &error.to_string()).into_string();
+            return DatasetPage { html, shown: 0, troubles: 1, damage: 1 };
+        }
     };
     let head = folder.head();
     let mut found = DatasetFolder::look(&folder);
@@ -128,7 +124,7 @@ pub fn report(root: &Path, options: &ReportOptions) -> DatasetPage {
     }
     samples.sort_by_key(|sample| (sample.class, sample.index));
     let exposures = exposures(&samples, head, options, &step);
-    let timing = options.render.measure.and_then(|measure| Some(measure(samples.first()?.index)));
+    let timing = options.measure.and_then(|measure| Some(measure(samples.first()?.index)));
     step(1);
     let facts = PageData {
         root,
@@ -149,11 +145,6 @@ pub fn report(root: &Path, options: &ReportOptions) -> DatasetPage {
     }
 }
 
-/// A page that says why there is no other.
-fn unreadable(root: &Path, error: &Fault) -> String {
-    page::unreadable(&root.display().to_string(), &error.to_string()).into_string()
-}
-
 /// Exposes a profile of some samples, one a class as far as they go: through the most of what is no plain surface.
 fn exposures(
     samples: &[SheetSample],
@@ -161,7 +152,7 @@ fn exposures(
     options: &ReportOptions,
     step: &dyn Fn(u64),
 ) -> Vec<(usize, ExposedProfile)> {
-    let Some(expose) = options.render.expose else { return Vec::new() };
+    let Some(expose) = options.expose else { return Vec::new() };
     let mut chosen: Vec<usize> = Vec::new();
     for (i, sample) in samples.iter().enumerate() {
         if chosen.last().is_none_or(|&last| samples[last].class != sample.class) {

@@ -41,19 +41,10 @@ pub(super) struct SheetSample {
     pub saturated: Option<f64>,
     /// What makes it of little use, in words.
     pub short: Vec<String>,
-    /// Objects by pixel class, in order of the classes.
-    pub objects: Vec<ObjectCount>,
+    /// How many objects of each pixel class, by its value in label images.
+    pub objects: BTreeMap<usize, u64>,
     /// Some drawn numbers.
     pub numbers: Vec<DrawnNumber>,
-}
-
-/// Objects of one pixel class.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct ObjectCount {
-    /// Value of the class in label images.
-    pub class: usize,
-    /// How many.
-    pub count: u64,
 }
 
 /// A drawn number as a card shows it.
@@ -160,6 +151,10 @@ fn of_row(
         }
         maps[place] = Some(grid.mean(&map));
     }
+    let mut objects = BTreeMap::new();
+    for object in row.objects()?.into_iter().flatten() {
+        *objects.entry(object.class).or_default() += 1;
+    }
     Ok(SheetSample {
         index,
         id: id.clone(),
@@ -173,7 +168,7 @@ fn of_row(
         range,
         saturated,
         short: if tells_shares(head) { shortfalls(row)? } else { Vec::new() },
-        objects: objects(row)?,
+        objects,
         numbers: numbers(row, head),
     })
 }
@@ -260,15 +255,6 @@ fn png(row: &RowBatch, head: &DatasetHead, name: &str) -> Result<Vec<f32>, Strin
 fn shortfalls(row: &RowBatch) -> Result<Vec<String>, String> {
     let shares = first(shares(row)?, "measured_share")?;
     Ok(shares.shortfalls().into_iter().map(|shortfall| shares.describe(shortfall)).collect())
-}
-
-/// How many objects of each pixel class.
-fn objects(row: &RowBatch) -> Result<Vec<ObjectCount>, String> {
-    let mut counts = BTreeMap::new();
-    for object in row.objects()?.into_iter().flatten() {
-        *counts.entry(object.class).or_default() += 1;
-    }
-    Ok(counts.into_iter().map(|(class, count)| ObjectCount { class, count }).collect())
 }
 
 fn numbers(row: &RowBatch, head: &DatasetHead) -> Vec<DrawnNumber> {

@@ -42,7 +42,7 @@ impl ExportSource {
         let samples = indices.len() as u64;
         let selection =
             Selection { splits: Vec::new(), indices: indices.into_iter().map(|index| index..=index).collect() };
-        let chosen = Self { selection, shards, samples, done: BTreeMap::new(), done_samples: 0, ..self.clone() };
+        let chosen = Self { selection, shards, samples, done: BTreeMap::new(), ..self.clone() };
         let take = |_: &ExportSample, result| {
             take(result);
             Ok(())
@@ -62,9 +62,7 @@ impl ExportSource {
     }
 
     /// What is left where a run before has exported the first samples of some splits.
-    pub(crate) fn after(&self, done: &BTreeMap<Split, Done>) -> Self {
-        let done_samples = done.values().map(|done| done.samples).sum();
-        let done = done.iter().map(|(split, done)| (*split, done.last)).collect();
-        Self { done, done_samples, ..self.clone() }
+    pub(crate) fn after(&self, done: BTreeMap<Split, Done>) -> Self {
+        Self { done, ..self.clone() }
     }
 }

@@ -2,6 +2,7 @@
 
 use maud::{Markup, html};
 
+use super::elements::table;
 use super::svg;
 use crate::report::histogram::DRAWN_ROUNDING;
 use crate::report::page_data::PageData;
@@ -30,9 +31,12 @@ fn samples(facts: &PageData) -> Markup {
     let most = most.fold(1.0, f64::max);
     let width = |n: f64| format!("{:.2}", 300.0 * n / most);
     html! {
-        p.key { @for (place, split) in Split::ALL.iter().enumerate() { span { i class={ "swatch \
-            split" (place) } {} (split.name()) } }
-            span { i.tick {} "the recipe's share" } }
+        p.key {
+            @for (place, split) in Split::ALL.iter().enumerate() {
+                span { i class={ "swatch split" (place) } {} (split.name()) }
+            }
+            span { i.tick {} "the recipe's share" }
+        }
         div.scroll tabindex="0" {
             table.counts {
                 thead { tr { th { "Class" } th { "" } th.n { "samples" } th.n { "expected" }
@@ -44,9 +48,8 @@ fn samples(facts: &PageData) -> Markup {
                         tr data-class=(title) {
                             th scope="row" { i class={ "dot c" (class) } {} (name(title)) }
                             td.bar {
-                                svg viewBox="0 0 300 \
-                                    14" preserveAspectRatio="none" role="img" aria-label={ (counts.of_class(*class))
-                                        " samples" } {
+                                svg viewBox="0 0 300 14" preserveAspectRatio="none" role="img"
+                                    aria-label={ (counts.of_class(*class)) " samples" } {
                                     @for place in 0..3 {
                                         rect class={ "split" (place) } y="2" height="10"
                                             x=(width(splits[..place].iter().sum::<u64>() as f64))
@@ -72,31 +75,29 @@ fn samples(facts: &PageData) -> Markup {
 fn pixels(facts: &PageData) -> Markup {
     let all: u64 = facts.counts.kinds.iter().map(|kind| kind.pixels).sum();
     let total = facts.counts.total();
-    html! {
-        div.scroll tabindex="0" {
-            table {
-                thead { tr { th { "Pixel \
-                    class" } th.n { "of all \
-                        pixels" } th.n { "samples with \
-                            it" } th.n { "objects" } th.n { "mean diameter" } th { "diameters [mm]" } } }
-                tbody {
-                    @for kind in &facts.counts.kinds {
-                        tr {
-                            th scope="row" { span.swatch style={ "background:" (class_hex(kind.value)) } {}
-                                (name(&kind.name)) }
-                            td.n { (percent(kind.pixels as f64 / all.max(1) as f64)) }
-                            td.n { (count(kind.samples)) " (" (percent(kind.samples as f64 / total.max(1) as f64)) ")" }
-                            td.n { (count(kind.objects)) }
-                            td.n { @if let Some(mean) = kind.extent.mean() { (number(mean)) " mm" } @else { "-" } }
-                            td.small {
-                                @if let Some(cells) = &kind.cells {
-                                    (svg::histogram(cells, &[], None, &format!("Diameters of {}", name(&kind.name))))
-                                } @else if kind.extent.is_constant(DRAWN_ROUNDING) { "all " (number(kind.extent.min)) }
-                            }
-                        }
-                    }
+    let columns = [
+        ("Pixel class", false),
+        ("of all pixels", true),
+        ("samples with it", true),
+        ("objects", true),
+        ("mean diameter", true),
+        ("diameters [mm]", false),
+    ];
+    let rows = html! {
+        @for kind in &facts.counts.kinds {
+            tr {
+                th scope="row" { span.swatch style={ "background:" (class_hex(kind.value)) } {} (name(&kind.name)) }
+                td.n { (percent(kind.pixels as f64 / all.max(1) as f64)) }
+                td.n { (count(kind.samples)) " (" (percent(kind.samples as f64 / total.max(1) as f64)) ")" }
+                td.n { (count(kind.objects)) }
+                td.n { @if let Some(mean) = kind.extent.mean() { (number(mean)) " mm" } @else { "-" } }
+                td.small {
+                    @if let Some(cells) = &kind.cells {
+                        (svg::histogram(cells, &[], None, &format!("Diameters of {}", name(&kind.name))))
+                    } @else if kind.extent.is_constant(DRAWN_ROUNDING) { "all " (number(kind.extent.min)) }
                 }
             }
         }
-    }
+    };
+    table(&columns, rows)
 }

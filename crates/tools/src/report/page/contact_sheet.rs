@@ -91,8 +91,10 @@ fn controls(facts: &PageData) -> Markup {
             div.needs-js {
                 fieldset {
                     legend { "Class" }
-                    label.chip { input type="radio" name="class" value="" checked; span { "all \
-                        " small { (count(facts.counts.total())) } } }
+                    label.chip {
+                        input type="radio" name="class" value="" checked;
+                        span { "all " small { (count(facts.counts.total())) } }
+                    }
                     @for (class, title) in classes {
                         label class={ "chip c" (class) } {
                             input type="radio" name="class" value=(title) data-c=(class);
@@ -115,8 +117,9 @@ fn controls(facts: &PageData) -> Markup {
                     span.dim { " · the address keeps the filter" } }
             }
             noscript { p.note { "Scripts are off: every sample is shown, and filters do not work." } }
-            @if facts.head.images.holds("label") { label.switch { input type="checkbox" id="labels" checked; " Labels \
-                over the maps" } }
+            @if facts.head.images.holds("label") {
+                label.switch { input type="checkbox" id="labels" checked; " Labels over the maps" }
+            }
         }
     }
 }
@@ -127,8 +130,8 @@ fn card(facts: &PageData, sample: &SheetSample, scales: &[Option<ColourScale>], 
     let figures = figures(sample, facts.head);
     let overlay = labels_png(&sample.labels, sample.width, plain).ok().filter(|_| !sample.labels.is_empty());
     let style = overlay.map(|png| format!("--labels:url({})", data_url(&png)));
-    let seen: Vec<String> =
-        sample.objects.iter().map(|object| format!("{} {}", object.count, kind(facts, object.class))).collect();
+    let seen = sample.objects.iter().map(|(class, count)| format!("{count} {}", kind(facts, *class)));
+    let seen: Vec<String> = seen.collect();
     html! {
         article.card id={ "s" (sample.index) } data-class=(class) data-split=(Split::ALL[sample.split].name()) {
             h3 {
@@ -136,8 +139,8 @@ fn card(facts: &PageData, sample: &SheetSample, scales: &[Option<ColourScale>], 
                 span class={ "tag c" (sample.class) } { i.dot {} (name(class)) }
                 span.tag { (Split::ALL[sample.split].name()) }
             }
-            a.maps.wide[sample.width > sample.height] href={ "#s" (sample.index) } style=[style] aria-label={ "Sample \
-                " (sample.index) ", larger" } {
+            a.maps.wide[sample.width > sample.height] href={ "#s" (sample.index) } style=[style]
+                aria-label={ "Sample " (sample.index) ", larger" } {
                 @for ((map, (title, ramp)), scale) in PANELS.iter().enumerate().zip(scales) {
                     figure {
                         @match (&sample.maps[map], scale) {
@@ -146,22 +149,25 @@ fn card(facts: &PageData, sample: &SheetSample, scales: &[Option<ColourScale>], 
                                     alt={ (title) " of sample " (sample.index) ", class " (name(class)) }
                                     src=(painted(values, sample, scale, *ramp)); }
                             }
-                            (values, _) => { span.map.empty style=(format!("aspect-ratio:{}/{}", sample.width,
-                                sample.height)) {
-                                @if values.is_some() { "nothing measured" } @else { "not kept" }
-                            } }
+                            (values, _) => {
+                                span.map.empty style=(format!("aspect-ratio:{}/{}", sample.width, sample.height)) {
+                                    @if values.is_some() { "nothing measured" } @else { "not kept" }
+                                }
+                            }
                         }
                         figcaption { (title) }
                     }
                 }
             }
             dl {
-                @if !sample.short.is_empty() { div.wide.alarm { dt { "of little \
-                    use" } dd { (sample.short.join("; ")) } } }
+                @if !sample.short.is_empty() {
+                    div.wide.alarm { dt { "of little use" } dd { (sample.short.join("; ")) } }
+                }
                 @if !seen.is_empty() { div.wide { dt { "shows" } dd { (seen.join(", ")) } } }
                 @if !figures.is_empty() { div.wide { dt { (on) } dd { (figures.join(" · ")) } } }
-                @for number in sample.numbers.iter().filter(|number| varies(facts,
-                    &number.path)) { div { dt { (number.path) } dd { (with_unit(number.value, &number.unit)) } } }
+                @for number in sample.numbers.iter().filter(|number| varies(facts, &number.path)) {
+                    div { dt { (number.path) } dd { (with_unit(number.value, &number.unit)) } }
+                }
                 div { dt { "size" } dd { (sample.size[1]) " × " (sample.size[0]) " px" } }
                 div.wide { dt { "id" } dd { code { (sample.id) } } }
             }

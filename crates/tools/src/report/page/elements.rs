@@ -14,17 +14,34 @@ pub(crate) fn plain_classes(head: &DatasetHead) -> Vec<u8> {
         .collect()
 }
 
+/// A table that scrolls where it is wide; of each column its title, and whether it holds numbers.
+pub(super) fn table(columns: &[(&str, bool)], rows: Markup) -> Markup {
+    html! {
+        div.scroll tabindex="0" {
+            table {
+                thead { tr { @for (title, is_number) in columns {
+                    @if *is_number { th.n { (title) } } @else { th { (title) } }
+                } } }
+                tbody { (rows) }
+            }
+        }
+    }
+}
+
 /// Notice above a kept result that belongs to another state of the dataset, or cannot be read.
 pub(super) fn staleness(kept: &KeptDocument, again: &str) -> Markup {
     html! {
         @match (&kept.document, kept.is_current) {
-            (Err(what), _) => p.stale { code { "reports/" (kept.name) } " cannot be read: \
-                " (what) ". Make it again: " code { (again) } }
+            (Err(what), _) => p.stale {
+                code { "reports/" (kept.name) } " cannot be read: " (what) ". Make it again: " code { (again) }
+            }
             (Ok(_), Some(true)) => {}
-            (Ok(_), Some(false)) => p.stale { strong { "Stale: \
-                " } "the dataset has changed since. Make it again: " code { (again) } }
-            (Ok(_), None) => p.stale { strong { "Of what dataset? \
-                " } "It does not say what it was made from. Make it again: " code { (again) } }
+            (Ok(_), Some(false)) => p.stale {
+                strong { "Stale: " } "the dataset has changed since. Make it again: " code { (again) }
+            }
+            (Ok(_), None) => p.stale {
+                strong { "Of what dataset? " } "It does not say what it was made from. Make it again: " code { (again) }
+            }
         }
     }
 }

@@ -3,8 +3,8 @@
 use maud::{Markup, html};
 use output_schema::DatasetHead;
 
+use super::elements::table;
 use crate::report::dataset_counts::ShortSamples;
-use crate::report::folder::unfinished;
 use crate::report::histogram::RunningRange;
 use crate::report::page_data::PageData;
 use crate::report::sheet_sample::MAPS;
@@ -15,7 +15,7 @@ use recipe::Recipe;
 /// The head.
 pub(super) fn header(facts: &PageData) -> Markup {
     let (head, folder) = (facts.head, &facts.folder);
-    let missing = unfinished(head, folder);
+    let missing = head.shards.saturating_sub(folder.finished);
     let images = &head.images;
     let [rows, cols] = &facts.counts.field;
     let splits = head.splits.named().map(|(name, share)| format!("{name} {}", number(share)));
@@ -44,8 +44,8 @@ pub(super) fn header(facts: &PageData) -> Markup {
                 div { dt { "Classes" } dd { (head.classes.len()) } }
                 div { dt { "Splits" } dd { (splits.join(", ")) } }
                 div { dt { "Seed" } dd { (head.seed) } }
-                div { dt { "Images" } dd { (list(&images.png)) @if images.exr.is_empty() { "; no \
-                    EXR" } @else { "; EXR too" } } }
+                div { dt { "Images" }
+                    dd { (list(&images.png)) @if images.exr.is_empty() { "; no EXR" } @else { "; EXR too" } } }
                 div { dt { "Range" } dd { (images.range) ", " (head.range_unit()) } }
                 div { dt { "Digital numbers" } dd { (images.bits) " bits" } }
                 div { dt { "Sensor" } dd { (images.sensor_cols) " × " (images.sensor_rows) " px" } }
@@ -103,25 +103,25 @@ fn is_of_little_use(facts: &PageData) -> bool {
 pub(super) fn warnings(facts: &PageData) -> Markup {
     let short = || facts.counts.short.iter().filter(|short| short.count > 0);
     let total = facts.counts.total();
+    let rows = html! {
+        @for warning in &facts.head.warnings {
+            tr {
+                td { code { (warning.code) } } td { "Before the first sample: " (warning.what) }
+                td { (warning.remedy) }
+            }
+        }
+        @for short in short() {
+            tr {
+                td { code { (short.shortfall.name()) } } td { (found(short, total)) }
+                td { (short.shortfall.remedy()) }
+            }
+        }
+    };
     html! {
         @if is_of_little_use(facts) {
             section.trouble.alarm id="warnings" {
                 h2 { "Of little use" }
-                div.scroll tabindex="0" {
-                    table {
-                        thead { tr { th { "What" } th { "Found" } th { "Remedy" } } }
-                        tbody {
-                            @for warning in &facts.head.warnings {
-                                tr { td { code { (warning.code) } } td { "Before the first sample: \
-                                    " (warning.what) } td { (warning.remedy) } }
-                            }
-                            @for short in short() {
-                                tr { td { code { (short.shortfall.name()) } } td { (found(short, total)) }
-                                    td { (short.shortfall.remedy()) } }
-                            }
-                        }
-                    }
-                }
+                (table(&[("What", false), ("Found", false), ("Remedy", false)], rows))
             }
         }
     }
@@ -137,20 +137,16 @@ fn found(short: &ShortSamples, total: u64) -> String {
 /// What is missing or cannot be read; nothing where all is well.
 pub(super) fn troubles(facts: &PageData) -> Markup {
     let folder = &facts.folder;
+    let rows = html! {
+        @for trouble in &folder.troubles {
+            tr { td { code { (trouble.place) } } td { (trouble.what) } td { (trouble.remedy) } }
+        }
+    };
     html! {
         @if !folder.troubles.is_empty() {
             section.trouble id="troubles" {
                 h2 { "What is missing or damaged" }
-                div.scroll tabindex="0" {
-                    table {
-                        thead { tr { th { "File or shards" } th { "What" } th { "Remedy" } } }
-                        tbody {
-                            @for trouble in &folder.troubles {
-                                tr { td { code { (trouble.place) } } td { (trouble.what) } td { (trouble.remedy) } }
-                            }
-                        }
-                    }
-                }
+                (table(&[("File or shards", false), ("What", false), ("Remedy", false)], rows))
                 @if folder.more > 0 { p { "And " (count(folder.more)) " more." } }
                 p.note { "Everything below is of what can be read." }
             }

@@ -50,8 +50,10 @@ pub(super) fn unreadable(place: &str, what: &str) -> Markup {
             section.trouble {
                 p { code { (place) } }
                 pre { (what) }
-                p { code { "gen \
-                    validate" } " says what is damaged; a copy of " code { "dataset.json" } " brings the rest back." }
+                p {
+                    code { "gen validate" } " says what is damaged; a copy of " code { "dataset.json" }
+                    " brings the rest back."
+                }
             }
         }
     };

@@ -20,14 +20,14 @@ pub(super) fn section(facts: &PageData) -> Markup {
     let varied = facts.counts.numbers.iter().filter(|number| number.cells.is_some()).count();
     html! {
         p {
-            (varied) " of \
-                " (facts.counts.numbers.len()) " numbers vary. Bars are the samples, the line over them is the \
-                    density that the recipe declares, "
-            "the thick line below is its range. " em { "physics" } " follows from the others."
+            (varied) " of " (facts.counts.numbers.len()) " numbers vary. Bars are the samples, the line over them is "
+            "the density that the recipe declares, the thick line below is its range. "
+            em { "physics" } " follows from the others."
         }
         div.controls {
-            label.search.needs-js { "Find \
-                " input type="search" id="find" placeholder="exposure, knot, _mm ..." autocomplete="off"; }
+            label.search.needs-js {
+                "Find " input type="search" id="find" placeholder="exposure, knot, _mm ..." autocomplete="off";
+            }
             label.switch { input type="checkbox" id="by-class"; " Colour by class" }
         }
         @for (group, numbers) in &groups {

@@ -1,9 +1,8 @@
 //! Sensor frames with the line that extraction finds, and the profile that it makes.
 
-use std::fmt::Write;
-
 use maud::{Markup, html};
 
+use super::svg::polyline;
 use crate::report::exposed_profile::ExposedProfile;
 use crate::report::page_data::PageData;
 use crate::report::palette::frame_png;
@@ -22,8 +21,8 @@ pub(super) fn section(facts: &PageData) -> Markup {
         } @else {
             p {
                 "One exposure of each of " (facts.exposures.len()) " samples, made again from recipe, seed and index "
-                @if facts.head.images.holds("label") { "through the part with most to see: \
-                    " } @else { "through the middle: " }
+                @if facts.head.images.holds("label") { "through the part with most to see: " }
+                @else { "through the middle: " }
                 "the square root of digital numbers, the line that extraction finds, and below it the heights that it \
                     stands for."
             }
@@ -46,15 +45,12 @@ fn frame(facts: &PageData, place: usize, exposure: &ExposedProfile) -> Markup {
         article.frame data-class=(class) data-split=(Split::ALL[sample.split].name()) {
             h3 { "Sample " (sample.index) span class={ "tag c" (sample.class) } { i.dot {} (name(class)) } }
             p.dim {
-                "profile \
-                    " (exposure.profile) " of " (exposure.profiles) ", y = " (number(exposure.y_mm)) " mm; sensor rows "
-                (exposure.first_row) " to \
-                    " (exposure.first_row + rows.saturating_sub(1)) " of " (facts.head.images.sensor_rows)
-                "; found in " (found) " of " (exposure.cols) " columns"
+                "profile " (exposure.profile) " of " (exposure.profiles) ", y = " (number(exposure.y_mm))
+                " mm; sensor rows " (exposure.first_row) " to " (exposure.first_row + rows.saturating_sub(1)) " of "
+                (facts.head.images.sensor_rows) "; found in " (found) " of " (exposure.cols) " columns"
             }
-            svg.sensor viewBox={ "0 0 \
-                " (exposure.cols) " " (rows) } preserveAspectRatio="none" role="img" style={ "aspect-ratio:"
-                    (exposure.cols) "/" (rows.max(exposure.cols / 5)) }
+            svg.sensor viewBox={ "0 0 " (exposure.cols) " " (rows) } preserveAspectRatio="none" role="img"
+                style={ "aspect-ratio:" (exposure.cols) "/" (rows.max(exposure.cols / 5)) }
                 aria-label={ "Sensor frame of sample " (sample.index) " with the extracted line" } {
                 image href=(picture) width=(exposure.cols) height=(rows) preserveAspectRatio="none"
                     style="image-rendering:pixelated" {}
@@ -96,16 +92,4 @@ fn profile(exposure: &ExposedProfile) -> Markup {
             text x="0" y="132" { "height z [mm]" }
         }
     }
-}
-
-/// A path through the places that are there; one that is not breaks it.
-fn polyline(points: impl Iterator<Item = [f64; 2]>, digits: usize) -> String {
-    let (mut path, mut drawing) = (String::new(), false);
-    for [x, y] in points {
-        if x.is_finite() && y.is_finite() {
-            let _ = write!(path, "{}{x:.digits$} {y:.digits$}", if drawing { 'L' } else { 'M' });
-        }
-        drawing = x.is_finite() && y.is_finite();
-    }
-    path
 }

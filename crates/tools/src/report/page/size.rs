@@ -26,14 +26,11 @@ pub(super) fn section(facts: &PageData) -> Markup {
         @if let Some(timing) = facts.timing {
             div id="timing" {
                 p {
-                    "Sample \
-                        " (timing.index) " was rendered and encoded again for this page: \
-                            " strong { (time(timing.seconds)) }
-                    " on this machine with \
-                        " (timing.threads) @if timing.threads == 1 { " thread" } @else { " threads" } ", one sample \
-                            at a time; all "
-                    (count(facts.head.samples)) " would take \
-                        " strong { (time(timing.seconds * facts.head.samples as f64)) }
+                    "Sample " (timing.index) " was rendered and encoded again for this page: "
+                    strong { (time(timing.seconds)) } " on this machine with " (timing.threads)
+                    @if timing.threads == 1 { " thread" } @else { " threads" } ", one sample at a time; all "
+                    (count(facts.head.samples)) " would take "
+                    strong { (time(timing.seconds * facts.head.samples as f64)) }
                     " at that rate. The dataset itself keeps no times."
                 }
             }

@@ -1,4 +1,4 @@
-//! SVG drawings: histograms stacked by class.
+//! SVG drawings: histograms stacked by class, and paths.
 
 use std::fmt::Write;
 
@@ -24,28 +24,18 @@ pub(super) fn histogram(cells: &Histogram, curve: &[f64], declared: Option<(f64,
         for (cell, &count) in counts.iter().enumerate().filter(|(_, count)| **count > 0) {
             let (top, high) = (HISTOGRAM_HEIGHT - (below[cell] + count) as f64 * scale, count as f64 * scale);
             // A bar, half a unit apart from the next one.
-            let _ = write!(
-                path,
-                "M{:.1} {top:.1}h{:.1}v{high:.1}h-{:.1}z",
-                cell as f64 * step + 0.25,
-                step - 0.5,
-                step - 0.5
-            );
+            let (left, wide) = (cell as f64 * step + 0.25, step - 0.5);
+            let _ = write!(path, "M{left:.1} {top:.1}h{wide:.1}v{high:.1}h-{wide:.1}z");
             below[cell] += count;
         }
         paths.push((class, path));
     }
     let x = |value: f64| (cells.axis.place(value) * HISTOGRAM_WIDTH).clamp(0.0, HISTOGRAM_WIDTH);
-    let line = curve.iter().enumerate().fold(String::new(), |mut line, (i, value)| {
+    let point = |(i, value): (usize, &f64)| {
         let x = i as f64 / (curve.len() - 1).max(1) as f64 * HISTOGRAM_WIDTH;
-        let _ = write!(
-            line,
-            "{}{x:.1} {:.1}",
-            if i == 0 { "M" } else { "L" },
-            (HISTOGRAM_HEIGHT - value * scale).max(-4.0)
-        );
-        line
-    });
+        [x, (HISTOGRAM_HEIGHT - value * scale).max(-4.0)]
+    };
+    let line = polyline(curve.iter().enumerate().map(point), 1);
     let (left, right) = match cells.axis {
         HistogramAxis::Linear(min, max) | HistogramAxis::Log(min, max) | HistogramAxis::Whole(min, max) => (min, max),
     };
@@ -66,4 +56,16 @@ pub(super) fn histogram(cells: &Histogram, curve: &[f64], declared: Option<(f64,
                 "logarithmic" } }
         }
     }
+}
+
+/// A path through the places that are there; one that is not breaks it.
+pub(super) fn polyline(points: impl Iterator<Item = [f64; 2]>, digits: usize) -> String {
+    let (mut path, mut drawing) = (String::new(), false);
+    for [x, y] in points {
+        if x.is_finite() && y.is_finite() {
+            let _ = write!(path, "{}{x:.digits$} {y:.digits$}", if drawing { 'L' } else { 'M' });
+        }
+        drawing = x.is_finite() && y.is_finite();
+    }
+    path
 }

@@ -58,12 +58,15 @@ pub(super) fn section(facts: &PageData) -> Markup {
     html! {
         (staleness(&kept, &again))
         @if current && was_clean && damaged {
-            p.stale { strong { "Damaged since? \
-                " } "This page finds files \
-                    " a href="#troubles" { "missing or damaged" } ". Make it again: " code { (again) } }
+            p.stale {
+                strong { "Damaged since? " } "This page finds files " a href="#troubles" { "missing or damaged" }
+                ". Make it again: " code { (again) }
+            }
         }
-        @if let Ok(document) = &kept.document { (verdict(document,
-            current && !damaged)) (findings(&document["faults"])) (findings(&document["warnings"])) (others(document)) }
+        @if let Ok(document) = &kept.document {
+            (verdict(document, current && !damaged))
+            (findings(&document["faults"])) (findings(&document["warnings"])) (others(document))
+        }
     }
 }
 
@@ -83,8 +86,9 @@ fn verdict(document: &Value, holds: bool) -> Markup {
             }
             @if let Some(n) = document["bytes"].as_f64() { ", " (bytes(n)) }
             @for (key, value) in document.as_object().into_iter().flatten() {
-                @if let (Some(n), false) = (value.as_u64(), KEYS_SHOWN_ELSEWHERE.contains(&key.as_str())) { ", \
-                    " (count(n)) " " (name(key)) }
+                @if let (Some(n), false) = (value.as_u64(), KEYS_SHOWN_ELSEWHERE.contains(&key.as_str())) {
+                    ", " (count(n)) " " (name(key))
+                }
             }
         }
     }
@@ -103,8 +107,9 @@ fn findings(list: &Value) -> Markup {
             details.fault open {
                 summary { code { (code) } " " small { (of.len()) } " " span.dim { (of.first().map_or(String::new(),
                     |fault| text(fault, "remedy"))) } }
-                ul { @for fault in of.iter().take(MAX_LISTED_FAULTS) { li { code { (text(fault, "place")) } ": \
-                    " (text(fault, "what")) } } }
+                ul { @for fault in of.iter().take(MAX_LISTED_FAULTS) {
+                    li { code { (text(fault, "place")) } ": " (text(fault, "what")) }
+                } }
                 @if of.len() > MAX_LISTED_FAULTS { p.dim { "and " (of.len() - MAX_LISTED_FAULTS) " more" } }
             }
         }
