@@ -18,7 +18,7 @@ pub struct MeasuredProfile<'a> {
 
 /// Columns of a frame that are processed together.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Block<'a> {
+pub(super) struct ColumnBlock<'a> {
     /// The frame.
     pub frame: &'a Frame,
     /// The first of them.
@@ -27,7 +27,7 @@ pub(super) struct Block<'a> {
     pub columns: usize,
 }
 
-impl Block<'_> {
+impl ColumnBlock<'_> {
     /// A row of them.
     #[inline(always)]
     pub fn row(self, k: usize) -> [u16; LANES] {

@@ -18,7 +18,7 @@ mod scatter;
 
 use multiversion::multiversion;
 
-use self::block::{Block, LANES};
+use self::block::{ColumnBlock, LANES};
 use crate::frame::{Calibration, Frame};
 use optical_bench::settings::{Extraction, PeakChoice, PeakMethod, RangeForm};
 
@@ -72,7 +72,7 @@ pub fn extract(frames: &[Frame; 2], calibration: &Calibration, settings: &Extrac
 fn read_window(frame: &Frame, calibration: &Calibration, settings: &Extraction, out: &mut MeasuredProfile<'_>) {
     for first in (0..frame.cols).step_by(LANES) {
         let columns = LANES.min(frame.cols - first);
-        read_columns(Block { frame, first, columns }, calibration, settings, out);
+        read_columns(ColumnBlock { frame, first, columns }, calibration, settings, out);
     }
 }
 
@@ -83,17 +83,17 @@ pub(crate) fn extract_tile(
     settings: &Extraction,
     out: &mut MeasuredProfile<'_>,
 ) -> PeakLevels {
-    read_columns(Block { frame, first: 0, columns: frame.cols }, calibration, settings, out)
+    read_columns(ColumnBlock { frame, first: 0, columns: frame.cols }, calibration, settings, out)
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn read_columns(
-    block: Block<'_>,
+    block: ColumnBlock<'_>,
     calibration: &Calibration,
     settings: &Extraction,
     out: &mut MeasuredProfile<'_>,
 ) -> PeakLevels {
-    let Block { frame, first, columns } = block;
+    let ColumnBlock { frame, first, columns } = block;
     let dark = calibration.dark_level;
     let (best, at) = peak::peaks(block, settings);
     let (shift, scatter) = match settings.method {

@@ -8,7 +8,7 @@
 
 use multiversion::multiversion;
 
-use super::block::{Block, LANES};
+use super::block::{ColumnBlock, LANES};
 use crate::frame::Frame;
 use optical_bench::settings::{Extraction, PeakChoice, SearchDirection};
 
@@ -17,7 +17,7 @@ const HALF_WINDOW_ROWS: usize = 22;
 
 /// Level [DN] and window row of the peak of each column; level 0 where there is none.
 #[inline(always)]
-pub(super) fn peaks(block: Block<'_>, settings: &Extraction) -> ([u16; LANES], [u16; LANES]) {
+pub(super) fn peaks(block: ColumnBlock<'_>, settings: &Extraction) -> ([u16; LANES], [u16; LANES]) {
     let (mut best, mut at) = ([0u16; LANES], [0u16; LANES]);
     let rows = block.frame.rows;
     match (settings.peak, settings.direction) {
@@ -74,7 +74,7 @@ pub(super) fn merge_windows(frames: &[Frame; 2], dark: u16, settings: &Extractio
     let mut merged = Frame { cols, rows, first_col, first_row: Vec::with_capacity(cols), dn: vec![dark; rows * cols] };
     for start in (0..cols).step_by(LANES) {
         let columns = LANES.min(cols - start);
-        let peaks = frames.each_ref().map(|frame| peaks(Block { frame, first: start, columns }, settings));
+        let peaks = frames.each_ref().map(|frame| peaks(ColumnBlock { frame, first: start, columns }, settings));
         for column in start..start + columns {
             let peak = |number: usize| {
                 let (best, at) = &peaks[number];

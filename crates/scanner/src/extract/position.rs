@@ -23,7 +23,7 @@
 //! A new method is a variant of `PeakMethod` and its word in `optical_bench/src/settings/extraction.rs`, its arm here,
 //! its keys in `recipe/src/keys/settings.rs`, and a row with bias and spread in docs/theory/instrument/extraction.md.
 
-use super::block::{Block, LANES};
+use super::block::{ColumnBlock, LANES};
 use super::scatter::{row_span, side_weights, weighted_level};
 use optical_bench::settings::{Extraction, PeakMethod};
 
@@ -33,7 +33,7 @@ const MIN_LOG_LEVEL_DN: f32 = 0.5;
 /// Centre of gravity less the peak [px], NaN where there is none, and Scatter [DN], in one pass.
 #[inline(always)]
 pub(super) fn centre_of_gravity(
-    block: Block<'_>,
+    block: ColumnBlock<'_>,
     at: &[u16; LANES],
     dark: f32,
     settings: &Extraction,
@@ -64,13 +64,13 @@ pub(super) fn centre_of_gravity(
 /// Position of the line less the peak by any other method [px]; NaN where there is none.
 #[inline(always)]
 pub(super) fn by_neighbouring_rows(
-    block: Block<'_>,
+    block: ColumnBlock<'_>,
     at: &[u16; LANES],
     dark: f32,
     method: PeakMethod,
     window: usize,
 ) -> [f32; LANES] {
-    let Block { frame, first, columns } = block;
+    let ColumnBlock { frame, first, columns } = block;
     let mut shift = [f32::NAN; LANES];
     for c in 0..columns {
         // What lies outside of the frame counts as dark.

@@ -5,7 +5,7 @@
 //! stays in it unless the recipe takes it out. The camera's window has 31 rows, of which at most 29 are summed, so that
 //! sums of 8 bits fit in 16; sums of more bits end at 65535, as 16-bit output does.
 
-use super::block::{Block, LANES};
+use super::block::{ColumnBlock, LANES};
 use optical_bench::settings::{Extraction, ScatterDark, ScatterMode};
 
 /// Largest number of 16-bit output [DN].
@@ -77,7 +77,7 @@ pub(super) fn row_span(settings: &Extraction) -> [i32; 2] {
 
 /// Sums around the peaks `at` [DN].
 #[inline(always)]
-pub(super) fn scatter_sums(block: Block<'_>, at: &[u16; LANES], settings: &Extraction) -> [f32; LANES] {
+pub(super) fn scatter_sums(block: ColumnBlock<'_>, at: &[u16; LANES], settings: &Extraction) -> [f32; LANES] {
     let (side_weights, row_span) = (side_weights(settings.scatter_mode), row_span(settings));
     let mut sums = [0.0f32; LANES];
     for k in 0..block.frame.rows {

@@ -1,5 +1,5 @@
-//! Digitising: from the electrons of a window to digital numbers, by speckle, the pixels' own response, the signal chain
-//! and noise.
+//! Digitising: from the electrons of a window to digital numbers, by speckle, the pixels' own response, the signal
+//! chain and noise.
 //!
 //! The pattern of speckle lies on the object and moves with it ([`crate::optics::speckle`]); noise has a counter and a
 //! key for each pixel ([`numerics::lanes::normals`]). A second window has a key of its own, so what it holds changes

@@ -1,12 +1,12 @@
 //! Scan line: the light of one position of the scan.
 //!
 //! Takes a specimen under camera and laser at one position ([`LineView`]); gives what each column sends to the lens and
-//! what it lets out of its neighbours' light ([`crate::optics::light::ScanLine`]). Of sensor rows, of other lines and of
-//! numbers nothing is known here.
+//! what it lets out of its neighbours' light ([`crate::optics::light::ScanLine`]). Of sensor rows, of other lines and
+//! of numbers nothing is known here.
 //!
 //! [`LineMaker`] goes in steps: what each column sees ([`crate::specimen`]); the sight of it, with laser and lens; how
-//! much light its matter throws back and takes in. How light that entered spreads, by the kernel along the motion and by
-//! a blur along the line; and the extras: highlights, blur out of focus, ambient light, secondary light.
+//! much light its matter throws back and takes in. How light that entered spreads, by the kernel along the motion and
+//! by a blur along the line; and the extras: highlights, blur out of focus, ambient light, secondary light.
 //!
 //! A body that reaches beyond the sensor's columns is lit there too: it is taken to go on as in a mirror at the first
 //! or last column, so that as much light comes in as leaves.
