@@ -58,8 +58,8 @@ pub(crate) struct SurfaceGrid {
 }
 
 impl SurfaceGrid {
-    /// Heights over the box `low`..`high` [mm]: `line` fills those of a row of nodes, at scan position y and many x, and
-    /// where the surface lies below `films` their thickness. `lens` is where the lens stands over y = 0 [mm].
+    /// Heights over the box `low`..`high` [mm]: `line` fills those of a row of nodes, at scan position y and many x,
+    /// and where the surface lies below `films` their thickness. `lens` is where the lens stands over y = 0 [mm].
     pub fn new(
         low: Vec3,
         high: Vec3,

@@ -16,9 +16,9 @@ use rayon::prelude::*;
 
 use super::super::plane_layers::{PreparedLayer, StackGeometry, StackObserver};
 use super::super::tracker::{Geometry, Photon};
+use crate::phase::disc;
 use transport::fresnel::fresnel_dielectric;
 use transport::kernel::film_stack::table::{EXIT_BINS, NODE, SEALED_NODE, TABLE_FREQUENCIES, transmission_scale};
-use transport::phase::disc;
 use transport::stack::{Foil, PIGMENT_G, Scattering, Stack, Substrate};
 
 /// Independent batches.
