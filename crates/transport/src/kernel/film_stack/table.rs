@@ -140,14 +140,12 @@ impl FilmTable {
             }
         }
         let scale = 1.0 / transmission_scale(f64::from(turns)) as f32;
-        let transform =
-            |i: usize, scale: f32| UnitSpectrum(std::array::from_fn(|l| node[i * TABLE_FREQUENCIES + l] * scale));
         FilmNode {
-            back: transform(0, 1.0),
-            on: transform(1, scale),
-            diffuse_back: transform(2, 1.0),
-            diffuse_on: transform(3, scale),
-            slopes: transform(4, 1.0),
+            back: transform(&node, 0, 1.0),
+            on: transform(&node, 1, scale),
+            diffuse_back: transform(&node, 2, 1.0),
+            diffuse_on: transform(&node, 3, scale),
+            slopes: transform(&node, 4, 1.0),
             laws: std::array::from_fn(|i| node[TRANSFORMS * TABLE_FREQUENCIES + i]),
             diffuse_straight: node[NODE - 1],
         }
@@ -180,6 +178,12 @@ impl FilmTable {
             mirrored: node[SEALED_NODE - 1],
         }
     }
+}
+
+/// Transform number `i` of a film, times `scale`.
+#[inline(always)]
+fn transform(node: &[f32; NODE], i: usize, scale: f32) -> UnitSpectrum<TABLE_FREQUENCIES> {
+    UnitSpectrum(std::array::from_fn(|l| node[i * TABLE_FREQUENCIES + l] * scale))
 }
 
 /// The films around one, and their weights.
