@@ -1,9 +1,9 @@
-//! Cost of each effect of the instrument: rows and exposure of the full scan's recipe with one effect more, one core,
-//! to be held against `none`. One line in [`EFFECTS`] an effect.
+//! Cost of each effect of the instrument: rows and exposure of a full scan with one effect more, one core, to be held
+//! against `none`. The effects are those of the recipe's keys: each word of a setting of the instrument that is not its
+//! default, and each number that is 0 by default, a twentieth of the most that it may be.
 
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
-use optical_bench::settings::{Fan, Filter, Hdr, LineShape, Scheimpflug, SpeckleLaw};
 use recipe::{Recipe, Scene};
 use scanner::frame::Frame;
 use scanner::optics::speckle::PatternCache;
@@ -12,67 +12,37 @@ use scanner::specimen::Specimen;
 
 /// Profiles of one band.
 const PROFILES: usize = 64;
+/// A board under the bench at its defaults.
+const RECIPE: &str = "name: effects\nsubject: wood\nclasses: {one: {share: 1}}\nset:";
+/// Sections of the instrument.
+const SECTIONS: [&str; 5] = ["motion", "laser", "camera", "exposure", "speckle"];
 
-/// An effect of the instrument.
-struct Effect {
-    name: &'static str,
-    /// Switches it on.
-    enable: fn(&mut Scene),
-}
-
-const fn effect(name: &'static str, enable: fn(&mut Scene)) -> Effect {
-    Effect { name, enable }
+/// The recipe with an effect, as `KEY: VALUE`; `None` where it has none on a board.
+fn recipe_with(effect: &str) -> Option<Recipe> {
+    let set = if effect == "none" { String::new() } else { format!("\n  {effect}") };
+    Recipe::parse("effects.yaml", &format!("{RECIPE}{set}\n")).ok()
 }
 
 /// Every effect.
-const EFFECTS: &[Effect] = &[
-    effect("none", |_| ()),
-    effect("laser: cylindrical fan", |s| s.line.fan = Fan::Cylindrical),
-    effect("laser: ripple", |s| s.bench.laser.fan_ripple = 0.1),
-    effect("laser: narrow line", |s| s.bench.laser.waist_mm = 0.03),
-    effect("laser: slit of 0.3 mm", |s| s.line.shape = LineShape::Slit),
-    effect("laser: texture", |s| s.line.shape = LineShape::Texture),
-    effect("laser: point", |s| s.line.shape = LineShape::Point),
-    effect("laser: second line", |s| s.bench.laser.second_line_mm = 3.0),
-    effect("laser: smile", |s| s.bench.laser.smile_um = 30.0),
-    effect("laser: lobes", |s| s.bench.laser.lobe_share = 0.02),
-    effect("laser: skirt", |s| s.bench.laser.skirt_share = 0.02),
-    effect("laser: width jitter", |s| s.bench.laser.width_jitter = 0.05),
-    effect("laser: streaks", |s| s.bench.laser.streaks_per_mm = 1.0),
-    effect("camera: out of focus", |s| s.bench.optics.scheimpflug = Scheimpflug::Given),
-    effect("camera: distortion", |s| s.bench.camera.distortion_k1 = -0.06),
-    effect("camera: vignetting and filter", |s| {
-        (s.bench.camera.vignetting, s.bench.optics.filter) = (0.2, Filter::BandPass);
-    }),
-    effect("camera: ambient light", |s| s.bench.camera.ambient_w_per_m2_nm = 0.01),
-    effect("camera: motion blur", |s| s.bench.motion.line_rate_hz = 0.5e6 / s.bench.exposure.time_us),
-    // The recipe has pixels that differ.
-    effect("sensor: pixels alike", without_fixed_pattern),
-    effect("sensor: PRNU alone", |s| {
-        without_fixed_pattern(s);
-        s.bench.exposure.prnu = 0.01;
-    }),
-    effect("sensor: DSNU alone", |s| {
-        without_fixed_pattern(s);
-        s.bench.exposure.dsnu_dn = 0.25;
-    }),
-    effect("sensor: column pattern alone", |s| {
-        without_fixed_pattern(s);
-        s.bench.exposure.column_pattern_dn = 0.1;
-    }),
-    effect("sensor: blooming", |s| s.bench.exposure.blooming = 0.5),
-    effect("sensor: two slopes", |s| s.readout.hdr = Hdr::Medium),
-    effect("sensor: 12 bits", |s| s.readout.bits = 12),
-    effect("speckle: none", |s| s.bench.speckle.strength = 0.0),
-    effect("speckle: the thesis' law", |s| s.speckle_law = SpeckleLaw::Rayleigh),
-    effect("speckle: depolarised", |s| s.bench.speckle.surface_patterns = 2.0),
-    effect("motion: encoder jitter", |s| s.bench.motion.encoder_jitter_um = 5.0),
-    effect("motion: wow", |s| s.bench.motion.wow_um = 50.0),
-];
-
-fn without_fixed_pattern(scene: &mut Scene) {
-    let exposure = &mut scene.bench.exposure;
-    (exposure.prnu, exposure.dsnu_dn, exposure.column_pattern_dn) = (0.0, 0.0, 0.0);
+fn effects() -> Vec<String> {
+    let schema = recipe::schema();
+    let mut effects = vec!["none".to_owned()];
+    for section in SECTIONS {
+        let keys = schema["properties"][section]["properties"].as_object().expect("a section has keys");
+        for (key, said) in keys {
+            let values = match said["enum"].as_array() {
+                Some(words) => words.iter().filter(|word| **word != said["default"]).cloned().collect(),
+                None if said["default"] == 0.0 => {
+                    let most = said["oneOf"][0]["maximum"].as_f64();
+                    most.map(|most| serde_json::json!(0.05 * most)).into_iter().collect()
+                }
+                None => Vec::new(),
+            };
+            effects.extend(values.iter().map(|value| format!("{section}.{key}: {value}")));
+        }
+    }
+    effects.retain(|effect| recipe_with(effect).is_some());
+    effects
 }
 
 /// A board with one effect under the bench.
@@ -84,10 +54,7 @@ struct BoardUnderBench {
 
 impl BoardUnderBench {
     fn new(name: &str) -> Self {
-        let recipe = Recipe::load("wood.yaml").expect("the embedded recipe loads");
-        let mut scene = recipe.draw(0, 0);
-        let effect = EFFECTS.iter().find(|effect| effect.name == name).expect("a name of the table");
-        (effect.enable)(&mut scene);
+        let scene = recipe_with(name).expect("one of the effects").draw(0, 0);
         let (sensor, specimen) = pipeline::set_up(&scene, pipeline::body(&scene), &PatternCache::new(0));
         Self { scene, sensor, specimen }
     }
@@ -97,23 +64,19 @@ impl BoardUnderBench {
     }
 }
 
-fn names() -> impl Iterator<Item = &'static str> {
-    EFFECTS.iter().map(|effect| effect.name)
-}
-
 fn main() {
     divan::main();
 }
 
 /// Light of the rows that a band needs, a profile.
-#[divan::bench(args = names())]
+#[divan::bench(args = effects())]
 fn rows(bencher: Bencher, name: &str) {
     let board = BoardUnderBench::new(name);
     bencher.counter(ItemsCount::new(PROFILES)).bench(|| board.band());
 }
 
 /// Exposure without extraction.
-#[divan::bench(args = names())]
+#[divan::bench(args = effects())]
 fn expose(bencher: Bencher, name: &str) {
     let board = BoardUnderBench::new(name);
     let band = board.band();

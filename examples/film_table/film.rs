@@ -16,9 +16,9 @@ use rayon::prelude::*;
 
 use reference::path::plane_layers::{PreparedLayer, StackGeometry, StackObserver};
 use reference::path::tracker::{Geometry, Photon};
+use reference::phase::disc;
 use transport::fresnel::fresnel_dielectric;
 use transport::kernel::film_stack::table::{EXIT_BINS, NODE, SEALED_NODE, TABLE_FREQUENCIES, transmission_scale};
-use transport::phase::disc;
 use transport::stack::{Foil, PIGMENT_G, Scattering, Stack, Substrate};
 
 /// Independent batches.

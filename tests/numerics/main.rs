@@ -1,4 +1,4 @@
 //! Numbers that have to be the same everywhere.
 
-mod chance;
+mod exact_tests;
 mod portable_floats;

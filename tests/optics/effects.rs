@@ -1,14 +1,16 @@
 //! Every number of the bench and every setting of the extraction changes what comes out, one by one.
 
-use base::Parameter;
+use base::{Body, Gloss, Medium, Need, Parameter, Unmet};
 use dataset::record::Record;
-use optical_bench::parameters::{Bench, CameraParameters, ExposureParameters, MotionParameters, SpeckleParameters};
+use optical_bench::parameters::{
+    Bench, CameraParameters, ExposureParameters, LaserParameters, MotionParameters, SpeckleParameters,
+};
 use optical_bench::settings::{
-    Filter, LensModel, Movement, Optics, PeakChoice, PeakMethod, RangeForm, ScatterDark, ScatterMode, Scheimpflug,
+    Filter, LensModel, Optics, PeakChoice, PeakMethod, RangeForm, ScatterDark, ScatterMode, Scheimpflug,
     SearchDirection,
 };
-use recipe::{Plan, Scene};
-use test_support::target::{nominal, patterns, scene};
+use recipe::{Plan, Recipe, Scene};
+use test_support::target::{patterns, plate, scene};
 
 fn render(scene: &Scene) -> Record {
     pipeline::render(scene, patterns(), &|_| ())
@@ -22,58 +24,65 @@ fn base() -> Scene {
         (wood.board.lead_in_mm, wood.board.width_mm) = (0.5, 8.0);
     }
     scene.bench.laser.waist_height_mm = 0.0;
-    scene.bench = wobbling(scene.bench);
     scene
 }
 
-/// A bench whose wheel runs out of true, so that its period has an effect, and whose turntable would have the board
-/// under the line.
-fn wobbling(mut bench: Bench) -> Bench {
-    if bench.motion.turn_axis_y_mm == 0.0 {
-        bench.motion.turn_axis_y_mm = 10.0;
-    }
-    if bench.motion.wow_um == 0.0 {
-        bench.motion.wow_um = 40.0;
-    }
-    bench
+/// The bench with one number changed.
+fn with(bench: &Bench, is_it: impl Fn(&Parameter) -> bool, change: impl Fn(&Parameter, f64) -> f64) -> Bench {
+    let Bench { motion, laser, camera, exposure, speckle, optics } = bench;
+    let values = [motion.values(), laser.values(), camera.values(), exposure.values(), speckle.values()].concat();
+    let old = |parameter: &Parameter| values.iter().find(|(known, _)| *known == parameter).expect("all of them").1;
+    Bench::from_values(&mut |p| if is_it(p) { change(p, old(p)) } else { old(p) }, *optics)
 }
 
-/// The scene that wakes a number up: a long exposure for dark current, an overfull one for blooming, a laser at the
-/// edge of the filter's band for its width.
-fn waking(scene: &mut Scene, name: &str) {
-    let exposure = &mut scene.bench.exposure;
-    match name {
-        "dark_current_e_per_s" => (exposure.time_us, scene.bench.laser.power_mw) = (1e5, 0.02),
-        "blooming" => exposure.time_us = 400.0,
-        "filter_width_nm" => scene.bench.camera.filter_centre_nm = 645.0,
-        _ => {}
-    }
+/// A quarter of its value or a twentieth of its range more, or less where that leaves it.
+fn changed(parameter: &Parameter, old: f64) -> f64 {
+    let range = parameter.max - parameter.min;
+    let step = if old == 0.0 { 0.05 * range } else { (0.25 * old.abs()).max(0.05 * range.min(4.0)) };
+    let step = if parameter.integer { step.round().max(1.0) } else { step };
+    if old + step <= parameter.max { old + step } else { old - step }
 }
 
-/// The nominal bench with one number changed: a quarter of its range up, or down where that leaves it.
-fn changed(parameter: &'static Parameter) -> Bench {
-    let old = nominal_with(&mut |p| p.default);
-    let default = parameter.default;
-    let step = (0.25 * default.abs()).max(0.05 * (parameter.max - parameter.min).min(4.0));
-    let new = if default + step <= parameter.max { default + step } else { default - step };
-    let new = if parameter.integer { new.round().max(default + 1.0) } else { new };
-    let bench = nominal_with(&mut |p| if p == parameter { new } else { p.default });
-    assert_ne!(old, bench, "{}: the change did not arrive", parameter.path());
-    bench
-}
-
-fn nominal_with(value: &mut dyn FnMut(&'static Parameter) -> f64) -> Bench {
-    Bench::from_values(value, optical_bench::settings::Optics::default())
-}
-
-/// The scene in which a number of the camera or of the movement is awake: beside the setting that asks for it, or with
-/// a field as wide as what it does.
-fn awake(parameter: &Parameter) -> Scene {
+/// A scene, and a body in it, in which a number means something: beside the words and the amounts that it needs.
+fn awake(parameter: &Parameter) -> (Scene, Body) {
+    let needs = || parameter.conditions.iter().filter(|condition| condition.unmet != Unmet::Zero).map(|c| c.need);
+    let word = |need| match need {
+        Need::On(path, words) | Need::While(path, words) => Some(format!("\n  {path}: {}", words[0])),
+        _ => None,
+    };
+    let words: String = needs().filter_map(word).collect();
+    let text = format!("name: a\nsubject: wood\nclasses: {{one: {{share: 1}}}}\nset:{words}\n");
+    let asked = Recipe::parse("a.yaml", &text).unwrap_or_else(|error| panic!("{text}{error}")).draw(0, 0);
     let mut scene = base();
-    match parameter.name {
-        "sensor_tilt_deg" | "focus_distance_mm" => scene.bench.optics.scheimpflug = Scheimpflug::Given,
-        "filter_centre_nm" | "filter_width_nm" => scene.bench.optics.filter = Filter::BandPass,
-        name if name.starts_with("turn_") => scene.movement = Movement::Turntable,
+    (scene.line, scene.movement, scene.bench.optics) = (asked.line, asked.movement, asked.bench.optics);
+    for need in needs() {
+        if let Need::Amount(path) = need {
+            let tenth = |p: &Parameter, old: f64| if old == 0.0 { 0.1 * p.max } else { old };
+            scene.bench = with(&scene.bench, |p| p.path() == path, tenth);
+        }
+    }
+    wake(&mut scene, parameter.name);
+    let metal = Medium::opaque(Gloss { share: 1.0, reflectance: 0.9, roughness: [0.45; 2], matte: 0.0 });
+    let shines = needs().any(|need| need == Need::Facets) || parameter.name.starts_with("glint");
+    let body = if shines { plate(metal, 10.0, 0.0, 0.0) } else { pipeline::body(&scene) };
+    (scene, body)
+}
+
+/// What wakes a number beside which its needs alone do not.
+fn wake(scene: &mut Scene, name: &str) {
+    let Bench { motion, laser, camera, exposure, .. } = &mut scene.bench;
+    match name {
+        // An overfull exposure, and a long one.
+        "blooming" => exposure.time_us = 400.0,
+        "dark_current_e_per_s" => (exposure.time_us, laser.power_mw) = (1e5, 0.02),
+        // A laser at the edge of the filter's band.
+        "filter_width_nm" => camera.filter_centre_nm = 645.0,
+        // The fan's ends lie on the sensor.
+        "fan_soft_ends" | "smile_um" | "smile_cubic_um" => laser.fan_angle_deg = 1.2,
+        "point_x_mm" | "point_step_mm" | "point_span_mm" => (laser.power_mw, laser.point_span_mm) = (0.2, 3.0),
+        // The board lies under the line.
+        name if name.starts_with("turn_") => motion.turn_axis_y_mm = 10.0,
+        // A field as wide as what distortion does.
         name if name.starts_with("distortion") => {
             (scene.size.columns, scene.size.profiles) = (2560, 16);
             if let Plan::Wood(wood) = &mut scene.plan {
@@ -82,38 +91,25 @@ fn awake(parameter: &Parameter) -> Scene {
         }
         _ => {}
     }
-    scene
 }
 
 #[test]
 fn every_number_of_the_bench_has_an_effect() {
-    assert_eq!(nominal(), nominal_with(&mut |p| p.default));
-    let base = base();
-    let usual = render(&base);
-    // The laser's: tests/optics/laser_keys.rs.
     let tables = [
         MotionParameters::PARAMETERS,
+        LaserParameters::PARAMETERS,
         CameraParameters::PARAMETERS,
         ExposureParameters::PARAMETERS,
         SpeckleParameters::PARAMETERS,
     ];
     let mut idle = Vec::new();
     for parameter in tables.into_iter().flatten() {
-        let mut scene = awake(parameter);
-        waking(&mut scene, parameter.name);
-        let own = (scene != base).then(|| render(&scene));
-        let plain = own.as_ref().unwrap_or(&usual);
-        let (waist_height, optics) = (scene.bench.laser.waist_height_mm, scene.bench.optics);
-        scene.bench = wobbling(Bench { optics, ..changed(parameter) });
-        if parameter.name == "line_rate_hz" {
-            scene.bench.motion.line_rate_hz = 20_000.0;
-        }
-        if parameter.name != "waist_height_mm" {
-            scene.bench.laser.waist_height_mm = waist_height;
-        }
-        waking(&mut scene, parameter.name);
-        let record = render(&scene);
-        if same(&record, plain) {
+        let (scene, body) = awake(parameter);
+        let mut other = scene.clone();
+        other.bench = with(&scene.bench, |p| p == parameter, changed);
+        assert_ne!(scene.bench, other.bench, "{}: the change did not arrive", parameter.path());
+        let [plain, record] = [&scene, &other].map(|s| pipeline::render_body(s, body.clone(), patterns(), &|_| ()));
+        if same(&record, &plain) {
             idle.push(parameter.path());
         }
     }

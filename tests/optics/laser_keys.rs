@@ -1,84 +1,17 @@
-//! Each number of the laser changes what comes out, and what has no effect is refused; pictures come from files.
+//! What of the laser has no effect is refused; pictures come from files.
 
 use std::io::Cursor;
 
-use base::{Body, Gloss, Medium, Parameter};
-use optical_bench::parameters::LaserParameters;
-use optical_bench::settings::LineShape;
-use recipe::{Plan, Recipe, Scene};
+use base::{Gloss, Medium};
+use recipe::{Recipe, Scene};
 use scanner::optics::{Band, ROWS, Scratch, Sensor, TILE};
-use test_support::target::{expose, patterns, plate, scene};
+use test_support::target::{expose, plate, scene};
 
 const RECIPE: &str = "name: a\nsubject: wood\nclasses: {one: {share: 1}}\n";
 
 /// A surface that throws all light back evenly.
 fn white() -> Medium {
     Medium::opaque(Gloss { matte: 1.0, ..Gloss::NONE })
-}
-
-/// A small board, or metal, under a laser on which `name` has an effect.
-fn awake(name: &str) -> (Scene, Body) {
-    let mut scene = scene(48);
-    scene.size.columns = 128;
-    if let Plan::Wood(wood) = &mut scene.plan {
-        (wood.board.lead_in_mm, wood.board.width_mm) = (0.5, 8.0);
-    }
-    let metal = Medium::opaque(Gloss { share: 1.0, reflectance: 0.9, roughness: [0.45; 2], matte: 0.0 });
-    let body = if name.starts_with("glint") { plate(metal, 10.0, 0.0, 0.0) } else { pipeline::body(&scene) };
-    let laser = &mut scene.bench.laser;
-    (laser.waist_height_mm, laser.power_mw) = (0.0, 20.0);
-    match name {
-        // The fan's ends lie on the sensor.
-        "fan_soft_ends" | "smile_um" | "smile_cubic_um" => laser.fan_angle_deg = 1.2,
-        "line_width_mm" => scene.line.shape = LineShape::Slit,
-        "texture_length_mm" | "texture_width_mm" => scene.line.shape = LineShape::Texture,
-        "point_x_mm" | "point_step_mm" | "point_span_mm" => {
-            (scene.line.shape, laser.power_mw, laser.point_span_mm) = (LineShape::Point, 0.2, 3.0);
-        }
-        "second_line_share" => laser.second_line_mm = 1.0,
-        "lobe_pairs" | "lobe_distance" => laser.lobe_share = 0.1,
-        "skirt_width" => laser.skirt_share = 0.1,
-        "width_jitter_mm" => laser.width_jitter = 0.2,
-        "streak_width_um" | "streak_length_mm" | "streak_share" => laser.streaks_per_mm = 5.0,
-        "glint_gain" | "glint_length_mm" => laser.glints_per_mm = 5.0,
-        _ => (),
-    }
-    (scene, body)
-}
-
-/// A quarter of its value or a twentieth of its range more, or less where that leaves it.
-fn changed(laser: &LaserParameters, parameter: &'static Parameter) -> LaserParameters {
-    let values = laser.values();
-    let old = values.iter().find(|(p, _)| *p == parameter).expect("its own parameter").1;
-    let step = (0.25 * old.abs()).max(0.05 * (parameter.max - parameter.min).min(4.0));
-    let step = if parameter.integer { 1.0 } else { step };
-    let new = if old + step <= parameter.max { old + step } else { old - step };
-    LaserParameters::from_values(&mut |p| {
-        if p == parameter { new } else { values.iter().find(|(known, _)| *known == p).expect("all of them").1 }
-    })
-}
-
-#[test]
-fn every_number_of_the_laser_has_an_effect() {
-    let mut idle = Vec::new();
-    for parameter in LaserParameters::PARAMETERS {
-        let (scene, body) = awake(parameter.name);
-        let mut other = scene.clone();
-        other.bench.laser = changed(&scene.bench.laser, parameter);
-        if parameter.name.starts_with("smile") {
-            // Hundredths of a mm on a line of 8 mm.
-            other.bench.laser = LaserParameters { smile_um: 40.0, ..scene.bench.laser };
-            if parameter.name == "smile_cubic_um" {
-                other.bench.laser = LaserParameters { smile_cubic_um: 40.0, ..scene.bench.laser };
-            }
-        }
-        let [plain, with] = [&scene, &other].map(|s| pipeline::render_body(s, body.clone(), patterns(), &|_| ()).maps);
-        let same = |a: &[f32], b: &[f32]| a.iter().zip(b).all(|(a, b)| a == b || (a.is_nan() && b.is_nan()));
-        if same(&plain.reflectance, &with.reflectance) && same(&plain.scatter, &with.scatter) {
-            idle.push(parameter.path());
-        }
-    }
-    assert!(idle.is_empty(), "numbers without effect: {idle:?}");
 }
 
 /// What the laser would pass over in silence is a fault with a remedy; the same with its default is none.

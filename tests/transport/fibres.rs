@@ -5,9 +5,9 @@ use glam::DVec3;
 use rand::Rng;
 use rayon::prelude::*;
 use reference::path::tracker::Photon;
+use reference::phase::{fibre_collision, isotropic, uniform};
 use transport::answer::Estimate;
 use transport::kernel::diffusion;
-use transport::phase::{fibre_collision, isotropic, uniform};
 use transport::stack::CylinderPhase;
 
 /// Windows of a walk, and their length in mean free paths of the background, after which light forgets its direction.

@@ -1,5 +1,4 @@
-//! Elementary functions for loops over columns, nodes and weights of integrals, laws of numbers and exact tests of
-//! them.
+//! Elementary functions for loops over columns, nodes and weights of integrals, laws of numbers.
 
 pub mod chance;
 pub mod lanes;

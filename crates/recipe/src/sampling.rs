@@ -105,7 +105,7 @@ fn scrambled(stream: Stream, word: u64, digits: u32) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use numerics::chance::{UnitHistogram, binomial, kolmogorov_smirnov};
+    use exact::{UnitHistogram, binomial, kolmogorov_smirnov};
 
     fn points(stream: Stream, ranks: impl Iterator<Item = u64>) -> Vec<f64> {
         ranks.map(|rank| point(stream, rank)).collect()

@@ -82,7 +82,7 @@ pub struct Specimen {
     /// The surface below its film, where the film is clear.
     lower: Option<SurfaceGrid>,
     /// Its pockets, where light in them is asked for.
-    pockets: Vec<Pocket>,
+    pub(crate) pockets: Vec<Pocket>,
     /// The turntable; `None` for a straight scan.
     turntable: Option<Turntable>,
 }
@@ -160,11 +160,6 @@ impl Specimen {
         &self.body
     }
 
-    /// Its pockets.
-    pub(crate) fn pockets(&self) -> &[Pocket] {
-        &self.pockets
-    }
-
     /// Height of the body's highest point [mm].
     pub fn top(&self) -> f32 {
         self.triangles.high.z
@@ -222,18 +217,21 @@ impl Specimen {
 
     /// What `columns` see with the laser at scan position `y` [mm]; fills `hits`, one a column.
     pub fn look(&self, y: f32, columns: &Sightlines, conveyor: Medium, hits: &mut Vec<Hit>) {
-        if let Some(table) = &self.turntable {
-            hits.clear();
-            return self.look_turned(table, y, columns, conveyor, hits);
-        }
+        let pose = self.turntable.map_or_else(|| BodyPose::moved(y), |table| table.pose(f64::from(y)));
+        let stands = [Vec3::new(0.0, 0.0, self.fan_height), lens(&self.rig, 0.0)];
+        let stands = stands.map(|stand| pose.point_into_body(stand));
+        let bare_at = |x: f32| {
+            let point = pose.point_into_body(Vec3::new(x, 0.0, 0.0));
+            let [lit, seen] = stands.map(|stand| self.sees(point, stand));
+            Hit { x, lit, seen, ..bare(conveyor) }
+        };
         if self.body.is_its_hull() {
-            hits.clear();
-            let near_y = self.may_shade_conveyor(y);
-            let bare = |x: f32| self.conveyor(x, y, near_y, conveyor);
-            return self.look_at_triangles(&BodyPose::moved(y), columns, bare, hits);
+            return self.look_at_triangles(&pose, stands, columns, bare_at, hits);
+        }
+        if self.turntable.is_some() {
+            return self.look_turned(&pose, columns, bare_at, hits);
         }
         let slice = self.body.slice(y);
-        let near_y = self.may_shade_conveyor(y);
         // Hits are large: what stands there already is not written again.
         hits.resize(columns.len(), bare(conveyor));
         if let Some(upper) = &self.upper {
@@ -242,8 +240,8 @@ impl Specimen {
             self.look_onto(&*slice, columns, conveyor, hits);
         }
         for (column, hit) in hits.iter_mut().enumerate().filter(|(_, hit)| hit.is_bare()) {
-            hit.x = columns.of(column).at(0.0);
-            [hit.lit, hit.seen] = self.reaches_conveyor(hit.x, y, near_y);
+            let Hit { x, lit, seen, .. } = bare_at(columns.of(column).at(0.0));
+            (hit.x, hit.lit, hit.seen) = (x, lit, seen);
         }
         if self.upper.is_some() {
             self.shade(hits);
@@ -338,31 +336,6 @@ impl Specimen {
         shade(&mut left.iter_mut().rev());
     }
 
-    /// Whether the body can cast shadows on the conveyor at scan position `y` [mm].
-    fn may_shade_conveyor(&self, y: f32) -> bool {
-        let shadow = self.triangles.high.z * libm::tan(self.rig.tilt) as f32 * 1.2 + 1.0;
-        y > self.triangles.low.y - LEAVE_MM && y < self.triangles.high.y + shadow
-    }
-
-    fn conveyor(&self, x: f32, y: f32, near_y: bool, medium: Medium) -> Hit {
-        let [lit, seen] = self.reaches_conveyor(x, y, near_y);
-        Hit { x, lit, seen, ..bare(medium) }
-    }
-
-    /// Whether laser and lens reach the conveyor at `x`.
-    #[inline]
-    fn reaches_conveyor(&self, x: f32, y: f32, near_y: bool) -> [bool; 2] {
-        let point = Vec3::new(x, y, 0.0);
-        let lens = lens(&self.rig, y);
-        let TriangleBvh { low, high, .. } = self.triangles;
-        // Shadows reach no further than the lower of fan and lens casts them over the body's top, and a margin.
-        let over = (self.fan_height.min(lens.z) - high.z).max(1.0);
-        let reach = high.z * x.abs() / over * 1.2 + 0.5;
-        let near = near_y && x > low.x - reach && x < high.x + reach;
-        let fan = Vec3::new(0.0, y, self.fan_height);
-        [fan, lens].map(|stand| !near || self.triangles.unobstructed(point, stand))
-    }
-
     /// Intersection of a column's line of sight, which distortion bends, with the surface that its chord meets at
     /// `chord`: point and normal; `None` where the line is straight, or meets nothing near.
     fn meet_bent(&self, pose: &BodyPose, line: &Sightline, chord: Vec3) -> Option<(Vec3, Vec3)> {
@@ -378,18 +351,19 @@ impl Specimen {
 
     /// [`Specimen::look`] for pieces whose triangles are their surface.
     ///
-    /// The body stands in `pose`; `conveyor` is what is seen at x where it is not.
+    /// The body stands in `pose`, fan and lens in its frame at `fan` and `lens`; `conveyor` is what is seen at x where
+    /// it is not.
     fn look_at_triangles(
         &self,
         pose: &BodyPose,
+        [fan, lens]: [Vec3; 2],
         columns: &Sightlines,
         conveyor: impl Fn(f32) -> Hit,
         hits: &mut Vec<Hit>,
     ) {
         let (low, high) = (self.triangles.low, self.triangles.high);
         let [sky, ground] = [high.z + 1.0, low.z.min(0.0) - LEAVE_MM];
-        let [fan, lens] =
-            [Vec3::new(0.0, 0.0, self.fan_height), lens(&self.rig, 0.0)].map(|from| pose.point_into_body(from));
+        hits.clear();
         for column in 0..columns.len() {
             let line = columns.of(column);
             let at = |z: f32| pose.point_into_body(Vec3::new(line.at(z), PLANE_OFFSET_MM, z));
@@ -428,21 +402,9 @@ impl Specimen {
         }
     }
 
-    /// [`Specimen::look`] on a turntable after a travel [mm] of the points at its radius.
-    fn look_turned(&self, table: &Turntable, travel: f32, columns: &Sightlines, conveyor: Medium, hits: &mut Vec<Hit>) {
-        let pose = table.pose(f64::from(travel));
-        let stands =
-            [Vec3::new(0.0, 0.0, self.fan_height), lens(&self.rig, 0.0)].map(|point| pose.point_into_body(point));
-        let bare = |x: f32| {
-            let point = pose.point_into_body(Vec3::new(x, 0.0, 0.0));
-            let surface = Surface { z: 0.0, slope_x: 0.0, slope_y: 0.0 };
-            let matter = Matter { medium: conveyor, film: None, class: Class::Background, instance: 0 };
-            let [lit, seen] = stands.map(|stand| self.sees(point, stand));
-            Hit { x, surface, matter, lit, seen }
-        };
-        if self.body.is_its_hull() {
-            return self.look_at_triangles(&pose, columns, bare, hits);
-        }
+    /// [`Specimen::look`] on a turntable, where the body stands in `pose`.
+    fn look_turned(&self, pose: &BodyPose, columns: &Sightlines, conveyor: impl Fn(f32) -> Hit, hits: &mut Vec<Hit>) {
+        hits.clear();
         let mut guess = self.triangles.high.z;
         for column in 0..columns.len() {
             let line = columns.of(column);
@@ -453,7 +415,7 @@ impl Specimen {
             };
             let mut found = look(guess);
             if let Some((.., first)) = found
-                && (first.z - guess).abs() > 0.05
+                && (first.z - guess).abs() > GUESS_TOLERANCE_MM
             {
                 found = look(first.z);
             }
@@ -466,21 +428,22 @@ impl Specimen {
                     let surface = Surface { z: surface.z, slope_x: slope.x, slope_y: slope.y };
                     Hit { x, surface, matter, lit: true, seen: true }
                 }
-                None => bare(line.at(0.0)),
+                None => conveyor(line.at(0.0)),
             });
         }
     }
 
-    /// Whether nothing of the body stands between a point of the table and `stand`.
+    /// Whether nothing of the body stands between a point of the conveyor and `stand`.
+    #[inline]
     fn sees(&self, point: Vec3, stand: Vec3) -> bool {
-        // The body's top casts its shadow no further than the ray to the stand at its height.
+        let TriangleBvh { low, high, .. } = &self.triangles;
+        // The body's top casts its shadow no further than the ray to the stand at its height, and a margin.
         let ray = stand - point;
-        let over = (ray.z - self.triangles.high.z).max(1.0);
-        let reach = self.triangles.high.z / over * (ray.x * ray.x + ray.y * ray.y).sqrt() * 1.2 + 0.5;
-        let near = point.x > self.triangles.low.x - reach
-            && point.x < self.triangles.high.x + reach
-            && point.y > self.triangles.low.y - reach
-            && point.y < self.triangles.high.y + reach;
+        let reach = ray.abs() * (1.2 * high.z / (ray.z - high.z).max(1.0)) + 0.5;
+        let near = point.x > low.x - reach.x
+            && point.x < high.x + reach.x
+            && point.y > low.y - reach.y
+            && point.y < high.y + reach.y;
         !near || self.triangles.unobstructed(point, stand)
     }
 }
@@ -533,14 +496,14 @@ fn surface_grids(body: &Body, lens: Vec3) -> (Option<SurfaceGrid>, Option<Surfac
         Relief::Smooth => return (None, None),
     };
     let (low, high) = body.bounds();
-    let upper = SurfaceGrid::new(low, high, lens, |y, x, row| {
+    let upper = SurfaceGrid::new(low, high, lens, false, |y, x, row, _| {
         let slice = body.slice(y);
         for (z, &x) in row.iter_mut().zip(x) {
             *z = slice.surface(x).map_or(0.0, |surface| surface.z);
         }
     });
     let lower = (clearest < OPAQUE_FILM_DEPTH).then(|| {
-        SurfaceGrid::below_film(low, high, lens, |y, x, heights, films| {
+        SurfaceGrid::new(low, high, lens, true, |y, x, heights, films| {
             let slice = body.slice(y);
             for ((z, thickness), &x) in heights.iter_mut().zip(films).zip(x) {
                 let Some(surface) = slice.surface(x) else { continue };

@@ -6,12 +6,11 @@
 //! answer the same questions, a [`stack::Stack`] and an [`answer::Question`], in the crate `reference`.
 //!
 //! [`stack`] is matter in plane layers and [`answer`] what is said of it; [`line`] is a line of light on a body;
-//! [`phase`] and [`fresnel`] are the laws that all models share. docs/theory/physics.md has the equations, their
+//! [`fresnel`] has the laws that all models share. docs/theory/physics.md has the equations, their
 //! sources and where each model fails.
 
 pub mod answer;
 pub mod fresnel;
 pub mod kernel;
 pub mod line;
-pub mod phase;
 pub mod stack;

@@ -15,8 +15,8 @@
 //! Valid for planes and for indices that change only between layers. Neglected: polarisation, interference in thin
 //! layers, roughness of interfaces other than foil, thickness of coats, a facet's reflectance by angle.
 //!
-//! A new law is a variant of [`Scattering`], its sampling and density in `phase.rs`, its keys in `medium/reader.rs` of
-//! the crate `reference`.
+//! A new law is a variant of [`Scattering`]; its sampling and density in `phase.rs` and its keys in `medium/reader.rs`
+//! of the crate `reference`.
 
 use base::{Medium, WOOD_DISPERSION_DEG};
 use glam::DVec3;

@@ -12,6 +12,7 @@ pub mod media;
 pub mod medium;
 pub mod model;
 pub mod path;
+pub mod phase;
 pub mod thesis;
 
 pub use self::line_solver::line_solver;

@@ -1,7 +1,7 @@
 //! Quantiles against the laws, for random distributions of every form.
 
 use super::*;
-use numerics::chance::{UnitHistogram, kolmogorov_smirnov, likelihood_ratio, likelihood_ratio_chance};
+use exact::{UnitHistogram, kolmogorov_smirnov, likelihood_ratio, likelihood_ratio_chance};
 
 const REAL: Parameter = Parameter {
     group: "test",

@@ -1,7 +1,5 @@
 //! Blocks of columns that are processed together, and where their numbers go.
 
-use std::ops::Range;
-
 use crate::frame::Frame;
 
 /// Columns that are processed together.
@@ -18,10 +16,24 @@ pub struct MeasuredProfile<'a> {
     pub scatter: &'a mut [f32],
 }
 
-/// A row of some columns of a frame.
-#[inline(always)]
-pub(super) fn load_row(frame: &Frame, columns: &Range<usize>, k: usize) -> [u16; LANES] {
-    let mut lanes = [0u16; LANES];
-    lanes[..columns.len()].copy_from_slice(&frame.dn[k * frame.cols + columns.start..][..columns.len()]);
-    lanes
+/// Columns of a frame that are processed together.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct ColumnBlock<'a> {
+    /// The frame.
+    pub frame: &'a Frame,
+    /// The first of them.
+    pub first: usize,
+    /// How many there are.
+    pub columns: usize,
+}
+
+impl ColumnBlock<'_> {
+    /// A row of them.
+    #[inline(always)]
+    pub fn row(self, k: usize) -> [u16; LANES] {
+        let mut lanes = [0u16; LANES];
+        let from = k * self.frame.cols + self.first;
+        lanes[..self.columns].copy_from_slice(&self.frame.dn[from..][..self.columns]);
+        lanes
+    }
 }

@@ -18,7 +18,7 @@ mod scatter;
 
 use multiversion::multiversion;
 
-use self::block::LANES;
+use self::block::{ColumnBlock, LANES};
 use crate::frame::{Calibration, Frame};
 use optical_bench::settings::{Extraction, PeakChoice, PeakMethod, RangeForm};
 
@@ -70,8 +70,9 @@ pub fn extract(frames: &[Frame; 2], calibration: &Calibration, settings: &Extrac
 
 /// Reads every column of one window.
 fn read_window(frame: &Frame, calibration: &Calibration, settings: &Extraction, out: &mut MeasuredProfile<'_>) {
-    for start in (0..frame.cols).step_by(LANES) {
-        read_columns(frame, start..(start + LANES).min(frame.cols), calibration, settings, out);
+    for first in (0..frame.cols).step_by(LANES) {
+        let columns = LANES.min(frame.cols - first);
+        read_columns(ColumnBlock { frame, first, columns }, calibration, settings, out);
     }
 }
 
@@ -82,25 +83,24 @@ pub(crate) fn extract_tile(
     settings: &Extraction,
     out: &mut MeasuredProfile<'_>,
 ) -> PeakLevels {
-    read_columns(frame, 0..frame.cols, calibration, settings, out)
+    read_columns(ColumnBlock { frame, first: 0, columns: frame.cols }, calibration, settings, out)
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn read_columns(
-    frame: &Frame,
-    columns: std::ops::Range<usize>,
+    block: ColumnBlock<'_>,
     calibration: &Calibration,
     settings: &Extraction,
     out: &mut MeasuredProfile<'_>,
 ) -> PeakLevels {
-    let n = columns.len();
+    let ColumnBlock { frame, first, columns } = block;
     let dark = calibration.dark_level;
-    let (best, at) = peak::peaks(frame, &columns, settings);
+    let (best, at) = peak::peaks(block, settings);
     let (shift, scatter) = match settings.method {
-        PeakMethod::CentreOfGravity => position::centre_of_gravity(frame, &columns, &at, dark, settings),
+        PeakMethod::CentreOfGravity => position::centre_of_gravity(block, &at, dark, settings),
         method => {
-            let shift = position::by_neighbouring_rows(frame, &columns, &at, dark, method, settings.window_rows);
-            (shift, scatter::scatter_sums(frame, &columns, &at, settings))
+            let shift = position::by_neighbouring_rows(block, &at, dark, method, settings.window_rows);
+            (shift, scatter::scatter_sums(block, &at, settings))
         }
     };
     let (margin, reach) = (margin(settings) as i32, reach(settings) as i32);
@@ -108,10 +108,10 @@ fn read_columns(
     let strongest = settings.peak == PeakChoice::Strongest;
     let steps = settings.subpixel_steps as f32;
     let dark_sum = scatter_dark(settings, dark);
-    let range = &mut out.range[columns.clone()];
-    for c in 0..n {
+    let range = &mut out.range[first..first + columns];
+    for c in 0..columns {
         let peak = i32::from(at[c]);
-        let row = frame.first_row[columns.start + c] + peak;
+        let row = frame.first_row[first + c] + peak;
         let bright = f64::from(best[c]) >= settings.threshold_dn;
         peaks.at_an_end |= bright && (peak < reach || peak + reach >= frame.rows as i32);
         peaks.to_outshine[c] = if bright && strongest { f32::from(best[c]) } else { settings.threshold_dn as f32 };
@@ -125,13 +125,13 @@ fn read_columns(
         if settings.subpixel_steps > 0 {
             position = (position * steps).round() / steps;
         }
-        let column = columns.start + c;
+        let column = first + c;
         range[c] = if found { position } else { f32::NAN };
         out.reflectance[column] = if found { f32::from(best[c]) } else { 0.0 };
         out.scatter[column] = if found { scatter::as_written(scatter[c], dark_sum) } else { 0.0 };
     }
     if settings.range == RangeForm::Calibrated {
-        calibration.locator.heights(frame.first_col + columns.start, range);
+        calibration.locator.heights(frame.first_col + first, range);
     }
     peaks
 }

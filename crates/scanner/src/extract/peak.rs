@@ -6,11 +6,9 @@
 //! real camera tells a local maximum from noise on a flank is not published: here any fall of one digital number ends a
 //! rise.
 
-use std::ops::Range;
-
 use multiversion::multiversion;
 
-use super::block::{LANES, load_row};
+use super::block::{ColumnBlock, LANES};
 use crate::frame::Frame;
 use optical_bench::settings::{Extraction, PeakChoice, SearchDirection};
 
@@ -19,12 +17,13 @@ const HALF_WINDOW_ROWS: usize = 22;
 
 /// Level [DN] and window row of the peak of each column; level 0 where there is none.
 #[inline(always)]
-pub(super) fn peaks(frame: &Frame, columns: &Range<usize>, settings: &Extraction) -> ([u16; LANES], [u16; LANES]) {
+pub(super) fn peaks(block: ColumnBlock<'_>, settings: &Extraction) -> ([u16; LANES], [u16; LANES]) {
     let (mut best, mut at) = ([0u16; LANES], [0u16; LANES]);
+    let rows = block.frame.rows;
     match (settings.peak, settings.direction) {
         (PeakChoice::Strongest, SearchDirection::Standard) => {
-            for k in 0..frame.rows {
-                let dn = load_row(frame, columns, k);
+            for k in 0..rows {
+                let dn = block.row(k);
                 for c in 0..LANES {
                     let higher = dn[c] > best[c];
                     best[c] = if higher { dn[c] } else { best[c] };
@@ -33,8 +32,8 @@ pub(super) fn peaks(frame: &Frame, columns: &Range<usize>, settings: &Extraction
             }
         }
         (PeakChoice::Strongest, SearchDirection::Reverse) => {
-            for k in 0..frame.rows {
-                let dn = load_row(frame, columns, k);
+            for k in 0..rows {
+                let dn = block.row(k);
                 for c in 0..LANES {
                     let higher = dn[c] >= best[c];
                     best[c] = if higher { dn[c] } else { best[c] };
@@ -44,13 +43,13 @@ pub(super) fn peaks(frame: &Frame, columns: &Range<usize>, settings: &Extraction
         }
         (PeakChoice::First, direction) => {
             let min_peak_level = min_peak_level(settings);
-            for step in 0..frame.rows {
+            for step in 0..rows {
                 let (k, next) = match direction {
-                    SearchDirection::Standard => (step, Some(step + 1).filter(|next| *next < frame.rows)),
-                    SearchDirection::Reverse => (frame.rows - 1 - step, (frame.rows - 1 - step).checked_sub(1)),
+                    SearchDirection::Standard => (step, Some(step + 1).filter(|next| *next < rows)),
+                    SearchDirection::Reverse => (rows - 1 - step, (rows - 1 - step).checked_sub(1)),
                 };
-                let dn = load_row(frame, columns, k);
-                let then = next.map_or([0; LANES], |next| load_row(frame, columns, next));
+                let dn = block.row(k);
+                let then = next.map_or([0; LANES], |next| block.row(next));
                 for c in 0..LANES {
                     let found = best[c] == 0 && dn[c] >= min_peak_level && then[c] <= dn[c];
                     best[c] = if found { dn[c] } else { best[c] };
@@ -74,9 +73,9 @@ pub(super) fn merge_windows(frames: &[Frame; 2], dark: u16, settings: &Extractio
     let rows = 2 * HALF_WINDOW_ROWS + 1;
     let mut merged = Frame { cols, rows, first_col, first_row: Vec::with_capacity(cols), dn: vec![dark; rows * cols] };
     for start in (0..cols).step_by(LANES) {
-        let columns = start..(start + LANES).min(cols);
-        let peaks = [peaks(&frames[0], &columns, settings), peaks(&frames[1], &columns, settings)];
-        for column in columns {
+        let columns = LANES.min(cols - start);
+        let peaks = frames.each_ref().map(|frame| peaks(ColumnBlock { frame, first: start, columns }, settings));
+        for column in start..start + columns {
             let peak = |number: usize| {
                 let (best, at) = &peaks[number];
                 let row = frames[number].first_row[column] + i32::from(at[column - start]);

@@ -23,11 +23,8 @@
 //! A new method is a variant of `PeakMethod` and its word in `optical_bench/src/settings/extraction.rs`, its arm here,
 //! its keys in `recipe/src/keys/settings.rs`, and a row with bias and spread in docs/theory/instrument/extraction.md.
 
-use std::ops::Range;
-
-use super::block::{LANES, load_row};
+use super::block::{ColumnBlock, LANES};
 use super::scatter::{row_span, side_weights, weighted_level};
-use crate::frame::Frame;
 use optical_bench::settings::{Extraction, PeakMethod};
 
 /// Least level over dark of which a logarithm is taken [DN].
@@ -36,8 +33,7 @@ const MIN_LOG_LEVEL_DN: f32 = 0.5;
 /// Centre of gravity less the peak [px], NaN where there is none, and Scatter [DN], in one pass.
 #[inline(always)]
 pub(super) fn centre_of_gravity(
-    frame: &Frame,
-    columns: &Range<usize>,
+    block: ColumnBlock<'_>,
     at: &[u16; LANES],
     dark: f32,
     settings: &Extraction,
@@ -45,8 +41,8 @@ pub(super) fn centre_of_gravity(
     let window = settings.window_rows as i32;
     let (side_weights, row_span) = (side_weights(settings.scatter_mode), row_span(settings));
     let (mut sum, mut moment, mut scatter) = ([0.0f32; LANES], [0.0f32; LANES], [0.0f32; LANES]);
-    for k in 0..frame.rows {
-        let dn = load_row(frame, columns, k);
+    for k in 0..block.frame.rows {
+        let dn = block.row(k);
         for c in 0..LANES {
             let d = k as i32 - i32::from(at[c]);
             let level = f32::from(dn[c]);
@@ -68,20 +64,20 @@ pub(super) fn centre_of_gravity(
 /// Position of the line less the peak by any other method [px]; NaN where there is none.
 #[inline(always)]
 pub(super) fn by_neighbouring_rows(
-    frame: &Frame,
-    columns: &Range<usize>,
+    block: ColumnBlock<'_>,
     at: &[u16; LANES],
     dark: f32,
     method: PeakMethod,
     window: usize,
 ) -> [f32; LANES] {
+    let ColumnBlock { frame, first, columns } = block;
     let mut shift = [f32::NAN; LANES];
-    for c in 0..columns.len() {
+    for c in 0..columns {
         // What lies outside of the frame counts as dark.
         let light = |d: i32| {
             let k = i32::from(at[c]) + d;
             let inside = (0..frame.rows as i32).contains(&k);
-            if inside { f32::from(frame.dn[k as usize * frame.cols + columns.start + c]) - dark } else { 0.0 }
+            if inside { f32::from(frame.dn[k as usize * frame.cols + first + c]) - dark } else { 0.0 }
         };
         shift[c] = match method {
             PeakMethod::Parabola => parabola_vertex([-1, 0, 1].map(light)),

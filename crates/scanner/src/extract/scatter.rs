@@ -5,10 +5,7 @@
 //! stays in it unless the recipe takes it out. The camera's window has 31 rows, of which at most 29 are summed, so that
 //! sums of 8 bits fit in 16; sums of more bits end at 65535, as 16-bit output does.
 
-use std::ops::Range;
-
-use super::block::{LANES, load_row};
-use crate::frame::Frame;
+use super::block::{ColumnBlock, LANES};
 use optical_bench::settings::{Extraction, ScatterDark, ScatterMode};
 
 /// Largest number of 16-bit output [DN].
@@ -80,16 +77,11 @@ pub(super) fn row_span(settings: &Extraction) -> [i32; 2] {
 
 /// Sums around the peaks `at` [DN].
 #[inline(always)]
-pub(super) fn scatter_sums(
-    frame: &Frame,
-    columns: &Range<usize>,
-    at: &[u16; LANES],
-    settings: &Extraction,
-) -> [f32; LANES] {
+pub(super) fn scatter_sums(block: ColumnBlock<'_>, at: &[u16; LANES], settings: &Extraction) -> [f32; LANES] {
     let (side_weights, row_span) = (side_weights(settings.scatter_mode), row_span(settings));
     let mut sums = [0.0f32; LANES];
-    for k in 0..frame.rows {
-        let dn = load_row(frame, columns, k);
+    for k in 0..block.frame.rows {
+        let dn = block.row(k);
         for c in 0..LANES {
             sums[c] += weighted_level(k as i32 - i32::from(at[c]), f32::from(dn[c]), row_span, side_weights);
         }

@@ -55,10 +55,7 @@ impl Sensor {
             .map(|pixel| {
                 let (row, column) = (pixel / columns, pixel % columns);
                 let (normal, _) = lanes::normals(pixel as u32, keys);
-                let ambient = self.chain.gain * lit.ambient_in([row, column]);
-                let (response, shift) = self.chain.pixels.as_ref().map_or((1.0, 0.0), |pixels| pixels.at(row, column));
-                let (level, noisy) = self.chain.slopes.respond(response * ambient);
-                self.chain.digitise(level, noisy, normal, offsets[row] + shift)
+                self.chain.number([row, column], lit.ambient_in([row, column]), normal, offsets[row])
             })
             .collect();
         let (mut scratch, mut frames) = (Scratch::default(), <[Frame; 2]>::default());

@@ -143,7 +143,7 @@ impl Sensor {
 
     /// Contrast of speckle from the surface and, on the line, from below in one pixel [1].
     pub fn speckle_contrast(&self) -> [f32; 2] {
-        self.speckle.contrast()
+        self.speckle.contrast
     }
 
     /// What a reader of the frames has to know.

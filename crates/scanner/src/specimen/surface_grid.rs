@@ -58,23 +58,9 @@ pub(crate) struct SurfaceGrid {
 }
 
 impl SurfaceGrid {
-    /// Heights over the box `low`..`high` [mm]: `line` gives those of the nodes at scan position y, asked at many x.
-    /// `lens` is where the lens stands over y = 0 [mm].
-    pub fn new(low: Vec3, high: Vec3, lens: Vec3, line: impl Fn(f32, &[f32], &mut [f32]) + Sync) -> Self {
-        Self::made(low, high, lens, false, |y, x, row, _| line(y, x, row))
-    }
-
-    /// The same of a surface below a film, of whose thickness `line` fills a row too.
-    pub fn below_film(
-        low: Vec3,
-        high: Vec3,
-        lens: Vec3,
-        line: impl Fn(f32, &[f32], &mut [f32], &mut [f32]) + Sync,
-    ) -> Self {
-        Self::made(low, high, lens, true, line)
-    }
-
-    fn made(
+    /// Heights over the box `low`..`high` [mm]: `line` fills those of a row of nodes, at scan position y and many x,
+    /// and where the surface lies below `films` their thickness. `lens` is where the lens stands over y = 0 [mm].
+    pub fn new(
         low: Vec3,
         high: Vec3,
         lens: Vec3,
@@ -166,8 +152,7 @@ impl SurfaceGrid {
         around
     }
 
-    /// Thickness of the film over the surface about a point, and how it changes, but for its mixed derivative; of
-    /// [`Self::below_film`].
+    /// Thickness of the film over the surface about a point, and how it changes, but for its mixed derivative.
     pub fn film(&self, place: Vec2) -> Differences {
         self.differences(&self.film, &self.about(place))
     }
@@ -247,7 +232,7 @@ mod tests {
     /// A wall of 4 mm across the motion that rises from y = 10 to 11 and falls from y = 12 to 13, on a plate of 1 mm.
     fn wall() -> SurfaceGrid {
         let height = |y: f32| 1.0 + 4.0 * ((y - 10.0).clamp(0.0, 1.0) - (y - 12.0).clamp(0.0, 1.0));
-        SurfaceGrid::new(Vec3::ZERO, Vec3::new(20.0, 30.0, 5.0), LENS, move |y, x, row| {
+        SurfaceGrid::new(Vec3::ZERO, Vec3::new(20.0, 30.0, 5.0), LENS, false, move |y, x, row, _| {
             for (z, _) in row.iter_mut().zip(x) {
                 *z = height(y);
             }
@@ -262,7 +247,7 @@ mod tests {
         for _ in 0..20 {
             let [a, b, c, d, e] = std::array::from_fn(|_| rng.random_range(-0.2..0.2f32));
             let height = move |x: f32, y: f32| 5.0 + a * x + b * y + c * x * x + d * x * y + e * y * y;
-            let grid = SurfaceGrid::new(Vec3::ZERO, Vec3::new(4.0, 4.0, 5.0), LENS, move |y, x, row| {
+            let grid = SurfaceGrid::new(Vec3::ZERO, Vec3::new(4.0, 4.0, 5.0), LENS, false, move |y, x, row, _| {
                 row.iter_mut().zip(x).for_each(|(z, &x)| *z = height(x, y));
             });
             for _ in 0..50 {

@@ -195,7 +195,7 @@ fn surface_point_spread(texel: &SurfacePoint, table: &HalfSpaceTable, shares: &W
     let (weight, path, along) = (node.weight(), node.path(), node.along());
     let (spread_along, spread_across) = (node.variance_along(), node.variance_across());
     let (a, c2, f2) = (texel.mu_a * free, texel.cos_azimuth * texel.cos_azimuth, free * free);
-    let spread_mm = shares.spread_mm();
+    let spread_mm = &shares.spread_mm;
     let widest = spread_mm[BASIS - 1] * spread_mm[BASIS - 1];
     let towards = texel.view.towards(node.views(), texel.cos_azimuth, texel.view_motion);
     let (mut seen_along, mut seen_across) = ([0.0f32; LANES], [0.0f32; LANES]);

@@ -2,7 +2,7 @@
 //!
 //! Four axes: dispersion of the fibres, index of refraction, background's share of scattering, the fibres' dive; linear
 //! in functions of them between values. Lengths are in mean free paths 1 / (sigma_i + k). `make kernel-table` makes it
-//! anew; docs/theory/physics.md says how and what it was tested against.
+//! anew; docs/theory/transport/kernel.md says how and what it was tested against.
 
 use std::sync::OnceLock;
 

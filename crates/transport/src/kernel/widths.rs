@@ -26,7 +26,8 @@ const TABLE_ROWS: usize = 512;
 /// Shares of the fixed widths as a function of u.
 #[derive(Debug, Clone)]
 pub struct WidthShares {
-    spread_mm: [f32; BASIS],
+    /// Standard deviations of the widths [mm].
+    pub spread_mm: [f32; BASIS],
     rows: Box<[[f32; BASIS]; TABLE_ROWS]>,
     low: f32,
     per_step: f32,
@@ -45,11 +46,6 @@ impl WidthShares {
             low: low as f32,
             per_step: (steps / (high - low)) as f32,
         }
-    }
-
-    /// Standard deviations of the widths [mm].
-    pub fn spread_mm(&self) -> &[f32; BASIS] {
-        &self.spread_mm
     }
 
     /// Place in the table of a Gaussian with u = ln(variance + line).

@@ -12,7 +12,7 @@
 use glam::DVec3;
 use rand::Rng;
 
-use transport::phase::{disc, uniform};
+use crate::phase::{disc, uniform};
 use transport::stack::Foil;
 
 /// Draws before light is mirrored about the foil's own normal.

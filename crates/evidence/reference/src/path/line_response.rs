@@ -18,9 +18,9 @@ use super::pack::PackGeometry;
 use super::tracker::{Fate, LineObserver, Target};
 use super::{BATCHES, Effort};
 use crate::columns::column_edges;
+use crate::phase::uniform;
 use transport::answer::Estimate;
 use transport::line::{LineResponse, LineSource};
-use transport::phase::uniform;
 
 /// Batches that are in memory at once.
 const BATCHES_AT_ONCE: u64 = 16;

@@ -30,9 +30,9 @@ use self::plane_layers::{StackGeometry, StackObserver};
 use self::stack_observer::StackCounts;
 pub use self::stack_observer::{PATH_STEPS, step_path_mm};
 use self::tracker::{Geometry, Photon};
+use crate::phase::disc;
 use transport::answer::{Answer, Question};
 use transport::fresnel::fresnel_dielectric;
-use transport::phase::disc;
 use transport::stack::Stack;
 
 /// Independent batches that standard errors are taken from.

@@ -12,8 +12,8 @@ use rand::Rng;
 
 use super::plane_layers::{PreparedLayer, StackGeometry};
 use super::tracker::Photon;
+use crate::phase::{cylinder_towards, henyey_greenstein_density};
 use transport::fresnel::fresnel_dielectric;
-use transport::phase::{cylinder_towards, henyey_greenstein_density};
 use transport::stack::{Scattering, Substrate};
 
 /// Steps of the mean over fibre dispersion, in tilt and around.

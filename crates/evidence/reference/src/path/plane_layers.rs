@@ -10,7 +10,7 @@ use rand::Rng;
 
 use super::foil::mirror;
 use super::tracker::{Fate, FlightEnd, Geometry, Photon, RouletteOrder, transmitted};
-use transport::phase::{dispersed, fibre_collision, frame, henyey_greenstein, uniform};
+use crate::phase::{dispersed, fibre_collision, frame, henyey_greenstein, uniform};
 use transport::stack::{Layer, Scattering, Stack, Substrate};
 
 /// What happens to photons, for those who keep count.

@@ -14,8 +14,8 @@
 use glam::DVec3;
 use rand::Rng;
 
+use crate::phase::{FibreCollision, isotropic, sample_turn, turned, uniform};
 use transport::fresnel::fresnel_dielectric;
-use transport::phase::{FibreCollision, isotropic, turned, uniform};
 use transport::stack::CylinderPhase;
 
 /// Weight below which Russian roulette decides about a photon [1].
@@ -69,7 +69,7 @@ impl Photon {
             FibreCollision::Cylinder(fibre) => {
                 self.guided += 1;
                 // Rounding would grow over many turns.
-                self.direction = turned(self.direction, fibre, phase.sample(rng)).normalize();
+                self.direction = turned(self.direction, fibre, sample_turn(phase, rng)).normalize();
             }
             FibreCollision::Null => {}
         }

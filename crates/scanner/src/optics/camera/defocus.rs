@@ -10,8 +10,8 @@
 //! (Born and Wolf 1999, section 4.8), the circle of confusion. A tilted sensor stretches the disc along the rows by v /
 //! (v0 cos beta), exact to first order in c. A laser plane in focus has c = 0; light that leaves matter a mm off the
 //! plane has 3 um, which is 1e-4 of what its own spread takes on the sensor and is left out. The line's profile takes
-//! the disc by its variance: its true law is a semicircle, flatter than a Gaussian; docs/theory/instrument/camera.md
-//! says what that does. Neglected: the lens's mounts cut the disc at the field's edge (cat's eye); colour.
+//! the disc as it is (`circle_of_confusion`), and by its variance where it is small. Neglected: the lens's mounts cut
+//! the disc at the field's edge (cat's eye); colour.
 
 /// Lens and sensor as far as defocus depends on them.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -48,8 +48,6 @@ pub struct Camera {
     /// Variance of the lens's point spread along rows or columns [px^2].
     pub blur_variance: f32,
     projection: Projection,
-    /// Cosine of the sensor's tilt, cos(beta) [1].
-    upright: f32,
     /// Distortion of the lens; `None` without.
     distortion: Option<Distortion>,
     defocus: Defocus,
@@ -159,7 +157,6 @@ impl Camera {
                 tan_beta: libm::tan(beta) as f32,
                 distance: rig.distance as f32,
             },
-            upright: libm::cos(beta) as f32,
             distortion: (!rig.distortion.is_none()).then_some(rig.distortion),
             defocus,
             thin: bench.optics.lens == LensModel::ThinLens,
@@ -288,7 +285,7 @@ impl Camera {
         let Projection { scale, sin, cos, tan_beta, distance } = self.projection;
         let (yc, zc) = (y * cos + z * sin, distance + y * sin - z * cos);
         let bottom = zc - tan_beta * yc;
-        let along = scale * self.upright * x / bottom;
+        let along = scale * self.defocus.upright * x / bottom;
         [self.rig.centre_col as f32 + along, self.rig.centre_row as f32 - scale * yc / bottom]
     }
 

@@ -64,9 +64,9 @@ pub(crate) struct LineProfile {
     /// For light reflected by the surface, then for each fixed width.
     mixtures: Vec<GaussianMixture>,
     /// Variance without lobes and skirt [unit^2].
-    core: f32,
-    /// Nodes along the line; 1 for a uniform line.
-    nodes: usize,
+    pub core: f32,
+    /// Nodes along the line for which weights are known; 1 for a uniform line.
+    pub nodes: usize,
 }
 
 impl LineProfile {
@@ -93,8 +93,8 @@ impl LineProfile {
             }
             (LineShape::Texture, Some(image)) => {
                 let width = bench.texture_width_mm;
-                profile.nodes = image.columns();
-                let rows = image.rows() as f64;
+                profile.nodes = image.columns;
+                let rows = image.rows as f64;
                 let variance = image.moments(0.0, rows).map_or(0.0, |[_, variance]| variance);
                 profile.core = (variance * (width / rows).powi(2)) as f32;
                 profile.mixtures.extend(blur.map(|sigma| {
@@ -111,21 +111,6 @@ impl LineProfile {
     pub(crate) fn mixture(&self, j: Option<usize>) -> &GaussianMixture {
         &self.mixtures[j.map_or(0, |j| j + 1)]
     }
-
-    /// Standard deviation without lobes and skirt [unit].
-    pub(crate) fn core_sigma(&self) -> f32 {
-        self.core.sqrt()
-    }
-
-    /// Variance without lobes and skirt [unit^2].
-    pub fn core(&self) -> f32 {
-        self.core
-    }
-
-    /// Nodes along the line for which weights are known; 1 for a uniform line.
-    pub fn nodes(&self) -> usize {
-        self.nodes
-    }
 }
 
 impl GaussianMixture {
@@ -135,9 +120,9 @@ impl GaussianMixture {
 
     /// At most `count` boxes of an image that is `width` mm wide across the line; its first row has the largest y.
     fn from_texture(image: &LineTexture, width: f64, count: usize) -> Self {
-        let mut components = boxes(width as f32, count.min(image.rows()));
-        let (rows, cells) = (image.rows() as f64, components.len() as f64);
-        let nodes = image.columns();
+        let mut components = boxes(width as f32, count.min(image.rows));
+        let (rows, cells) = (image.rows as f64, components.len() as f64);
+        let nodes = image.columns;
         let mut weights = vec![vec![0.0f32; nodes]; components.len()];
         for node in 0..nodes {
             let position = (node as f64 + 0.5) / nodes as f64;
@@ -145,7 +130,7 @@ impl GaussianMixture {
             for (cell, weights) in weights.iter_mut().rev().enumerate() {
                 let (low, high) = (cell as f64 / cells * rows, (cell + 1) as f64 / cells * rows);
                 let part = |row: usize| (high.min(row as f64 + 1.0) - low.max(row as f64)).max(0.0);
-                let last = (high.ceil() as usize).min(image.rows());
+                let last = (high.ceil() as usize).min(image.rows);
                 let light: f64 = (low as usize..last).map(|row| part(row) * image.at(row, position)).sum();
                 weights[node] = if all > 0.0 { (light / all) as f32 } else { 0.0 };
             }

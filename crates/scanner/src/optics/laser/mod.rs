@@ -32,7 +32,7 @@ use self::width_jitter::WidthJitter;
 use optical_bench::parameters::LaserParameters;
 use optical_bench::settings::{LaserLine, LineShape};
 
-pub(crate) use self::line_profile::{GaussianMixture, LineProfile};
+pub(crate) use self::line_profile::LineProfile;
 pub(crate) use self::point_laser::PointLaser;
 
 /// Gaussian beam across the sheet.
@@ -142,7 +142,7 @@ impl Laser {
         if let Some(jitter) = &self.jitter {
             unit *= jitter.at(t * self.height);
         }
-        let sigma = unit * self.line_profile.as_ref().map_or(1.0, LineProfile::core_sigma);
+        let sigma = unit * self.line_profile.as_ref().map_or(1.0, |line_profile| line_profile.core.sqrt());
         let side = t / self.half;
         let bow = (self.smile + self.cubic_smile * side) * side * side * near;
         let per_mm = if self.point.is_some() { 1.0 } else { self.fan.at(t) / depth };
@@ -185,6 +185,6 @@ impl Laser {
     #[inline]
     pub(crate) fn profile_node(&self, x: f32, z: f32) -> f32 {
         let side = x / (self.height - z).max(1.0) / self.half;
-        (0.5 + 0.5 * side) * self.line_profile.as_ref().map_or(1.0, |line_profile| line_profile.nodes() as f32) - 0.5
+        (0.5 + 0.5 * side) * self.line_profile.as_ref().map_or(1.0, |line_profile| line_profile.nodes as f32) - 0.5
     }
 }

@@ -17,8 +17,8 @@ const PROJECTOR_BLUR_ROWS: f64 = 5.0;
 /// Light of a picture, `[rows, columns]`, row-major.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct LineTexture {
-    rows: usize,
-    columns: usize,
+    pub rows: usize,
+    pub columns: usize,
     light: Vec<f64>,
 }
 
@@ -60,16 +60,6 @@ impl LineTexture {
         }
         let mean = sums[1] / sums[0];
         (sums[0] > 0.0).then(|| [mean, (sums[2] / sums[0] - mean * mean).max(0.0)])
-    }
-
-    /// Rows of the picture.
-    pub fn rows(&self) -> usize {
-        self.rows
-    }
-
-    /// Columns of the picture.
-    pub fn columns(&self) -> usize {
-        self.columns
     }
 
     /// Light of a row at `position` along the line.

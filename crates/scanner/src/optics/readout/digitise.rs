@@ -1,5 +1,5 @@
-//! Digitising: from the electrons of a window to digital numbers, by speckle, the pixels' own response, slopes,
-//! blooming and noise.
+//! Digitising: from the electrons of a window to digital numbers, by speckle, the pixels' own response, the signal
+//! chain and noise.
 //!
 //! The pattern of speckle lies on the object and moves with it ([`crate::optics::speckle`]); noise has a counter and a
 //! key for each pixel ([`numerics::lanes::normals`]). A second window has a key of its own, so what it holds changes
@@ -9,8 +9,8 @@ use std::ops::Range;
 
 use multiversion::multiversion;
 
+use super::SignalChain;
 use super::fixed_pattern::{CodeSteps, FixedPattern, PixelCodes, UNIFORM_CODES, WindowRuns};
-use super::signal_chain::SignalChain;
 use crate::frame::Frame;
 use crate::optics::light::{CENTRE, ROWS};
 use crate::optics::speckle::coherence::{CONTRAST_COLUMNS, CONTRAST_ROWS, RowContrasts};
@@ -76,7 +76,7 @@ impl Digitiser<'_> {
         frame.first_row.clear();
         frame.first_row.extend(window.first_row[..columns].iter().map(|row| row + drawn.start as i32));
         frame.dn.resize(drawn.len() * columns, 0);
-        let [glint, grain] = self.speckle.scale();
+        let [glint, grain] = self.speckle.scale;
         let rows = WindowRows {
             window,
             level: window.first_row[..columns].iter().all(|&row| row == window.first_row[0]),
@@ -92,54 +92,42 @@ impl Digitiser<'_> {
                 keys: self.chain.keys(NOISE_STREAMS[number], profile),
             },
         };
-        if self.chain.is_plain() {
-            self.read_plain(&rows, frame);
-        } else {
-            self.read_unlike(&rows, tile, signal, frame);
-        }
+        self.read(&rows, tile, signal, frame);
     }
 
-    /// Reads pixels that are alike, on one slope.
-    fn read_plain(&self, rows: &WindowRows<'_>, frame: &mut Frame) {
+    /// Reads the rows of a window of the tile with this number, pair by pair.
+    fn read(&self, rows: &WindowRows<'_>, tile: usize, signal: &mut WindowSignal, frame: &mut Frame) {
+        let chain = self.chain;
         // Filled in place for each pair of rows: half of the time of this step was the copying of rows.
         let (mut shades, mut grains, mut numbers) = ([[0.0; TILE]; 2], [[0.0; TILE]; 2], [[0u16; TILE]; 2]);
-        for pair in rows.pairs() {
-            rows.fill(pair, &mut shades, &mut grains);
-            let own = PairOfRows { light: rows.light(pair), shades: &shades, grains: &grains };
-            plain(&own, self.chain, &mut numbers);
-            rows.write(pair, &numbers, frame);
-        }
-    }
-
-    /// Reads pixels with a response of their own, slopes and charge that overflows, of the tile with this number.
-    fn read_unlike(&self, rows: &WindowRows<'_>, tile: usize, signal: &mut WindowSignal, frame: &mut Frame) {
-        let chain = self.chain;
-        let (mut shades, mut grains, mut numbers) = ([[0.0; TILE]; 2], [[0.0; TILE]; 2], [[0u16; TILE]; 2]);
-        let runs = WindowRuns::new(&rows.window.first_row);
+        let pixels = chain.pixels.as_ref().map(|pixels| (pixels, WindowRuns::new(&rows.window.first_row)));
         let mut codes = [UNIFORM_CODES; 2];
         for pair in rows.pairs() {
-            rows.fill(pair, &mut shades, &mut grains);
-            let own = PairOfRows { light: rows.light(pair), shades: &shades, grains: &grains };
-            if let Some(pixels) = &chain.pixels {
-                rows_of(pair).into_iter().zip(&mut codes).for_each(|(k, row)| pixels.window_row(tile, &runs, k, row));
+            let own = rows.pair(pair, &mut shades, &mut grains);
+            if let Some((pixels, runs)) = &pixels {
+                rows_of(pair).into_iter().zip(&mut codes).for_each(|(k, row)| pixels.window_row(tile, runs, k, row));
             }
-            if chain.blooming == 0.0 {
-                unlike(&own, &codes, chain, &mut numbers);
-                rows.write(pair, &numbers, frame);
+            if chain.spreads() {
+                let developed = develop(&own, &codes, chain);
+                for (row, k) in rows_of(pair).into_iter().enumerate() {
+                    (signal.level[k], signal.noisy[k], signal.offset[k]) =
+                        (developed[0][row], developed[1][row], developed[2][row]);
+                }
                 continue;
             }
-            let developed = develop(&own, &codes, chain);
-            for (row, k) in rows_of(pair).into_iter().enumerate() {
-                (signal.level[k], signal.noisy[k], signal.offset[k]) =
-                    (developed[0][row], developed[1][row], developed[2][row]);
+            if chain.is_plain() {
+                plain(&own, chain, &mut numbers);
+            } else {
+                unlike(&own, &codes, chain, &mut numbers);
             }
+            rows.write(pair, &numbers, frame);
         }
-        if chain.blooming > 0.0 {
-            signal.bloom(chain.full, chain.blooming);
+        if chain.spreads() {
+            chain.spread(signal);
             for pair in rows.pairs() {
-                let [level, noisy, offset] =
+                let fields =
                     [&signal.level, &signal.noisy, &signal.offset].map(|field| rows_of(pair).map(|k| &field[k]));
-                read(rows.light(pair).noise, [level, noisy, offset], chain, &mut numbers);
+                read(rows.noise(pair), fields, chain, &mut numbers);
                 rows.write(pair, &numbers, frame);
             }
         }
@@ -167,7 +155,7 @@ impl Digitiser<'_> {
         let behind = window.drawn.end.div_ceil(2)..ROWS / 2;
         before.chain(behind).any(|pair| {
             let noise = PairNoise { counter: pair as u32 * MAX_COLUMNS + (exposure.tile * TILE) as u32, keys };
-            bounds.may_reach(noise)
+            rare_among(noise.counter, noise.keys, &bounds.rare)
                 && bounds.reaches(noise, |row, c| {
                     let row = window.first_row[c] + (2 * pair + row) as i32;
                     let own = exposure.offsets[row.clamp(0, exposure.offsets.len() as i32 - 1) as usize];
@@ -205,11 +193,6 @@ impl NoiseBounds {
             bounds.rare[c] = ROUNDING_OF_RARE * exp((-0.5 * far * far).max(-80.0));
         }
         all.then_some(bounds)
-    }
-
-    /// Whether some normals of two rows may be far enough off.
-    fn may_reach(&self, noise: PairNoise) -> bool {
-        rare_among(noise.counter, noise.keys, &self.rare)
     }
 
     /// Whether a pixel of two rows comes to the level, with the offsets [DN] that it has by row and column.
@@ -300,29 +283,31 @@ impl WindowRows<'_> {
         self.window.drawn.start / 2..self.window.drawn.end.div_ceil(2)
     }
 
-    /// Fills in the offsets of a pair's rows and the factors on its volume patterns.
+    /// A pair, whose rows' offsets and factors on its volume patterns are filled in here.
     #[inline(always)]
-    fn fill(&self, pair: usize, shades: &mut RowPair<f32>, grains: &mut RowPair<f32>) {
-        for ((k, shades), grains) in rows_of(pair).into_iter().zip(shades).zip(grains) {
-            row_offsets(self.offsets, &self.window.first_row, k, self.level, shades);
+    fn pair<'b>(&'b self, pair: usize, shades: &'b mut RowPair<f32>, grains: &'b mut RowPair<f32>) -> PairOfRows<'b> {
+        let (rows, window) = (rows_of(pair), self.window);
+        for ((k, shades), grains) in rows.into_iter().zip(shades.iter_mut()).zip(grains.iter_mut()) {
+            row_offsets(self.offsets, &window.first_row, k, self.level, shades);
             match self.contrasts {
                 Some(contrasts) => row_contrasts(contrasts, k, self.grain, grains),
                 None => *grains = [self.grain; TILE],
             }
         }
-    }
-
-    /// Light of a pair.
-    #[inline(always)]
-    fn light(&self, pair: usize) -> PairLight<'_> {
-        let (rows, window) = (rows_of(pair), self.window);
-        PairLight {
+        PairOfRows {
             electrons: rows.map(|k| [&window.surface[k], &window.volume[k]]),
             patterns: rows.map(|k| self.patterns.row(k as i64 - CENTRE as i64)),
             ambient: rows.map(|k| window.ambient.get(k).unwrap_or(&DARK)),
             glint: self.glint,
-            noise: PairNoise { counter: pair as u32 * MAX_COLUMNS + self.noise.counter, ..self.noise },
+            shades,
+            grains,
+            noise: self.noise(pair),
         }
+    }
+
+    /// Where the noise of a pair comes from.
+    fn noise(&self, pair: usize) -> PairNoise {
+        PairNoise { counter: pair as u32 * MAX_COLUMNS + self.noise.counter, ..self.noise }
     }
 
     /// Writes the numbers of a pair to the frame of the window.
@@ -335,8 +320,8 @@ impl WindowRows<'_> {
     }
 }
 
-/// Light of two rows.
-struct PairLight<'a> {
+/// Light of two rows, and what their pixels make of it.
+struct PairOfRows<'a> {
     /// Surface and volume electrons of both rows [e-].
     electrons: [[&'a [f32; TILE]; 2]; 2],
     /// Surface and volume patterns of both rows.
@@ -345,16 +330,11 @@ struct PairLight<'a> {
     ambient: [&'a [f32; TILE]; 2],
     /// Factor on the surface patterns [1].
     glint: f32,
-    noise: PairNoise,
-}
-
-/// Light of two rows, and what their pixels make of it.
-struct PairOfRows<'a> {
-    light: PairLight<'a>,
     /// Offsets of both rows, a column [DN].
     shades: &'a RowPair<f32>,
     /// Factor on the volume patterns of both rows, a column [1].
     grains: &'a RowPair<f32>,
+    noise: PairNoise,
 }
 
 impl PairNoise {
@@ -364,8 +344,7 @@ impl PairNoise {
         for c in 0..TILE {
             let (first, second) = normals(self.counter + c as u32, self.keys);
             for (row, normal) in [first, second].into_iter().enumerate() {
-                let [level, noisy, offset] = developed(row, c);
-                out[row][c] = chain.digitise(level, noisy, normal, offset);
+                out[row][c] = chain.digitise(developed(row, c), normal);
             }
         }
     }
@@ -375,7 +354,7 @@ impl PairOfRows<'_> {
     /// Light of a pixel with its speckle [e-].
     #[inline(always)]
     fn light(&self, row: usize, c: usize) -> f32 {
-        let PairLight { electrons, patterns, ambient, glint, .. } = &self.light;
+        let Self { electrons, patterns, ambient, glint, .. } = self;
         let [surface, volume] = electrons[row];
         let [bright, soft] = patterns[row];
         let grain = self.grains[row][c];
@@ -393,9 +372,7 @@ impl PairOfRows<'_> {
         c: usize,
     ) -> [f32; 3] {
         let (response, shift) = steps.decode(&codes[row], c);
-        let light = self.light(row, c);
-        let (level, noisy) = chain.slopes.respond((chain.gain * response * light).max(0.0));
-        [level, noisy, self.shades[row][c] + shift]
+        chain.develop((chain.gain * response * self.light(row, c)).max(0.0), self.shades[row][c] + shift)
     }
 }
 
@@ -406,14 +383,14 @@ fn plain(pixels: &PairOfRows<'_>, chain: &SignalChain, out: &mut RowPair<u16>) {
         let signal = (chain.gain * pixels.light(row, c)).max(0.0);
         [signal, signal, pixels.shades[row][c]]
     };
-    pixels.light.noise.numbers(chain, developed, out);
+    pixels.noise.numbers(chain, developed, out);
 }
 
 /// Pixels with a response and an offset of their own, and slopes.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn unlike(pixels: &PairOfRows<'_>, codes: &[PixelCodes; 2], chain: &SignalChain, out: &mut RowPair<u16>) {
     let steps = chain.steps();
-    pixels.light.noise.numbers(chain, |row, c| pixels.developed(codes, steps, chain, row, c), out);
+    pixels.noise.numbers(chain, |row, c| pixels.developed(codes, steps, chain, row, c), out);
 }
 
 /// The same without noise, for charge to overflow.

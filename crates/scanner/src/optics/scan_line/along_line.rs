@@ -23,7 +23,7 @@ const LEAST_FILLING_MM: f32 = 0.7;
 const LEAST_SLOPE: f32 = 0.2;
 
 /// Stretches of a line's columns along which light spreads, and buffers for it.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct AlongLine {
     /// Without a break in the surface.
     spans: Vec<Range<usize>>,
@@ -40,14 +40,7 @@ pub(crate) struct AlongLine {
 impl AlongLine {
     /// Buffers for `columns` columns.
     pub fn new(columns: usize) -> Self {
-        Self {
-            spans: Vec::new(),
-            rooms: Vec::new(),
-            rises: [Vec::new(), Vec::new()],
-            holds: vec![0.0; columns],
-            variance: Vec::new(),
-            buffer: Vec::new(),
-        }
+        Self { holds: vec![0.0; columns], ..Self::default() }
     }
 
     /// Notes what share of light from all sides the film of a column throws back down [1].

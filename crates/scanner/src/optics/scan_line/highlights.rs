@@ -46,14 +46,8 @@ struct MetalFacets {
 #[derive(Debug, Default)]
 pub(crate) struct HighlightScratch {
     segments: Vec<Segment>,
-    glints: Vec<Glint>,
-}
-
-/// Light that facets add to one column.
-#[derive(Debug, Clone, Copy)]
-struct Glint {
-    column: usize,
-    electrons: f32,
+    /// Columns, and the light that facets add to each [e-].
+    glints: Vec<(usize, f32)>,
 }
 
 impl Highlights {
@@ -96,11 +90,11 @@ impl Highlights {
                 if let Some(hit) = line.hits.get(there)
                     && !hit.is_bare()
                 {
-                    scratch.glints.push(Glint { column: there, electrons: part * light });
+                    scratch.glints.push((there, part * light));
                 }
             }
         }
-        for Glint { column, electrons } in scratch.glints.drain(..) {
+        for (column, electrons) in scratch.glints.drain(..) {
             line.surface_light[column] += electrons;
         }
     }

@@ -73,7 +73,7 @@ impl PocketLight {
     /// Lets the line's light into the cavities that it crosses, and spread there.
     fn enter(&mut self, lit: &LitLine<'_>, columns: &[PocketColumn]) {
         self.lit.clear();
-        let pockets = lit.view.specimen.pockets();
+        let pockets = &lit.view.specimen.pockets;
         let mut last: Option<&Arc<Cavity>> = None;
         for (column, of) in columns.iter().enumerate().filter(|(_, of)| of.enters > 0.0) {
             let place = Vec2::new(lit.hits[column].x, lit.view.y);

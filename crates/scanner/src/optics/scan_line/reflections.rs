@@ -47,7 +47,7 @@ const NARROW_WIDTHS: usize = 5;
 
 /// Where the light of one column lands.
 #[derive(Debug, Clone, Copy)]
-struct Landing {
+pub(crate) struct Landing {
     /// On the sensor: column and row [px].
     place: [f32; 2],
     /// Variance along the columns and along the rows [px^2].
@@ -63,7 +63,7 @@ type ImageSums = [f64; 4];
 pub(crate) struct ReflectionScratch {
     landings: Vec<Option<Landing>>,
     /// What foil shows of each column's film.
-    in_foil: Vec<Option<Landing>>,
+    pub in_foil: Vec<Option<Landing>>,
     slots: Vec<[ImageSums; MAX_IMAGES]>,
 }
 
@@ -72,20 +72,6 @@ impl ReflectionScratch {
     pub fn clear(&mut self, columns: usize) {
         self.in_foil.clear();
         self.in_foil.resize(columns, None);
-    }
-
-    /// Notes what foil shows of the film of `hit`, which `column` looks at, which has this `normal` and sends light to
-    /// the `lens` like `spread`.
-    pub fn note_in_foil(
-        &mut self,
-        column: usize,
-        hit: &Hit,
-        film: &Film,
-        spread: &FilmStackSpread,
-        (normal, lens): (Vec3, Vec3),
-        view: &LineView<'_>,
-    ) {
-        self.in_foil[column] = in_foil(hit, film, spread, (normal, lens), view);
     }
 
     /// Fills `reflections` with the mirror images of a line, by rising column.
@@ -168,7 +154,7 @@ fn add(slots: &mut [ImageSums; MAX_IMAGES], electrons: f32, row: f32, variance: 
 
 /// What foil shows of the film of `hit`, which sends light to the `lens` like `spread`: of the light that is mirrored
 /// about its image, what foil in the same pocket mirrors.
-fn in_foil(
+pub(crate) fn in_foil(
     hit: &Hit,
     film: &Film,
     spread: &FilmStackSpread,

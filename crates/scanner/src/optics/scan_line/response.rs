@@ -25,7 +25,7 @@ pub(crate) fn key_lines(profile: isize) -> [isize; 2] {
 }
 
 /// What the matter of one line does to light, over sensor columns.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct Response {
     /// Which line of the scan; `None` for a buffer.
     pub profile: Option<isize>,
@@ -42,13 +42,8 @@ pub(crate) struct Response {
 impl Response {
     /// A buffer for `columns` columns.
     pub fn new(columns: usize) -> Self {
-        Self {
-            profile: None,
-            y_mm: 0.0,
-            points: vec![SurfacePoint::BLACK; columns],
-            spread: SpreadRow::new(columns),
-            contrasts: Vec::new(),
-        }
+        let (points, spread) = (vec![SurfacePoint::BLACK; columns], SpreadRow::new(columns));
+        Self { points, spread, ..Self::default() }
     }
 
     /// How far this line is on the way from one key line to the other [1].

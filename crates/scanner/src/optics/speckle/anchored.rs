@@ -33,11 +33,11 @@ const NEWTON_STEPS: usize = 8;
 pub(crate) struct AnchoredSpeckle {
     stack: Arc<PatternStack>,
     /// Factor on the patterns, for light from the surface and from below [1].
-    scale: [f32; 2],
+    pub scale: [f32; 2],
     /// What the patterns are taken to exceed once in 10^12, over their mean [1].
     rare: [f32; 2],
-    /// Resulting contrast in one pixel [1].
-    contrast: [f32; 2],
+    /// Resulting contrast in one pixel, of light from the surface and from below [1].
+    pub contrast: [f32; 2],
     /// Movement of the pattern with the object [px/mm].
     rows_per_mm: f64,
     /// Height at which stacks start at their first pattern [mm].
@@ -85,16 +85,6 @@ impl AnchoredSpeckle {
             boiling: Boiling::new(bench),
             key,
         }
-    }
-
-    /// Contrast in one pixel of light from the surface and from below [1].
-    pub fn contrast(&self) -> [f32; 2] {
-        self.contrast
-    }
-
-    /// Factor on the patterns, for light from the surface and from below [1].
-    pub fn scale(&self) -> [f32; 2] {
-        self.scale
     }
 
     /// Factor on light from the surface and from below that speckle is taken to exceed once in 10^12, where that from

@@ -31,22 +31,6 @@ pub const MAX_CACHED_BYTES: usize = 100 << 20;
 /// Numbers of independent looks that can be averaged: a pattern and its mirror images.
 const LOOK_COUNTS: [usize; 3] = [4, 2, 1];
 
-/// What determines the patterns of a stack.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct PatternKey {
-    light: SingleKey,
-    /// Looks (independent patterns averaged), for light from the surface and from below.
-    looks: [usize; 2],
-}
-
-/// What determines the single patterns, which stacks of several numbers of looks share.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct SingleKey {
-    /// Size of the grain in steps of [`GRAIN_STEP`].
-    grain: i32,
-    law: SpeckleLaw,
-}
-
 /// Stacks made so far. A stack depends on its key alone, not on the order of requests or on what was dropped.
 #[derive(Debug)]
 pub struct PatternCache {
@@ -55,7 +39,7 @@ pub struct PatternCache {
     unlike_pairs: usize,
     /// Most that the stacks take that are kept, the latest among them unless it alone takes more [bytes].
     most: usize,
-    kept: Mutex<Vec<(PatternKey, Arc<PatternStack>)>>,
+    kept: Mutex<Vec<Arc<PatternStack>>>,
 }
 
 impl PatternCache {
@@ -83,26 +67,22 @@ impl PatternCache {
     /// The stack for speckle of `grain` pixels; `patterns` are the numbers of independent ones in light from the
     /// surface and from below.
     pub fn get(&self, grain: f64, law: SpeckleLaw, patterns: [f64; 2]) -> Arc<PatternStack> {
-        let step = grain_step(grain);
-        let looks = patterns.map(looks_in);
-        let light = SingleKey { grain: step, law };
-        let key = PatternKey { light, looks };
+        let (step, looks) = (grain_step(grain), patterns.map(looks_in));
+        let is_alike = |stack: &PatternStack| stack.single.step == step && stack.single.law == law;
         let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
-        let index = kept.iter().position(|(known, _)| *known == key);
-        let stack = match index {
-            Some(index) => kept.remove(index).1,
+        let stack = match kept.iter().position(|known| is_alike(known) && known.looks == looks) {
+            Some(index) => kept.remove(index),
             None => {
-                let relative = kept.iter().find(|(known, _)| known.light == light);
-                let single = match relative {
-                    Some((_, stack)) => stack.single.clone(),
+                let single = match kept.iter().find(|known| is_alike(known)) {
+                    Some(relative) => relative.single.clone(),
                     None => Arc::new(SinglePatterns::new(GRAIN_STEP.powi(step), law, self.unlike_pairs, self.stream)),
                 };
                 Arc::new(PatternStack::averaging(single, looks))
             }
         };
-        kept.insert(0, (key, stack.clone()));
+        kept.insert(0, stack.clone());
         let mut bytes = 0;
-        let fitting = kept.iter().take_while(|(_, stack)| {
+        let fitting = kept.iter().take_while(|stack| {
             bytes += stack_bytes(stack.single.fine, stack.looks);
             bytes <= self.most
         });
@@ -153,11 +133,13 @@ struct IntensityPattern {
     volume: Arc<[f32]>,
 }
 
-/// Patterns of one look.
+/// Patterns of one look, which stacks of several numbers of looks share.
 #[derive(Debug)]
 struct SinglePatterns {
     pupil: Pupil,
     law: SpeckleLaw,
+    /// Size of the grain that was asked for, in steps of [`GRAIN_STEP`].
+    step: i32,
     /// Grain that the patterns have [px].
     grain: f64,
     fine: usize,
@@ -170,11 +152,11 @@ struct SinglePatterns {
 
 impl SinglePatterns {
     fn new(grain: f64, law: SpeckleLaw, unlike_pairs: usize, stream: Stream) -> Self {
-        let fine = fine_rows(grain);
+        let (step, fine) = (grain_step(grain), fine_rows(grain));
         let grain = grain.max(2.0 / fine as f64);
         let rows = fine * PATTERN_ROWS;
         let pupil = Pupil::new([TILE * fine, rows], grain * fine as f64, stream);
-        Self { pupil, law, grain, fine, rows, unlike_pairs, pairs: Default::default() }
+        Self { pupil, law, step, grain, fine, rows, unlike_pairs, pairs: Default::default() }
     }
 
     fn pair(&self, number: usize) -> &[Arc<[f32]>; 2] {
@@ -304,7 +286,7 @@ mod tests {
             let made: usize = lights.map(|light| size_of_val(&light[..])).sum();
             assert_eq!(made, bytes_of_stack(grains[0], [1.0, 9.0]), "{} px", grains[0]);
             let kept = patterns.kept.lock().expect("no other thread has it");
-            let bytes: usize = kept.iter().map(|(_, stack)| stack_bytes(stack.fine(), stack.looks())).sum();
+            let bytes: usize = kept.iter().map(|stack| stack_bytes(stack.fine(), stack.looks())).sum();
             assert!(kept.len() == fitting && bytes <= MAX_CACHED_BYTES, "{} stacks, {bytes} bytes", kept.len());
         }
         let one = PatternCache::keeping_one(7);

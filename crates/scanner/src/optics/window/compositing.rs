@@ -85,6 +85,7 @@ fn load_rows(rows: &[i32], start: usize) -> [i32; TILE] {
 
 /// Adds `share` of the light of one window to others, row by row of the sensor; what comes from below counts as light
 /// from the surface in columns of `metal`.
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 pub(crate) fn add_shifted(from: &Window, to: &mut [Window], metal: &[bool], share: f32) {
     for window in to.iter_mut() {
         let off = |c: usize| from.first_row[c] - window.first_row[c];

@@ -14,7 +14,7 @@
 use std::ops::Range;
 
 use crate::optics::camera::circle_of_confusion;
-use crate::optics::laser::{GaussianMixture, LineProfile};
+use crate::optics::laser::LineProfile;
 use crate::optics::light::{CENTRE, MIN_VARIANCE, ROWS, ScanLine, UNIT_EXIT, load};
 use crate::optics::speckle::TILE;
 use numerics::lanes::{cos_sin_turns, exp};
@@ -28,120 +28,113 @@ const BLOCK: usize = 32;
 /// Exponent at which a Gaussian is too faint to be stepped from there.
 const MAX_EXPONENT: f32 = 60.0;
 
-/// The line of a tile that is more than one Gaussian.
+/// Rows of a window, a tile wide.
+pub(crate) type TileRows = [[f32; TILE]; ROWS];
+
+/// Factors by which light leaves in each row of a window [sqrt(1)].
+pub(crate) trait Exit<'a>: Fn(usize) -> &'a [f32; TILE] + Copy {}
+
+impl<'a, F: Fn(usize) -> &'a [f32; TILE] + Copy> Exit<'a> for F {}
+
+/// Gaussians along the rows, one a column.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct CompositeLine<'a> {
+pub(crate) struct Gaussians<'a> {
+    /// Distance from each one's middle to the window's middle row [px].
+    pub phase: &'a [f32; TILE],
+    /// Variance [px^2].
+    pub variance: &'a [f32; TILE],
+    /// Light before it leaves by an exit.
+    pub source: &'a [f32; TILE],
+}
+
+/// A tile of a lit line.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct LineTile<'a> {
     /// The lit line.
     pub own: &'a ScanLine,
     /// First column of the tile.
     pub start: usize,
-    /// What the line is across.
-    pub profile: &'a LineProfile,
-    /// Its components for one width.
-    pub mixture: &'a GaussianMixture,
+    /// What the line is across, where that is more than one Gaussian.
+    pub profile: Option<&'a LineProfile>,
 }
 
-impl CompositeLine<'_> {
-    /// Adds all components of a line whose middle has `phase` and `variance`.
+impl LineTile<'_> {
+    /// Adds light that matter spreads by fixed width `j`, or light reflected by the surface, as `line` has it about the
+    /// middle of what the line is across, blurred by the discs that it is out of focus by.
     #[inline(always)]
     pub fn add<'a>(
         &self,
-        phase: &[f32; TILE],
-        variance: &[f32; TILE],
-        source: &[f32; TILE],
-        exit: impl Fn(usize) -> &'a [f32; TILE] + Copy,
+        j: Option<usize>,
+        line: Gaussians<'_>,
+        exit: impl Exit<'a>,
         rows: &Range<usize>,
-        out: &mut [[f32; TILE]; ROWS],
+        out: &mut TileRows,
     ) {
-        let unit = load(&self.own.profile_unit, self.start);
-        for (number, component) in self.mixture.components.iter().enumerate() {
-            let (mut place, mut wide, mut light) = (*phase, *variance, *source);
+        let disc = self.own.defocus_radius_of(self.start);
+        let Some(profile) = self.profile else {
+            return match disc {
+                None => GaussianStepper::new(line.phase, line.variance).add(line.source, exit, rows, out),
+                Some(disc) => add_defocused(disc, line, exit, rows, out),
+            };
+        };
+        let (mixture, unit) = (profile.mixture(j), load(&self.own.profile_unit, self.start));
+        for (number, component) in mixture.components.iter().enumerate() {
+            let (mut phase, mut variance, mut source) = (*line.phase, *line.variance, *line.source);
             for c in 0..TILE {
-                place[c] += component.offset * unit[c];
-                wide[c] += (component.variance - self.profile.core()) * unit[c] * unit[c];
-                light[c] *= component.weight;
+                phase[c] += component.offset * unit[c];
+                variance[c] += (component.variance - profile.core) * unit[c] * unit[c];
+                source[c] *= component.weight;
             }
-            if self.mixture.varies() {
+            if mixture.varies() {
                 let node = load(&self.own.profile_node, self.start);
                 for c in 0..TILE {
-                    light[c] = source[c] * self.mixture.weight(number, node[c]);
+                    source[c] = line.source[c] * mixture.weight(number, node[c]);
                 }
             }
-            match self.own.defocus_radius_of(self.start) {
-                None => add_placed(&place, &wide, &light, exit, rows, out),
-                Some(disc) => add_defocused(disc, &place, &wide, &light, exit, rows, out),
+            let strand = Gaussians { phase: &phase, variance: &variance, source: &source };
+            match disc {
+                None => add_placed(strand, exit, rows, out),
+                Some(disc) => add_defocused(disc, strand, exit, rows, out),
             }
         }
-    }
-}
-
-/// Adds a line that is one Gaussian, but for the disc that it is out of focus by.
-#[inline(always)]
-pub(crate) fn add_line<'a>(
-    phase: &[f32; TILE],
-    variance: &[f32; TILE],
-    source: &[f32; TILE],
-    exit: impl Fn(usize) -> &'a [f32; TILE] + Copy,
-    disc: Option<&[f32; TILE]>,
-    rows: &Range<usize>,
-    out: &mut [[f32; TILE]; ROWS],
-) {
-    match disc {
-        None => GaussianStepper::new(phase, variance).add(source, exit, rows, out),
-        Some(disc) => add_defocused(disc, phase, variance, source, exit, rows, out),
     }
 }
 
 /// Adds Gaussians blurred by discs, whose variance they have.
 fn add_defocused<'a>(
     disc: &[f32; TILE],
-    phase: &[f32; TILE],
-    variance: &[f32; TILE],
-    source: &[f32; TILE],
-    exit: impl Fn(usize) -> &'a [f32; TILE] + Copy,
+    line: Gaussians<'_>,
+    exit: impl Exit<'a>,
     rows: &Range<usize>,
-    out: &mut [[f32; TILE]; ROWS],
+    out: &mut TileRows,
 ) {
-    let components = circle_of_confusion::components(disc, variance);
+    let components = circle_of_confusion::components(disc, line.variance);
     if components.is_empty() {
-        return add_placed(phase, variance, source, exit, rows, out);
+        return add_placed(line, exit, rows, out);
     }
     for [node, weight] in components {
-        let (mut place, mut rest, mut light) = (*phase, *variance, *source);
+        let (mut phase, mut variance, mut source) = (*line.phase, *line.variance, *line.source);
         for c in 0..TILE {
-            place[c] += node * disc[c];
-            rest[c] -= 0.25 * disc[c] * disc[c];
-            light[c] *= weight;
+            phase[c] += node * disc[c];
+            variance[c] -= 0.25 * disc[c] * disc[c];
+            source[c] *= weight;
         }
-        add_placed(&place, &rest, &light, exit, rows, out);
+        add_placed(Gaussians { phase: &phase, variance: &variance, source: &source }, exit, rows, out);
     }
 }
 
-/// Adds Gaussians whose middles may lie add_placed.
+/// Adds Gaussians whose middles may lie apart.
 #[inline(always)]
-fn add_placed<'a>(
-    phase: &[f32; TILE],
-    variance: &[f32; TILE],
-    source: &[f32; TILE],
-    exit: impl Fn(usize) -> &'a [f32; TILE],
-    rows: &Range<usize>,
-    out: &mut [[f32; TILE]; ROWS],
-) {
-    match GaussianStepper::about(phase, variance) {
-        Some(stepper) => stepper.add(source, exit, rows, out),
-        None => add_by_rows(phase, variance, source, exit, rows, out),
+fn add_placed<'a>(line: Gaussians<'_>, exit: impl Exit<'a>, rows: &Range<usize>, out: &mut TileRows) {
+    match GaussianStepper::about(line.phase, line.variance) {
+        Some(stepper) => stepper.add(line.source, exit, rows, out),
+        None => add_by_rows(line, exit, rows, out),
     }
 }
 
 /// Gaussians whose middles lie too far apart for one stepper, row by row.
-fn add_by_rows<'a>(
-    phase: &[f32; TILE],
-    variance: &[f32; TILE],
-    source: &[f32; TILE],
-    exit: impl Fn(usize) -> &'a [f32; TILE],
-    rows: &Range<usize>,
-    out: &mut [[f32; TILE]; ROWS],
-) {
+fn add_by_rows<'a>(line: Gaussians<'_>, exit: impl Exit<'a>, rows: &Range<usize>, out: &mut TileRows) {
+    let Gaussians { phase, variance, source } = line;
     for k in rows.clone() {
         let (exit, row) = (exit(k), &mut out[k]);
         for c in 0..TILE {
@@ -197,7 +190,7 @@ impl GaussianStepper {
         stepper
     }
 
-    /// The same for lines whose centres lie add_placed; `None` where they lie too far apart.
+    /// The same for lines whose centres lie apart; `None` where they lie too far apart.
     #[inline(always)]
     fn about(phase: &[f32; TILE], variance: &[f32; TILE]) -> Option<Self> {
         let (mut least, mut most) = (f32::MAX, f32::MIN);
@@ -219,13 +212,7 @@ impl GaussianStepper {
 
     /// Adds source x Gaussian x exit to the `rows` of the window that are in reach.
     #[inline(always)]
-    pub fn add<'a>(
-        &self,
-        source: &[f32; TILE],
-        exit: impl Fn(usize) -> &'a [f32; TILE],
-        rows: &Range<usize>,
-        out: &mut [[f32; TILE]; ROWS],
-    ) {
+    pub fn add<'a>(&self, source: &[f32; TILE], exit: impl Exit<'a>, rows: &Range<usize>, out: &mut TileRows) {
         let last = (self.from + self.reach + 1).min(rows.end);
         let first = self.from.saturating_sub(self.reach).max(rows.start);
         let mut exits = [&UNIT_EXIT; ROWS];

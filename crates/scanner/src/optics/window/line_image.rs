@@ -8,7 +8,7 @@ use multiversion::multiversion;
 
 use super::electrons::Window;
 use super::front_exits::FrontExits;
-use super::gaussian_stepper::{CompositeLine, GaussianStepper, add_line, rows_in_reach};
+use super::gaussian_stepper::{GaussianStepper, Gaussians, LineTile, rows_in_reach};
 use super::seen_rows::SeenRows;
 use crate::optics::laser::LineProfile;
 use crate::optics::light::{CENTRE, FAR, ROWS, ScanLine, TransmittedLine, UNIT_EXIT, load};
@@ -42,15 +42,9 @@ pub(crate) fn surface_line(
     window: &mut Window,
 ) -> [f32; TILE] {
     let phase = place(line.centre, window);
-    let source = load(&own.surface_light, start);
-    let (exit, rows) = (|_| &UNIT_EXIT, window.drawn.clone());
-    match line.profile {
-        None => add_line(&phase, variance, source, exit, own.defocus_radius_of(start), &rows, &mut window.surface),
-        Some(profile) => {
-            let composite = CompositeLine { own, start, profile, mixture: profile.mixture(None) };
-            composite.add(&phase, variance, source, exit, &rows, &mut window.surface);
-        }
-    }
+    let tile = LineTile { own, start, profile: line.profile };
+    let light = Gaussians { phase: &phase, variance, source: load(&own.surface_light, start) };
+    tile.add(None, light, |_| &UNIT_EXIT, &window.drawn, &mut window.surface);
     phase
 }
 
@@ -76,7 +70,7 @@ pub fn draw(own: &ScanLine, neighbours: &[&ScanLine; ROWS], start: usize, line: 
         variance[c] += line.blur;
     }
     let phase = surface_line(own, start, line, &variance, window);
-    let rows = window.drawn.clone();
+    let (tile, rows) = (LineTile { own, start, profile: line.profile }, window.drawn.clone());
     let mut fronts = FrontExits::of(neighbours, start);
     let seen = if line.profile.is_none() { SeenRows::of(own, neighbours, start) } else { None };
     let hidden = own.hidden_of(start);
@@ -120,13 +114,8 @@ pub fn draw(own: &ScanLine, neighbours: &[&ScanLine; ROWS], start: usize, line: 
         let is_one = line.profile.is_none() && own.defocus_radius.is_empty();
         fronts.look(j, own, start, &if is_one { rows_in_reach(&wide) } else { 0..ROWS });
         let exit = |k: usize| fronts.row(k).unwrap_or_else(|| load(&neighbours[k].exit[j], start));
-        match line.profile {
-            None => add_line(&place, &wide, source, exit, own.defocus_radius_of(start), &rows, &mut window.volume),
-            Some(profile) => {
-                let composite = CompositeLine { own, start, profile, mixture: profile.mixture(Some(j)) };
-                composite.add(&place, &wide, source, exit, &rows, &mut window.volume);
-            }
-        }
+        let light = Gaussians { phase: &place, variance: &wide, source };
+        tile.add(Some(j), light, exit, &rows, &mut window.volume);
     }
 }
 

@@ -15,6 +15,7 @@
 
 use multiversion::multiversion;
 
+use super::compositing::add_shifted;
 use super::electrons::{ExposureKey, Scratch, Window};
 use crate::optics::light::{ROWS, needs_own_window, without_overlap};
 use crate::optics::speckle::TILE;
@@ -59,13 +60,10 @@ fn blend(own: &mut Scratch, next: &Scratch, MotionBlur { share, faint }: MotionB
             }
         }
     }
-    for window in &mut own.windows[..own.used] {
-        scale(window, 1.0 - share);
-        for from in &next.windows[..next.used] {
-            for off in offsets(window, from) {
-                add(window, from, off, share);
-            }
-        }
+    let windows = &mut own.windows[..own.used];
+    windows.iter_mut().for_each(|window| scale(window, 1.0 - share));
+    for from in &next.windows[..next.used] {
+        add_shifted(from, windows, &[], share);
     }
 }
 
@@ -79,41 +77,12 @@ fn needing_windows(own: &Window, next: &Scratch, faint: f32) -> [Option<i32>; TI
     })
 }
 
-/// The different distances between the windows of a tile's columns, where they overlap [px].
-fn offsets(to: &Window, from: &Window) -> impl Iterator<Item = i32> + use<> {
-    let mut found = [false; 2 * ROWS - 1];
-    for c in 0..TILE {
-        let off = from.first_row[c] - to.first_row[c] + ROWS as i32 - 1;
-        if let Some(found) = usize::try_from(off).ok().and_then(|off| found.get_mut(off)) {
-            *found = true;
-        }
-    }
-    found.into_iter().enumerate().filter(|(_, found)| *found).map(|(off, _)| off as i32 - ROWS as i32 + 1)
-}
-
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn scale(window: &mut Window, by: f32) {
     for k in 0..ROWS {
         for c in 0..TILE {
             window.volume[k][c] *= by;
             window.surface[k][c] *= by;
-        }
-    }
-}
-
-/// Adds `share` of the light of the columns whose window starts `off` rows behind.
-#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
-fn add(to: &mut Window, from: &Window, off: i32, share: f32) {
-    let mut part = [0.0f32; TILE];
-    for c in 0..TILE {
-        part[c] = if from.first_row[c] - to.first_row[c] == off { share } else { 0.0 };
-    }
-    let rows = ROWS as i32;
-    for k in (-off).max(0)..(rows - off).min(rows) {
-        let (k, there) = (k as usize, (k + off) as usize);
-        for c in 0..TILE {
-            to.volume[there][c] += part[c] * from.volume[k][c];
-            to.surface[there][c] += part[c] * from.surface[k][c];
         }
     }
 }

@@ -65,10 +65,10 @@ impl StackTables {
 
     /// Reads anew what `film` over `under` needs and the last one did not.
     pub fn remember(&mut self, film: &Medium, under: &Medium) {
-        if self.films.n() != film.n_eff {
+        if self.films.n != film.n_eff {
             self.films = FilmTable::of(film.n_eff);
         }
-        if self.under.medium() != under {
+        if self.under.medium != *under {
             self.under = Underlayer::of(under);
         }
     }
@@ -150,7 +150,7 @@ pub(super) fn flow(tables: &StackTables, stack: &FilmStack, air_per_mm: f32) -> 
         out.below_first[i] = enter * gap.air_up * first;
         // Count all that leaves, and what never does.
         let crossed = if gap.lambert[i] > 1e-6 { (gap.above[i] / gap.lambert[i]).min(1.0) } else { 1.0 };
-        let diffuse = film.node.diffuse_straight() * bounces.up;
+        let diffuse = film.node.diffuse_straight * bounces.up;
         let metallic = (1.0 - straight.fresnel) * straight.passes * under.mirrors_straight * bounces.arrives;
         let turned = film.back[i] + straight.mirrored + bounces.passed;
         out.all[i] = enter * (turned + diffuse * crossed + metallic * gap.lobe_above[i]);
@@ -202,14 +202,14 @@ fn sealed_flow(tables: &StackTables, stack: &FilmStack, straight: &StraightLight
     let (turns, absorbed) = (medium.sigma_i * thickness, medium.mu_a * thickness);
     let sealed = tables.films.sealed(turns, absorbed, gloss.reflectance, roughness);
     let place = LengthInterpolation::new(thickness, table::LOWEST_FREQUENCY as f32);
-    let (turned, law) = (place.read(&sealed.turned()), sealed.law(stack.view_up));
+    let (turned, law) = (place.read(&sealed.turned), sealed.law(stack.view_up));
     let (_, up) = refracted(n, stack.view_up);
     let passes =
         exp(-straight.extinction / up) * (1.0 - fresnel_dielectric(1.0, n.into(), stack.view_up.into()).0 as f32);
     let [light, view] = [stack.light, stack.view].map(|way| inside(n, way));
     let glint = enter * straight.left * metal(gloss, under_normal(film), light, view) / (n * n);
     // Beyond the table's foils and indices light must not become more than there is.
-    let mirrored = sealed.mirrored().max(0.0);
+    let mirrored = sealed.mirrored.max(0.0);
     let kept = ((1.0 - mirrored) / turned[0].max(f32::MIN_POSITIVE)).min(1.0);
     let turned = turned.map(|part| kept * part);
     let SealedGlint { first, slope, again } = sealed_glint(stack, straight.left, mirrored);
@@ -260,10 +260,10 @@ impl FilmTransfer {
         let place = LengthInterpolation::new(thickness, table::LOWEST_FREQUENCY as f32);
         Self {
             node,
-            back: place.read(&node.back()),
-            on: place.read(&node.on()),
-            diffuse_back: place.read(&node.diffuse_back()),
-            diffuse_on: place.read(&node.diffuse_on()),
+            back: place.read(&node.back),
+            on: place.read(&node.on),
+            diffuse_back: place.read(&node.diffuse_back),
+            diffuse_on: place.read(&node.diffuse_on),
             laws: node.laws(stack.view_up),
         }
     }
@@ -292,7 +292,7 @@ impl GapTransfer {
     #[inline(always)]
     fn over(tables: &StackTables, stack: &FilmStack, film: &FilmTransfer, air_per_mm: f32) -> Self {
         let (gap, thickness) = (stack.film.gap_mm.unwrap_or(0.0), stack.film.thickness_mm);
-        let (lowest, slopes) = (table::LOWEST_FREQUENCY as f32, film.node.slopes());
+        let (lowest, slopes) = (table::LOWEST_FREQUENCY as f32, &film.node.slopes);
         let (once, twice) = (LengthInterpolation::new(gap, lowest), LengthInterpolation::new(2.0 * gap, lowest));
         // Straight down, slanting as light from all sides, and up to the lens.
         let [air, aslant, air_up] =
@@ -307,8 +307,8 @@ impl GapTransfer {
         Self {
             air,
             air_up,
-            turned: once.read(&slopes).map(|h| h * aslant),
-            turned_twice: twice.read(&slopes).map(|h| h * aslant * aslant),
+            turned: once.read(slopes).map(|h| h * aslant),
+            turned_twice: twice.read(slopes).map(|h| h * aslant * aslant),
             lambert: tables.lambert.over(gap).map(|g| g * aslant),
             lambert_twice: tables.lambert.over(2.0 * gap).map(|g| g * aslant * aslant),
             above: tables.lambert.over(gap + IN_FILM * thickness),
@@ -343,7 +343,7 @@ impl<'a> UnderReflection<'a> {
     fn of(tables: &'a StackTables, stack: &FilmStack) -> Self {
         let (under, normal) = (&stack.film.under, under_normal(&stack.film));
         let foil = under.gloss.is_metal();
-        let [mirrors, mirrors_straight] = tables.under.mirrors();
+        let [mirrors, mirrors_straight] = tables.under.mirrors;
         let glint = if foil {
             metal(&under.gloss, normal, stack.light, stack.view)
         } else {
@@ -359,7 +359,7 @@ impl<'a> UnderReflection<'a> {
         // met the foil.
         let lobe2 = (FACET_TURN * under.gloss.roughness[1]).powi(2);
         let shown = TURNED_SPREAD / (TURNED_SPREAD + lobe2);
-        let (body, seen_body) = (tables.under.body(), tables.under.seen());
+        let (body, seen_body) = (&tables.under.body, &tables.under.seen);
         Self { foil, body, seen_body, mirrors, mirrors_straight, glint, shine, glow, shown }
     }
 

@@ -130,7 +130,7 @@ fn spread(kernel: &FilmStackKernel, stack: &FilmStack) -> FilmStackSpread {
     } else {
         kernel.tables.under.towards(stack.view.dot(under_normal(&stack.film)))
     };
-    let below_beside = kernel.tables.under.beside() * stack.view.y;
+    let below_beside = kernel.tables.under.beside * stack.view.y;
     let FilmFlow { passes, through, holds, mirrored, .. } = flow;
     let mirrored_mm = mirrored_mm(stack, flow.mirrored_twice);
     FilmStackSpread {

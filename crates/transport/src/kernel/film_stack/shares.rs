@@ -40,9 +40,9 @@ impl FilmStackKernel {
         let fresnel = normal_reflectance(medium.n_eff);
         let left = exp(-(turns / (1.0 - PIGMENT_G) + absorbed));
         let inner = 1.0 / (1.0 - fresnel * fresnel * left * left);
-        let [mirrors, mirrors_straight] = self.tables.under.mirrors();
-        let body = self.tables.under.body()[0];
-        let [back, on, held, out] = [of.back(), of.on(), of.diffuse_back(), of.diffuse_on()].map(|part| part.0[0]);
+        let [mirrors, mirrors_straight] = self.tables.under.mirrors;
+        let body = self.tables.under.body[0];
+        let [back, on, held, out] = [of.back, of.on, of.diffuse_back, of.diffuse_on].map(|part| part.0[0]);
         FilmShares {
             turned_down: on,
             straight_down: (1.0 - fresnel) * left * inner,
@@ -89,7 +89,7 @@ mod tests {
             let straight = of.turned_down + of.straight_down + straight_back + of.straight_held / (1.0 - fresnel);
             let diffuse = of.held
                 + of.out
-                + kernel.tables.films.at(sigma * film.thickness_mm, mu_a * film.thickness_mm).diffuse_straight();
+                + kernel.tables.films.at(sigma * film.thickness_mm, mu_a * film.thickness_mm).diffuse_straight;
             for all in [straight, diffuse] {
                 assert!(all < 1.02 && (mu_a > 0.0 || all > 0.97), "{all} of {medium:?}, {} mm", film.thickness_mm);
             }

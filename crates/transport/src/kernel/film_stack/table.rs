@@ -90,7 +90,8 @@ const STEPS: usize = 65;
 /// Films of one index, `[TURNS][STEPS]`.
 #[derive(Debug, Clone)]
 pub(crate) struct FilmTable {
-    n: f32,
+    /// Their index [1].
+    pub n: f32,
     nodes: Vec<[f32; NODE]>,
     /// The same films on each foil.
     sealed: Vec<[[f32; SEALED_NODE]; FOILS]>,
@@ -129,11 +130,6 @@ impl FilmTable {
         }
     }
 
-    /// Their index [1].
-    pub fn n(&self) -> f32 {
-        self.n
-    }
-
     /// The film with this reduced scattering and absorption times thickness, clamped to the table's ends.
     #[inline(always)]
     pub fn at(&self, turns: f32, absorbed: f32) -> FilmNode {
@@ -143,7 +139,16 @@ impl FilmTable {
                 *sum += weight * value;
             }
         }
-        FilmNode { node, scale: 1.0 / transmission_scale(f64::from(turns)) as f32 }
+        let scale = 1.0 / transmission_scale(f64::from(turns)) as f32;
+        FilmNode {
+            back: transform(&node, 0, 1.0),
+            on: transform(&node, 1, scale),
+            diffuse_back: transform(&node, 2, 1.0),
+            diffuse_on: transform(&node, 3, scale),
+            slopes: transform(&node, 4, 1.0),
+            laws: std::array::from_fn(|i| node[TRANSFORMS * TABLE_FREQUENCIES + i]),
+            diffuse_straight: node[NODE - 1],
+        }
     }
 
     /// That film sealed to foil of a reflectance and a roughness [1].
@@ -167,8 +172,18 @@ impl FilmTable {
                 node[SEALED_NODE - 1] += share * (dull + (bright - dull) * mirrored);
             }
         }
-        SealedNode(node)
+        SealedNode {
+            turned: UnitSpectrum(std::array::from_fn(|l| node[l])),
+            law: std::array::from_fn(|i| node[TABLE_FREQUENCIES + i]),
+            mirrored: node[SEALED_NODE - 1],
+        }
     }
+}
+
+/// Transform number `i` of a film, times `scale`.
+#[inline(always)]
+fn transform(node: &[f32; NODE], i: usize, scale: f32) -> UnitSpectrum<TABLE_FREQUENCIES> {
+    UnitSpectrum(std::array::from_fn(|l| node[i * TABLE_FREQUENCIES + l] * scale))
 }
 
 /// The films around one, and their weights.
@@ -223,56 +238,28 @@ fn between(values: &[f32], x: f32) -> (usize, f32) {
 /// What one film in air does.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct FilmNode {
-    node: [f32; NODE],
-    scale: f32,
+    /// Straight light that entered from one side and leaves on it, turned.
+    pub back: UnitSpectrum<TABLE_FREQUENCIES>,
+    /// Straight light that entered and leaves on the other side, turned.
+    pub on: UnitSpectrum<TABLE_FREQUENCIES>,
+    /// Lambert light that arrived and leaves on the same side, turned or not.
+    pub diffuse_back: UnitSpectrum<TABLE_FREQUENCIES>,
+    /// Lambert light that arrived and leaves on the other side, turned.
+    pub diffuse_on: UnitSpectrum<TABLE_FREQUENCIES>,
+    /// Slopes of the directions of [`Self::on`], frequencies in 1 / slope.
+    pub slopes: UnitSpectrum<TABLE_FREQUENCIES>,
+    /// Laws of exit, bin by bin.
+    laws: [f32; EXIT_LAWS * EXIT_BINS],
+    /// Lambert light that arrived and passes without being turned [1].
+    pub diffuse_straight: f32,
 }
 
 impl FilmNode {
-    /// Straight light that entered from one side and leaves on it, turned.
-    #[inline(always)]
-    pub fn back(&self) -> UnitSpectrum<TABLE_FREQUENCIES> {
-        self.transform(0, 1.0)
-    }
-
-    /// Straight light that entered and leaves on the other side, turned.
-    #[inline(always)]
-    pub fn on(&self) -> UnitSpectrum<TABLE_FREQUENCIES> {
-        self.transform(1, self.scale)
-    }
-
-    /// Lambert light that arrived and leaves on the same side, turned or not.
-    #[inline(always)]
-    pub(crate) fn diffuse_back(&self) -> UnitSpectrum<TABLE_FREQUENCIES> {
-        self.transform(2, 1.0)
-    }
-
-    /// Lambert light that arrived and leaves on the other side, turned.
-    #[inline(always)]
-    pub(crate) fn diffuse_on(&self) -> UnitSpectrum<TABLE_FREQUENCIES> {
-        self.transform(3, self.scale)
-    }
-
-    /// Slopes of the directions of [`Self::on`], frequencies in 1 / slope.
-    #[inline(always)]
-    pub fn slopes(&self) -> UnitSpectrum<TABLE_FREQUENCIES> {
-        self.transform(4, 1.0)
-    }
-
     /// Radiance factors, against light that leaves by Lambert's law, under cosine `up`: of [`Self::back`] and
     /// [`Self::diffuse_on`] [1].
     #[inline(always)]
     pub fn laws(&self, up: f32) -> [f32; EXIT_LAWS] {
-        std::array::from_fn(|law| law_at(&self.node[TRANSFORMS * TABLE_FREQUENCIES + law * EXIT_BINS..], up))
-    }
-
-    /// Lambert light that arrived and passes without being turned [1].
-    pub(crate) fn diffuse_straight(&self) -> f32 {
-        self.node[NODE - 1]
-    }
-
-    #[inline(always)]
-    fn transform(&self, i: usize, scale: f32) -> UnitSpectrum<TABLE_FREQUENCIES> {
-        UnitSpectrum(std::array::from_fn(|l| self.node[i * TABLE_FREQUENCIES + l] * scale))
+        std::array::from_fn(|law| law_at(&self.laws[law * EXIT_BINS..], up))
     }
 }
 
@@ -286,24 +273,19 @@ fn law_at(bins: &[f32], up: f32) -> f32 {
 
 /// What one film sealed to foil does.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct SealedNode([f32; SEALED_NODE]);
+pub(crate) struct SealedNode {
+    /// Straight light that entered and leaves turned by the film.
+    pub turned: UnitSpectrum<TABLE_FREQUENCIES>,
+    law: [f32; EXIT_BINS],
+    /// Straight light that entered and leaves as the foil mirrored it [1].
+    pub mirrored: f32,
+}
 
 impl SealedNode {
-    /// Straight light that entered and leaves turned by the film.
-    #[inline(always)]
-    pub fn turned(&self) -> UnitSpectrum<TABLE_FREQUENCIES> {
-        UnitSpectrum(std::array::from_fn(|l| self.0[l]))
-    }
-
-    /// Its radiance factor, against light that leaves by Lambert's law, under cosine `up` [1].
+    /// Radiance factor of turned light, against light that leaves by Lambert's law, under cosine `up` [1].
     #[inline(always)]
     pub fn law(&self, up: f32) -> f32 {
-        law_at(&self.0[TABLE_FREQUENCIES..], up)
-    }
-
-    /// Straight light that entered and leaves as the foil mirrored it [1].
-    pub(crate) fn mirrored(&self) -> f32 {
-        self.0[SEALED_NODE - 1]
+        law_at(&self.law, up)
     }
 }
 

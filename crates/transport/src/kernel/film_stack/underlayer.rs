@@ -26,12 +26,16 @@ const FRESNEL_STEPS: usize = 32;
 /// What lies below, ready to be asked.
 #[derive(Debug, Clone)]
 pub(super) struct Underlayer {
-    medium: Medium,
-    body: Spectrum,
-    seen: Spectrum,
-    mirrors: [f32; 2],
-    /// How far light of a view leaves beside light to all sides, over the view's part along the surface [mm].
-    beside: f32,
+    /// Of what.
+    pub medium: Medium,
+    /// Of light that entered, what leaves again [1].
+    pub body: Spectrum,
+    /// The same of what goes to a view [1].
+    pub seen: Spectrum,
+    /// Share that the surface mirrors, of Lambert light and of light from straight above [1].
+    pub mirrors: [f32; 2],
+    /// How far beside light to all sides the light to a view leaves, over the view's part along the surface [mm].
+    pub beside: f32,
     /// Coefficients of the radiance factor of what leaves, a mean over its paths.
     leaves: [f32; 4],
 }
@@ -73,35 +77,6 @@ impl Underlayer {
         beside /= height.max(f32::MIN_POSITIVE);
         let mirrors = [diffuse_reflectance(medium.n_eff), normal_reflectance(medium.n_eff)];
         Self { medium: *medium, body, seen, mirrors, beside, leaves }
-    }
-
-    /// Of what.
-    pub fn medium(&self) -> &Medium {
-        &self.medium
-    }
-
-    /// Of light that entered, what leaves again [1].
-    #[inline(always)]
-    pub fn body(&self) -> &Spectrum {
-        &self.body
-    }
-
-    /// The same of what goes to a view [1].
-    #[inline(always)]
-    pub fn seen(&self) -> &Spectrum {
-        &self.seen
-    }
-
-    /// How far beside light to all sides the light to a view leaves, over the view's part along the surface [mm].
-    #[inline(always)]
-    pub fn beside(&self) -> f32 {
-        self.beside
-    }
-
-    /// Share that the surface mirrors, of Lambert light and of light from straight above [1].
-    #[inline(always)]
-    pub(crate) fn mirrors(&self) -> [f32; 2] {
-        self.mirrors
     }
 
     /// Radiance factor of light that left the body under cosine `up` [1].

@@ -41,9 +41,9 @@ use self::medium_cache::{MediumCache, axis, dispersion, extinction};
 use super::LONGEST_MM;
 use super::next_event::mean_sine;
 use super::tracker::{Fate, FlightEnd, Geometry, LineObserver, Photon, RouletteOrder, Target, refracted, transmitted};
+use crate::phase::{cylinder_towards, dispersed, fibre_collision, frame, uniform};
 use transport::fresnel::fresnel_dielectric;
 use transport::line::LineSource;
-use transport::phase::{cylinder_towards, dispersed, fibre_collision, frame, uniform};
 use transport::stack::CylinderPhase;
 
 /// Meetings with surfaces after which light is given up: it is caught in a wedge.

@@ -19,7 +19,7 @@ use base::{Gloss, Medium};
 use glam::DVec3;
 use rand::Rng;
 
-use transport::phase::disc;
+use crate::phase::disc;
 
 /// The facets of what lies below all: foil, or powder on it.
 pub(super) fn bottom(medium: &Medium) -> Gloss {

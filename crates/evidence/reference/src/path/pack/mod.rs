@@ -41,9 +41,9 @@ use self::next_events::RefractedView;
 use self::shape::{FilmMatter, PackFace, PackRayEnd, PackRegion, PackShape};
 use super::LONGEST_MM;
 use super::tracker::{Fate, FlightEnd, Geometry, LineObserver, Photon, RouletteOrder, Target, refracted, transmitted};
+use crate::phase::{henyey_greenstein, isotropic, uniform};
 use transport::fresnel::fresnel_dielectric;
 use transport::line::{LEAST_FACING, LineSource};
-use transport::phase::{henyey_greenstein, isotropic, uniform};
 use transport::stack::PIGMENT_G;
 
 /// Meetings with surfaces after which light is given up: it is caught in a wedge.

@@ -24,8 +24,8 @@ use super::super::tracker::LineObserver;
 use super::microfacets::Microfacets;
 use super::shape::{FilmMatter, PackFace, PackRayEnd, PackRegion};
 use super::{PackGeometry, PackPhoton, refracted_into};
+use crate::phase::{henyey_greenstein_density, uniform};
 use transport::fresnel::fresnel_dielectric;
-use transport::phase::{henyey_greenstein_density, uniform};
 use transport::stack::PIGMENT_G;
 
 /// Openings that a ray towards the lens passes over; packs have a few holes.

@@ -4,9 +4,7 @@
 use base::Stream;
 use rand::RngExt;
 
-use numerics::chance::{
-    HISTOGRAM_CELLS, UnitHistogram, binomial, kolmogorov_smirnov, likelihood_ratio, likelihood_ratio_chance,
-};
+use exact::{HISTOGRAM_CELLS, UnitHistogram, binomial, kolmogorov_smirnov, likelihood_ratio, likelihood_ratio_chance};
 
 /// Even numbers of [0, 1), the same in every run.
 fn even(name: &str, index: u64, n: usize) -> Vec<f64> {

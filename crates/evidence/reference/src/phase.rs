@@ -13,8 +13,7 @@ use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
 use rand::Rng;
-
-use super::stack::CylinderPhase;
+use transport::stack::CylinderPhase;
 
 /// Uniform in (0, 1].
 #[inline(always)]
@@ -76,34 +75,32 @@ pub fn henyey_greenstein_density(cos: f64, g: f64) -> f64 {
     (1.0 - g * g) / (4.0 * PI * d * d.sqrt())
 }
 
-impl CylinderPhase {
-    /// Cosine and sine of a turn.
-    #[inline(always)]
-    pub fn sample(self, rng: &mut impl Rng) -> (f64, f64) {
-        match self {
-            // phi = 2 atan(r tan(angle)) with an angle that is even over a half turn; tan(angle) = y / x.
-            Self::Cauchy(g2) => {
-                let r = (1.0 - g2) / (1.0 + g2);
-                let (x, y, _) = disc(rng);
-                let y = r * y;
-                let norm = 1.0 / (x * x + y * y);
-                ((x * x - y * y) * norm, 2.0 * x * y * norm)
-            }
-            // cos(phi / 2) is even over [-1, 1].
-            Self::Mirror => {
-                let half = 1.0 - 2.0 * uniform(rng);
-                (2.0 * half * half - 1.0, 2.0 * half * (1.0 - half * half).max(0.0).sqrt())
-            }
+/// Cosine and sine of a turn about a cylinder.
+#[inline(always)]
+pub fn sample_turn(phase: CylinderPhase, rng: &mut impl Rng) -> (f64, f64) {
+    match phase {
+        // phi = 2 atan(r tan(angle)) with an angle that is even over a half turn; tan(angle) = y / x.
+        CylinderPhase::Cauchy(g2) => {
+            let r = (1.0 - g2) / (1.0 + g2);
+            let (x, y, _) = disc(rng);
+            let y = r * y;
+            let norm = 1.0 / (x * x + y * y);
+            ((x * x - y * y) * norm, 2.0 * x * y * norm)
+        }
+        // cos(phi / 2) is even over [-1, 1].
+        CylinderPhase::Mirror => {
+            let half = 1.0 - 2.0 * uniform(rng);
+            (2.0 * half * half - 1.0, 2.0 * half * (1.0 - half * half).max(0.0).sqrt())
         }
     }
+}
 
-    /// Density at the cosine of a turn [rad^-1].
-    #[inline]
-    pub fn density(self, cos: f64) -> f64 {
-        match self {
-            Self::Cauchy(g2) => (1.0 - g2 * g2) / (TAU * (1.0 + g2 * g2 - 2.0 * g2 * cos)),
-            Self::Mirror => (0.5 * (1.0 - cos)).max(0.0).sqrt() * 0.25,
-        }
+/// Density at the cosine of a turn [rad^-1].
+#[inline]
+fn turn_density(phase: CylinderPhase, cos: f64) -> f64 {
+    match phase {
+        CylinderPhase::Cauchy(g2) => (1.0 - g2 * g2) / (TAU * (1.0 + g2 * g2 - 2.0 * g2 * cos)),
+        CylinderPhase::Mirror => (0.5 * (1.0 - cos)).max(0.0).sqrt() * 0.25,
     }
 }
 
@@ -160,7 +157,7 @@ pub fn fibre_collision<R: Rng>(
 
 /// Density of the law of dispersion at tilt `t` [sr^-1].
 #[inline]
-pub(crate) fn dispersion_density(t: f64, s: f64) -> f64 {
+fn dispersion_density(t: f64, s: f64) -> f64 {
     let ratio = if t < 1e-6 { 1.0 } else { t / libm::sin(t) };
     ratio * libm::exp(-0.5 * t * t / (s * s)) / (TAU * s * s)
 }
@@ -199,7 +196,7 @@ pub fn cylinder_towards(w: DVec3, v: DVec3, axis: DVec3, turn: CylinderPhase, s:
     let along = w.dot(fibre);
     let sin2 = (1.0 - along * along).max(1e-12);
     let cos_turn = ((w.dot(v) - along * along) / sin2).clamp(-1.0, 1.0);
-    dispersion_density(tilt, s) / chance * sin2.sqrt() * turn.density(cos_turn) / far
+    dispersion_density(tilt, s) / chance * sin2.sqrt() * turn_density(turn, cos_turn) / far
 }
 
 #[cfg(test)]

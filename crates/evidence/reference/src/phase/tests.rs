@@ -3,7 +3,7 @@
 use base::Stream;
 
 use super::*;
-use crate::stack::WOOD_DISPERSION;
+use transport::stack::WOOD_DISPERSION;
 
 const DRAWS: usize = 200_000;
 const BINS: usize = 32;
@@ -98,9 +98,9 @@ fn henyey_greenstein_follows_its_density() {
 fn turns_follow_their_density() {
     for turn in TURNS {
         let mut rng = rng(&format!("{turn:?}"));
-        let turns: Vec<(f64, f64)> = (0..DRAWS).map(|_| turn.sample(&mut rng)).collect();
+        let turns: Vec<(f64, f64)> = (0..DRAWS).map(|_| sample_turn(turn, &mut rng)).collect();
         let angles = turns.iter().map(|&(cos, sin)| libm::atan2(sin, cos));
-        follows(&format!("{turn:?}"), (-PI, PI), |angle| turn.density(libm::cos(angle)), angles);
+        follows(&format!("{turn:?}"), (-PI, PI), |angle| turn_density(turn, libm::cos(angle)), angles);
         let (mean, error) = mean(turns.iter().map(|turn| turn.0));
         assert!((mean - turn.mean_cosine()).abs() < Z * error, "mean cosine of {turn:?}: {mean} +- {error}");
     }
@@ -128,7 +128,7 @@ fn dispersion_follows_its_density() {
 fn laws_without_a_mean_cosine_are_even() {
     for cos in [-1.0, -0.3, 0.4, 1.0] {
         assert!((henyey_greenstein_density(cos, 0.0) * 4.0 * PI - 1.0).abs() < 1e-15);
-        assert!((CylinderPhase::Cauchy(0.0).density(cos) * TAU - 1.0).abs() < 1e-15);
+        assert!((turn_density(CylinderPhase::Cauchy(0.0), cos) * TAU - 1.0).abs() < 1e-15);
     }
     for g in [0.0, 1e-6] {
         let mut rng = rng(&format!("even {g}"));
@@ -143,7 +143,7 @@ fn light_stays_on_its_cone() {
     let mut rng = rng("cone");
     for i in 0..10_000 {
         let (w, axis) = (isotropic(&mut rng), isotropic(&mut rng));
-        let (cos, sin) = TURNS[i % TURNS.len()].sample(&mut rng);
+        let (cos, sin) = sample_turn(TURNS[i % TURNS.len()], &mut rng);
         let v = turned(w, axis, (cos, sin));
         let along = w.dot(axis);
         assert!((v.dot(axis) - along).abs() < 1e-12 && (v.length() - 1.0).abs() < 1e-12, "{w} about {axis} to {v}");
@@ -157,7 +157,7 @@ fn light_stays_on_its_cone() {
 /// Light in direction `w` after a cylinder of width sin(w, f'), or none.
 fn by_cylinder(w: DVec3, axis: DVec3, turn: CylinderPhase, s: f64, rng: &mut impl Rng) -> Option<DVec3> {
     match fibre_collision(w, 0.0, 1.0, rng, |rng| dispersed(axis, frame(axis), s, rng)) {
-        FibreCollision::Cylinder(fibre) => Some(turned(w, fibre, turn.sample(rng))),
+        FibreCollision::Cylinder(fibre) => Some(turned(w, fibre, sample_turn(turn, rng))),
         _ => None,
     }
 }
