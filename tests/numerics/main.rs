@@ -1,4 +1,0 @@
-//! Numbers that have to be the same everywhere.
-
-mod chance;
-mod portable_floats;
