@@ -80,7 +80,7 @@ datasets() {
         for seed in $seeds; do
             note "$name-$seed-gen" --recipe "$recipe" --n 2 --seed "$seed" --out "$name-$seed" --samples-per-shard 2
         done
-        # Frames as the real camera's files hold them; a case of more than 8 bits says that it has none.
+        # Frames as the real camera's files hold them; more than 8 bits are refused.
         note "$name-sensor" export icon "$name-0" --sensor --out "$name-0-sensor"
         # A case that makes no dataset would be compared with nothing on both sides.
         [ -f "$name-0/dataset.json" ] || { echo "$recipe made no dataset: $(cat "$name-0-gen.err")" >&2; exit 1; }
