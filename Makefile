@@ -27,7 +27,7 @@ SCALE := .venv-scale
 MOTO := .venv-moto
 SITE := .venv-site
 # Tests that need no Python, no browser and no machine for themselves. Those marked `#[ignore]` take long: `check-rest` runs them.
-FIRST = architecture dataset dictionary matter numerics optics packaging pictures program recipe recipe_schema transport validate
+FIRST = architecture chance dataset dictionary extraction icon matter optics packaging pictures program recipe recipe_schema transport validate
 FIRST_TESTS = $(ALL) --lib $(FIRST:%=--test %)
 
 # What stands in square brackets in documentation and is no link: units, and letters of sources. Any other link that leads nowhere fails `check`.

@@ -1,5 +1,6 @@
 //! Purpose: what is written beside the code for other programs says what the code says: versions, toolchain, links.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -48,6 +49,60 @@ fn toolchains_are_the_one_that_cargo_names() {
     ] {
         for version in stated(path, before, after) {
             assert_eq!(version, env!("CARGO_PKG_RUST_VERSION"), "{path}, after `{before}`");
+        }
+    }
+}
+
+/// A package of a lock: what it is called, its version, where it comes from, and what it asks for.
+struct Locked {
+    name: String,
+    version: String,
+    is_ours: bool,
+    asks: BTreeSet<String>,
+}
+
+fn locked(path: &str) -> Vec<Locked> {
+    let package = |block: &str| {
+        let value = |key: &str| block.lines().find_map(|line| line.strip_prefix(key)?.strip_suffix('"'));
+        let asks = block.lines().filter_map(|line| line.strip_prefix(" \"")?.split(['"', ' ']).next());
+        Locked {
+            name: value("name = \"").expect("a name").into(),
+            version: value("version = \"").expect("a version").into(),
+            is_ours: value("source = \"").is_none(),
+            asks: asks.map(String::from).collect(),
+        }
+    };
+    text(path).split("[[package]]\n").skip(1).map(package).collect()
+}
+
+/// What the manifest of a crate asks for beside its tests.
+fn asked(manifest: &str) -> BTreeSet<String> {
+    let sections = manifest.split("\n[").filter(|section| {
+        let header = section.split(']').next().unwrap_or_default();
+        header.rsplit('.').next().is_some_and(|last| last == "dependencies" || last == "build-dependencies")
+    });
+    let lines = sections.flat_map(|section| section.lines().skip(1));
+    lines
+        .filter_map(|line| Some(line.split_once(['.', ' '])?.0))
+        .filter(|name| *name != "#")
+        .map(String::from)
+        .collect()
+}
+
+/// The fuzzer's workspace is one of its own. Its lock has our versions, and of our crates what their manifests ask for.
+#[test]
+fn the_fuzzers_lock_follows_ours() {
+    let (ours, fuzzers) = (locked("Cargo.lock"), locked("fuzz/Cargo.lock"));
+    let is_fuzzers = |package: &&Locked| ["sheetlight-fuzz", "libfuzzer-sys", "arbitrary"].contains(&&*package.name);
+    for package in fuzzers.iter().filter(|package| !is_fuzzers(package)) {
+        let Locked { name, version, is_ours, asks } = package;
+        let has = ours.iter().any(|own| own.name == *name && own.version == *version);
+        assert!(has, "Cargo.lock has no {name} {version}: run `cargo update {name} --precise ..` in fuzz");
+        if *is_ours {
+            let folder = [format!("crates/{name}"), name.clone()];
+            let folder = folder.iter().find(|folder| Path::new(ROOT).join(folder).exists()).expect("a crate");
+            let remedy = "run `cargo update --workspace` in fuzz";
+            assert_eq!(*asks, asked(&text(format!("{folder}/Cargo.toml"))), "what {name} asks for: {remedy}");
         }
     }
 }

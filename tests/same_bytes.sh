@@ -5,11 +5,11 @@
 #   tests/same_bytes.sh values REF             the same with each tree's own recipes: pixels and numbers by seed and index
 #                                              are compared, ids, hashes and documents are not (make same-values REF=...)
 #   tests/same_bytes.sh digest GEN DIR         run one program into DIR and write DIR/digests.txt
-#   tests/same_bytes.sh datasets GEN DIR TREE  make the datasets alone, from the recipes of a tree
+#   tests/same_bytes.sh datasets GEN DIR TREE  make the datasets and their sensor frames alone, from the recipes of a tree
 #
 # The cases: every recipe that ships, cut to a small size, seeds 0 to 2, with all images, truth maps and kept frames, and
 # recipes changed so that other models, sensors and scripts have their turn; of each a validation, a report and every
-# export; light by every model through every medium; every study. QUICK=1 takes seed 0 and leaves out what is slow.
+# export, that of sensor frames too; light by every model through every medium; every study. QUICK=1 takes seed 0 and leaves out what is slow.
 set -euo pipefail
 root=$(cd "$(dirname "$0")/.." && pwd)
 quick=${QUICK:-0}
@@ -80,6 +80,8 @@ datasets() {
         for seed in $seeds; do
             note "$name-$seed-gen" --recipe "$recipe" --n 2 --seed "$seed" --out "$name-$seed" --samples-per-shard 2
         done
+        # Frames as the real camera's files hold them; more than 8 bits are refused.
+        note "$name-sensor" export icon "$name-0" --sensor --out "$name-0-sensor"
         # A case that makes no dataset would be compared with nothing on both sides.
         [ -f "$name-0/dataset.json" ] || { echo "$recipe made no dataset: $(cat "$name-0-gen.err")" >&2; exit 1; }
     done

@@ -4,7 +4,8 @@
     .venv/bin/python tests/same_values.py REF NEW      (tests/same_bytes.sh values, make same-values REF=<commit>)
 
 Datasets of the same name are compared sample by sample, by seed and index: every column that both have, fields of structs
-one by one, images as pixels, EXR files as channels, kept frames as numbers. Floating-point numbers are equal bit for bit.
+one by one, images as pixels, EXR files as channels, kept frames as numbers, those in the real camera's files as bytes.
+Floating-point numbers are equal bit for bit.
 Ids, and columns and fields that only NEW has, may differ; one that only REF has is a difference.
 """
 
@@ -82,17 +83,25 @@ def samples(folder):
     return found
 
 
+def sensor_frames(folder):
+    """Bytes of the real camera's files, which hold a kept frame of each sample."""
+    return {file.name: file.read_bytes() for file in folder.glob("*.dat")}
+
+
 def main(ref, new):
     datasets = sorted(path.parent.name for path in ref.glob("*/dataset.json"))
     if not datasets:
         sys.exit(f"{ref} holds no dataset")
-    differences, count = [], 0
+    differences, count, frames = [], 0, 0
     for name in datasets:
         if not (new / name / "dataset.json").exists():
             differences.append(f"{name}: only the reference made it")
             continue
         before, after = samples(ref / name), samples(new / name)
         count += len(before)
+        one, other = (sensor_frames(root / f"{name}-sensor") for root in (ref, new))
+        frames += len(one)
+        differences += [f"{name}-sensor/{file}" for file in sorted(one) if one[file] != other.get(file)]
         if before.keys() != after.keys():
             differences.append(f"{name}: samples {sorted(before)} and {sorted(after)}")
         for key in before.keys() & after.keys():
@@ -100,7 +109,7 @@ def main(ref, new):
             more = f" and {len(places) - 8} more" if len(places) > 8 else ""
             if places:
                 differences.append(f"{name}: seed {key[0]}, index {key[1]}: {', '.join(p[1:] for p in places[:8])}{more}")
-    print(f"{len(datasets)} datasets, {count} samples")
+    print(f"{len(datasets)} datasets, {count} samples, {frames} sensor frames in files of the camera")
     if differences:
         sys.exit("\n".join([*differences, f"the values differ: the datasets lie in {ref} and {new}"]))
     print("the same values")

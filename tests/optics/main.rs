@@ -1,16 +1,12 @@
-//! What camera, laser and sensor make of known bodies, and what extraction reads from it, against closed forms.
+//! What camera, laser and sensor make of known bodies, and what is read from it, against closed forms.
 
 mod bands;
 mod blister_presence;
 mod blooming;
 mod camera_motion;
 mod camera_optics;
-mod columns;
 mod defect_maps;
 mod effects;
-mod extraction;
-mod extraction_methods;
-
 mod field_edges;
 mod flat_target;
 mod interpolated_rows;
@@ -19,7 +15,6 @@ mod laser_light;
 mod laser_places;
 mod mixed_pixels;
 mod pack_optics;
-mod pack_windows;
 mod range_forms;
 mod real_frames;
 mod rows_left_out;

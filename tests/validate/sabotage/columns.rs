@@ -10,7 +10,7 @@ use arrow_array::{ArrayRef, FixedSizeListArray, Float64Array, ListArray, RecordB
 use output_schema::row::{CALIBRATION, OBJECT, ROW};
 use output_schema::{Column, ColumnKind, Source};
 
-use super::place::{boards, inspect, whole};
+use super::place::{always, boards, inspect, whole};
 use crate::damage::rewrite;
 
 /// Other values of a column, each as near as `follows` promises to tell; of a struct its first field has others.
@@ -91,5 +91,6 @@ fn whatever_changes_is_found() {
             others
         });
         assert!(!inspect(place.path()).faults.is_empty(), "a change of `{path}` is not found");
+        always(place.path(), &format!("a change of `{path}`"));
     }
 }

@@ -83,7 +83,8 @@ fn masks_of_overexposed_packs() {
             relabel(sample, &label, &instance);
         }
         assert!(looked_at(&head, moved.clone()).contains(&OutlineDiffers), "masks moved by {way} rows");
-        assert!(codes_of(&head, moved).contains(&LabelDiffers), "masks moved by {way} rows");
+        let what = format!("masks of overexposed packs moved by {way} rows");
+        assert!(codes_of(&head, moved, &what).contains(&LabelDiffers), "{what}");
     }
 }
 
@@ -99,7 +100,7 @@ fn masks_moved_by_a_pixel() {
     let png = ["png: [range, reflectance, scatter, label]", "png: [range, reflectance]"];
     for (name, text) in [("labels in PNG", wood.clone()), ("labels in EXR", wood.replacen(png[0], png[1], 1))] {
         let (head, samples) = of_recipe(&text, 2);
-        assert_eq!(codes_of(&head, samples.clone()), [], "{name}");
+        assert_eq!(codes_of(&head, samples.clone(), name), [], "{name}");
         for (columns, rows) in [(0, 1), (0, -1), (1, 0), (-1, 0), (0, 3), (0, -3)] {
             let mut moved = samples.clone();
             for sample in &mut moved {
@@ -111,8 +112,8 @@ fn masks_moved_by_a_pixel() {
                 });
                 relabel(sample, &label, &instance);
             }
-            let found = codes_of(&head, moved);
-            assert_eq!(found, [LabelDiffers], "{name}, a mask moved by {columns} columns and {rows} rows");
+            let what = format!("{name}, a mask moved by {columns} columns and {rows} rows");
+            assert_eq!(codes_of(&head, moved, &what), [LabelDiffers], "{what}");
         }
     }
 }
@@ -141,7 +142,7 @@ fn fibres_of_knots() {
         }
         let expected: &[dataset::validate::Code] = if is_told { &[DiveDiffers] } else { &[] };
         assert_eq!(looked_at(&head, flat.clone()), expected, "{kind}");
-        assert_eq!(codes_of(&head, flat), [TruthDiffers], "{kind}");
+        assert_eq!(codes_of(&head, flat, "fibres of knots that lie flat"), [TruthDiffers], "{kind}");
     }
 }
 

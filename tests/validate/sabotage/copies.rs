@@ -5,7 +5,7 @@ use dataset::validate::Code::{self, *};
 use dataset::validate::ValidationReport;
 use optical_bench::settings::Channel;
 
-use super::place::{ESTIMATES, SIZE, boards, exr, inspect, inspect_rows, labels, measured, png, relabel, write};
+use super::place::{ESTIMATES, SIZE, always, boards, exr, inspect, inspect_rows, labels, png, relabel, write};
 
 /// Makes sample `to` show what sample `from` shows, under its own name and numbers; `change` is applied to each line of
 /// numbers of the measured maps.
@@ -71,7 +71,7 @@ fn told(samples: Vec<Encoded>, code: Code, place: &str, what: &str) -> String {
     let faults = [DrawDiffers, ObjectDiffers, TruthDiffers, LabelDiffers];
     let found =
         |report: &ValidationReport| report.warnings.iter().find(|found| ESTIMATES.contains(&found.code)).cloned();
-    measured(folder.path(), what);
+    always(folder.path(), what);
     for report in inspect_rows(folder.path(), 0..2) {
         assert_eq!(report.codes(), [faults.as_slice(), &[ProfileDiffers]].concat(), "{what}:\n{report}");
         assert!(found(&report).is_none(), "{what}:\n{report}");

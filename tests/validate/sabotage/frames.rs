@@ -11,8 +11,8 @@ use dataset::validate::RowChoice;
 use rand::RngExt;
 use sheetlight::generate::ExpectedDataset;
 
-use super::place::{compare_rows, measure, of_recipe, write_as};
-use test_support::program::recipe;
+use super::place::{asked_choices, compare_rows, fresh, of_recipe, state, write_as};
+use test_support::program::{mesh_recipe, pack_recipe, recipe, sawtooth_recipe};
 
 /// What a forger has: the frames of a sample, which one to change, its columns, the same frame of another sample.
 struct Forgery<'a> {
@@ -116,7 +116,7 @@ const FORGERIES: [(&str, Change); 30] = [
     ("the frame of the next profile, but for a pixel", |f| {
         let next = f.frames[f.place + 1].dn.clone();
         *f.dn() = next;
-        f.dn()[0] += 1;
+        f.dn()[1] += 1;
     }),
     ("two frames swapped", |f| {
         let (first, second) = f.frames.split_at_mut(f.place + 1);
@@ -154,25 +154,35 @@ const FORGERIES: [(&str, Change); 30] = [
     ("a negative", |f| f.every(|dn| 255 - dn.min(254))),
 ];
 
+/// The small recipe of each subject, which writes Range and twelve sensor frames alone.
+fn subjects() -> [(&'static str, String); 4] {
+    let alone = |text: String, every: u64| {
+        let is_kept = |line: &&str| !["  png:", "  exr:", "  truth_maps:"].iter().any(|key| line.starts_with(key));
+        let lines: Vec<&str> = text.lines().filter(is_kept).collect();
+        let output = format!("sensor_stack: {{every: {every}}}\n  png: [range]\n  exr: []\n  truth_maps: false");
+        lines.join("\n").replacen("sensor_stack: none", &output, 1)
+    };
+    [
+        ("wood", alone(recipe(&[]), 4)),
+        ("blister", alone(pack_recipe(&[]), 8)),
+        ("sawtooth", alone(sawtooth_recipe(&[]), 4)),
+        ("mesh", alone(mesh_recipe(&[]), 4)),
+    ]
+}
+
 #[test]
 #[ignore = "long"]
 fn one_forged_frame_of_many_is_told() {
-    const SEEDS: u64 = 3;
-    let text = recipe(&[
-        ["sensor_stack: none", "sensor_stack: {every: 4}"],
-        ["png: [range, reflectance, scatter, label]", "png: [range]"],
-        ["exr: [range, reflectance, scatter, label, instance]", "exr: []"],
-        ["truth_maps: true", "truth_maps: false"],
-    ]);
-    let (head, samples) = of_recipe(&text, FORGERIES.len() as u64);
-    let place = write_as(head.clone(), samples.clone());
-    let expected = ExpectedDataset::of(&Dataset::open(place.path()).expect("it opens")).expect("its recipe loads");
-    // Frames that would give nothing to forge are told by other rules.
-    let kept = samples[0].stack.len();
-    assert!(kept == 12 && samples.iter().all(|sample| sample.stack.len() == kept));
-    let (mut told, mut told_by_one) = (0, 0);
-    for seed in 0..SEEDS {
-        let mut rng = Stream::root(seed).child("forger").rng();
+    let seeds = fresh(asked_choices().unwrap_or(1));
+    let (mut tried, mut told_by_one) = (0, 0);
+    for (number, (subject, text)) in (0..).zip(subjects()) {
+        let (head, samples) = of_recipe(&text, FORGERIES.len() as u64);
+        let place = write_as(head.clone(), samples.clone());
+        let expected = ExpectedDataset::of(&Dataset::open(place.path()).expect("it opens")).expect("its recipe loads");
+        // Frames that would give nothing to forge are told by other rules.
+        let kept = samples[0].stack.len();
+        assert!(kept == 12 && samples.iter().all(|sample| sample.stack.len() == kept), "{subject}");
+        let mut rng = Stream::root(number).child("forger").rng();
         let mut forged = samples.clone();
         for (number, (what, forge)) in FORGERIES.into_iter().enumerate() {
             let place = rng.random_range(0..kept - 1);
@@ -183,27 +193,27 @@ fn one_forged_frame_of_many_is_told() {
                 cols: head.images.sensor_cols as usize,
                 other,
             });
-            assert!(forged[number].stack != samples[number].stack, "{what}: nothing is forged");
+            assert!(forged[number].stack != samples[number].stack, "{subject}, {what}: nothing is forged");
         }
-        let place = write_as(head.clone(), forged);
-        let usual = expected.rows(None, seed).expect("the kernel is quick");
+        let place = write_as(head, forged);
         let report = |rows: Option<RowChoice>| compare_rows(place.path(), Ok(&expected), rows);
         let found = |rows: RowChoice| -> BTreeSet<String> {
             let faults = report(Some(rows)).faults.into_iter();
             faults.inspect(|found| assert_eq!(found.code, ProfileDiffers)).map(|found| found.fault.place).collect()
         };
-        measure(place.path(), Ok(&expected), "frames of 30 samples, one of each");
         let others = report(None);
-        assert!(others.is_clean(), "seed {seed}: other rules tell it:\n{others}");
-        let all = found(usual);
+        assert!(others.is_clean(), "{subject}: other rules tell it:\n{others}");
+        let usual = |seed: &u64| expected.rows(None, *seed).expect("the kernel is quick");
+        let all: Vec<BTreeSet<String>> = seeds.iter().map(|seed| found(usual(seed))).collect();
         for (number, (what, _)) in FORGERIES.iter().enumerate() {
             let name = format!("stacks/00000.parquet, sample {number}");
-            assert!(all.contains(&name), "seed {seed}: {what} is not told");
+            let told = all.iter().filter(|places| places.contains(&name)).count();
+            state(&format!("one frame of {kept}: {what}, {subject}"), told, seeds.len());
+            assert_eq!(told, seeds.len(), "{subject}: {what}");
         }
-        told += all.len();
-        told_by_one += found(RowChoice { frames: 1, ..usual }).len();
+        tried += FORGERIES.len();
+        told_by_one += found(RowChoice { frames: 1, ..usual(&number) }).len();
     }
-    let tried = FORGERIES.len() * SEEDS as usize;
-    println!("{told} of {tried} forgeries of one frame of {kept} told, by one frame of each sample {told_by_one}");
-    assert!(told == tried && told_by_one < tried / 3, "{told} and {told_by_one} of {tried}");
+    println!("{tried} forgeries of one frame told, by one frame of each sample {told_by_one}");
+    assert!(told_by_one < tried / 3, "{told_by_one} of {tried}");
 }

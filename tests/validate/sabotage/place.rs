@@ -75,11 +75,11 @@ pub fn of_recipe(text: &str, samples: u64) -> (DatasetHead, Vec<Encoded>) {
 }
 
 /// What validation says of such samples, by its codes.
-pub fn codes_of(head: &DatasetHead, samples: Vec<Encoded>) -> Vec<Code> {
+pub fn codes_of(head: &DatasetHead, samples: Vec<Encoded>, what: &str) -> Vec<Code> {
     let folder = write_as(head.clone(), samples);
     let codes = inspect(folder.path()).codes();
     if !codes.is_empty() {
-        measured(folder.path(), "a damage");
+        always(folder.path(), what);
     }
     codes
 }
@@ -182,22 +182,37 @@ pub fn compare_rows(root: &Path, again: Result<&ExpectedDataset, &str>, rows: Op
     report
 }
 
-/// With `SABOTAGE_SEEDS=n` in the environment: prints of how many fresh choices of rows, as many as `gen validate`
-/// takes where nobody says how many, the damaged dataset has faults.
-pub fn measure(root: &Path, again: Result<&ExpectedDataset, &str>, what: &str) {
-    let Some(seeds) = std::env::var("SABOTAGE_SEEDS").ok().and_then(|seeds| seeds.parse().ok()) else { return };
-    let found = (0..seeds).filter(|_| {
-        // As the program does: from the system's source of chance.
-        let seed = RandomState::new().build_hasher().finish();
-        !compare_rows(root, again, again.ok().and_then(|again| again.rows(None, seed))).is_clean()
-    });
-    let (found, thread) = (found.count(), std::thread::current());
-    println!("share | {} | {what} | {found} | {seeds}", thread.name().unwrap_or_default());
+/// Choices of rows that `SABOTAGE_SEEDS` in the environment asks for.
+pub fn asked_choices() -> Option<u64> {
+    let asked = std::env::var("SABOTAGE_SEEDS").ok()?;
+    Some(asked.parse().expect("SABOTAGE_SEEDS is a number"))
 }
 
-/// [`measure`] with the recipe in the folder.
-pub fn measured(root: &Path, what: &str) {
-    again(root, |again| measure(root, again, what));
+/// Seeds of fresh choices of rows, from the system's source of chance as in the program.
+pub fn fresh(choices: u64) -> Vec<u64> {
+    (0..choices).map(|_| RandomState::new().build_hasher().finish()).collect()
+}
+
+/// Prints of how many choices a damage is told.
+pub fn state(what: &str, told: usize, choices: usize) {
+    let thread = std::thread::current();
+    println!("share | {} | {what} | {told} | {choices}", thread.name().unwrap_or_default());
+}
+
+/// Of how many choices of rows, as many as `gen validate` takes where nobody says how many, the damaged dataset has
+/// faults.
+pub fn told(root: &Path, again: Result<&ExpectedDataset, &str>, what: &str, seeds: &[u64]) -> usize {
+    let rows = |seed| again.ok().and_then(|again| again.rows(None, seed));
+    let told = seeds.iter().filter(|seed| !compare_rows(root, again, rows(**seed)).is_clean()).count();
+    state(what, told, seeds.len());
+    told
+}
+
+/// Where a rule without rows tells a damage, every choice of rows does: asked for with `SABOTAGE_SEEDS`.
+pub fn always(root: &Path, what: &str) {
+    let Some(choices) = asked_choices() else { return };
+    let seeds = fresh(choices);
+    again(root, |again| assert_eq!(told(root, again, what, &seeds), seeds.len(), "{what}"));
 }
 
 /// Asks for exactly these codes and for a word in the place of a fault.
@@ -207,7 +222,7 @@ pub fn says(root: &Path, codes: &[Code], place: &str, what: &str) {
     codes.sort_unstable();
     assert_eq!(report.codes(), codes, "{what}:\n{report}");
     assert!(report.faults.iter().any(|found| found.fault.place.contains(place)), "{what}: no `{place}` in\n{report}");
-    measured(root, what);
+    always(root, what);
 }
 
 /// The clean dataset, damaged on the disk.

@@ -61,7 +61,7 @@ fn tags_are_what_pixels_show() {
         }
         println!("{name}: {shown} defects show, {unseen} do not");
         assert!(shown > 0 && unseen > 8, "{name}: {shown} shown, {unseen} not");
-        assert_eq!(codes_of(&head, samples), [], "{name}");
+        assert_eq!(codes_of(&head, samples, name), [], "{name}");
     }
 }
 
@@ -73,7 +73,7 @@ fn tags_are_held_to_images_and_body() {
     let codes = |change: fn(&mut Encoded)| {
         let mut samples = samples.clone();
         change(&mut samples[place]);
-        codes_of(head, samples)
+        codes_of(head, samples, "other lists of classes")
     };
     // What was listed of old: all that the object has.
     assert_eq!(codes(|s| s.defects.append(&mut s.unseen)), [ObjectDiffers]);

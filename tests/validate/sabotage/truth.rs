@@ -6,7 +6,7 @@ use dataset::validate::Code::*;
 use dataset::{Encoded, ExrChannel};
 use optical_bench::settings::Channel;
 
-use super::place::{boards, exr, labels, of_recipe, relabel, with};
+use super::place::{boards, codes_of, exr, labels, of_recipe, relabel, with};
 use test_support::program::{mesh_recipe, pack_recipe, recipe, sawtooth_recipe};
 
 /// The recipes of all subjects, as small as they go with something of every kind in view.
@@ -60,7 +60,7 @@ fn truth_maps_of_all_samples() {
     let (mut tried, mut missed) = (0, Vec::new());
     for (subject, text) in recipes() {
         let (head, samples) = of_recipe(&text, 4);
-        assert_eq!(super::place::codes_of(&head, samples.clone()), [], "{subject}");
+        assert_eq!(codes_of(&head, samples.clone(), subject), [], "{subject}");
         let declared: Vec<&str> = head.channels().iter().map(|channel| channel.name).collect();
         for name in MAPS.iter().filter(|name| declared.contains(name)) {
             for (what, change) in CHANGES {
@@ -70,8 +70,9 @@ fn truth_maps_of_all_samples() {
                     continue;
                 }
                 tried += 1;
-                if !super::place::codes_of(&head, other).contains(&TruthDiffers) {
-                    missed.push(format!("{name} {what} of {subject}"));
+                let what = format!("{name} {what} of {subject}");
+                if !codes_of(&head, other, &what).contains(&TruthDiffers) {
+                    missed.push(what);
                 }
             }
         }
@@ -110,7 +111,7 @@ fn objects_at_the_border() {
                 }
                 relabel(&mut other[i], &label, &instance);
                 tried += 1;
-                if !super::place::codes_of(&head, other).contains(&LabelDiffers) {
+                if !codes_of(&head, other, "an object at the border erased").contains(&LabelDiffers) {
                     missed.push(format!(
                         "{subject} {i}: {:?} {:?} of {} x {} at ({:.1}, {:.1}) mm, diameter {:.1} mm",
                         object.instance.class,

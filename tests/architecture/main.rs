@@ -1,5 +1,7 @@
 //! What the compiler can't say of the parts: which crate may use which, and who knows what inside a crate.
 
+mod portable_floats;
+
 use std::fs::{self, DirEntry};
 use std::path::PathBuf;
 
@@ -62,6 +64,9 @@ const CRATES: [(&str, &[&str]); 22] = [
         ],
     ),
 ];
+
+/// What a change of the optics builds anew: `cargo test -p` of what lies below them takes seconds.
+const HEAVY: [&str; 1] = ["scanner"];
 
 /// A library, and the only files that may name it.
 const LIBRARIES: [(&str, &[&str]); 2] = [
@@ -258,23 +263,48 @@ fn paths_are_found() {
     );
 }
 
+/// The last part of a crate's path, its name.
+fn name(path: &str) -> &str {
+    path.rsplit('/').next().unwrap_or(path)
+}
+
+/// The crates of this workspace that a section of a crate's manifest names.
+fn asked(path: &str, section: &str) -> Vec<String> {
+    let manifest = fs::read_to_string(root().join(path).join("Cargo.toml")).expect("every crate has a manifest");
+    let (_, section) = manifest.split_once(&format!("\n[{section}]\n")).unwrap_or_default();
+    let section = section.split("\n[").next().unwrap_or_default();
+    let named = section.lines().filter_map(|line| line.split(['.', ' ', '=']).next());
+    let is_ours = |asked: &&str| *asked == "sheetlight" || CRATES.iter().any(|(path, _)| name(path) == *asked);
+    named.filter(is_ours).map(str::to_owned).collect()
+}
+
 #[test]
 fn crates_use_what_they_may() {
-    let names: Vec<&str> = CRATES.iter().map(|(path, _)| path.rsplit('/').next().unwrap_or(path)).collect();
     for (path, may) in CRATES {
-        let manifest = fs::read_to_string(root().join(path).join("Cargo.toml")).expect("every crate has a manifest");
-        let (_, section) = manifest.split_once("\n[dependencies]\n").unwrap_or_default();
-        let section = section.split("\n[").next().unwrap_or_default();
-        let used = section.lines().filter_map(|line| line.split(['.', ' ', '=']).next());
-        let used: Vec<&str> = used.filter(|name| names.contains(name) || *name == "sheetlight").collect();
-        let beyond: Vec<_> = used.iter().filter(|name| !may.contains(name)).collect();
+        let used = asked(path, "dependencies");
+        let beyond: Vec<_> = used.iter().filter(|name| !may.contains(&name.as_str())).collect();
         assert!(beyond.is_empty(), "{path} uses {beyond:?}: ARCHITECTURE.md says why it must not");
-        let idle: Vec<_> = may.iter().filter(|name| !used.contains(name)).collect();
+        let idle: Vec<_> = may.iter().filter(|name| !used.iter().any(|own| own == *name)).collect();
         assert!(idle.is_empty(), "{path} does not use {idle:?}: take it out of the table");
     }
     let is_crate = |entry: &DirEntry| entry.path().join("Cargo.toml").exists();
     let folders = ["crates", "crates/evidence"].into_iter().flat_map(listed).filter(is_crate).count();
     assert_eq!(folders + 2, CRATES.len(), "a crate is missing in the table");
+}
+
+/// Whether a crate builds one of [`HEAVY`], itself or what it may use.
+fn is_heavy(asked: &str) -> bool {
+    let may = CRATES.iter().find(|(path, _)| name(path) == asked).map_or(&[][..], |(_, may)| may);
+    HEAVY.contains(&asked) || may.iter().any(|below| is_heavy(below))
+}
+
+/// Tests of a crate that renders nothing build nothing that does.
+#[test]
+fn tests_of_light_crates_are_light() {
+    for (path, _) in CRATES.into_iter().filter(|(path, _)| !is_heavy(name(path))) {
+        let heavy: Vec<_> = asked(path, "dev-dependencies").into_iter().filter(|asked| is_heavy(asked)).collect();
+        assert!(heavy.is_empty(), "tests of {path} build {heavy:?}: move those that need it to tests/");
+    }
 }
 
 /// What the product is held to is not in it: no crate of it uses the evidence, but `src`, through the door and where a

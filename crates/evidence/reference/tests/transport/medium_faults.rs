@@ -31,7 +31,7 @@ const WEIRD: [&str; 16] = [
 ];
 
 fn examples() -> Vec<String> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("recipes/media");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../recipes/media");
     let files = fs::read_dir(folder).expect("recipes/media").map(|entry| entry.expect("an entry").path());
     let yaml = files.filter(|path| path.extension().is_some_and(|end| end == "yaml"));
     yaml.map(|path| fs::read_to_string(path).expect("a text")).collect()

@@ -1,4 +1,0 @@
-//! Numbers that have to be the same everywhere.
-
-mod exact_tests;
-mod portable_floats;
