@@ -1,4 +1,4 @@
-//! Hypothesis tests: the law of one number, the normal distribution, and exact tests of whether numbers follow a law.
+//! Hypothesis tests: the normal distribution, and exact tests of whether numbers follow a law.
 //!
 //! Every p-value is exact or an upper bound at any number of samples, and keeps its relative precision far out, where
 //! families of tests need it. A test that is made 200 times and may be wrong once in 10^6 asks for tails of 10^-9, of
@@ -11,23 +11,3 @@ mod normal;
 pub use self::count_tests::{binomial, likelihood_ratio, likelihood_ratio_chance};
 pub use self::kolmogorov_smirnov::{HISTOGRAM_CELLS, UnitHistogram, kolmogorov_smirnov};
 pub use self::normal::{normal_below, normal_quantile};
-
-/// Cumulative distribution function of a law.
-pub(crate) type DistributionFunction = Box<dyn Fn(f64) -> f64 + Send + Sync>;
-
-/// How one number is drawn.
-pub enum DrawLaw {
-    /// Always the same.
-    Fixed(f64),
-    /// One of some numbers, ascending, each with its chance above 0; the chances sum to 1.
-    Discrete(Vec<(f64, f64)>),
-    /// Any number between two.
-    Continuous {
-        /// Smallest.
-        min: f64,
-        /// Largest.
-        max: f64,
-        /// The distribution function: 0 at the smallest, 1 at the largest.
-        cdf: DistributionFunction,
-    },
-}
