@@ -18,6 +18,7 @@ mod laser_keys;
 mod laser_light;
 mod laser_places;
 mod mixed_pixels;
+mod object_keys;
 mod pack_optics;
 mod pack_windows;
 mod range_forms;
