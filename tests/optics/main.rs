@@ -14,6 +14,7 @@ mod laser_keys;
 mod laser_light;
 mod laser_places;
 mod mixed_pixels;
+mod object_keys;
 mod pack_optics;
 mod range_forms;
 mod real_frames;

@@ -54,8 +54,7 @@ impl RealScan {
             let what = format!("{} columns and {} profiles tell nothing of noise between them", maps.cols, maps.rows);
             return Err(fault(what, &format!("give a scan of at least {FEWEST_LINES} of each")));
         }
-        let counts = |i: usize| ignored.as_ref().is_none_or(|ignored| !ignored[i]);
-        let measured: Vec<usize> = (0..maps.range.len()).filter(|&i| counts(i) && maps.range[i].is_finite()).collect();
+        let measured: Vec<usize> = measured(&maps, ignored.as_deref()).collect();
         if measured.len() < FEWEST_HEIGHTS {
             let what = format!("{} of its pixels that count have a height", measured.len());
             return Err(fault(
@@ -108,9 +107,9 @@ impl RealScan {
 }
 
 /// Pixels with a height that count.
-pub(crate) fn measured_pixels(maps: &ScanMaps, ignored: Option<&[bool]>) -> usize {
-    let counts = |i: usize| ignored.is_none_or(|ignored| !ignored[i]);
-    (0..maps.range.len()).filter(|&i| counts(i) && maps.range[i].is_finite()).count()
+pub(crate) fn measured(maps: &ScanMaps, ignored: Option<&[bool]>) -> impl Iterator<Item = usize> {
+    let counts = move |i: &usize| ignored.is_none_or(|ignored| !ignored[*i]) && maps.range[*i].is_finite();
+    (0..maps.range.len()).filter(counts)
 }
 
 /// Standard errors of statistics from six ways to cut a scan into two halves: a half's variance is twice that of the

@@ -63,18 +63,6 @@ impl FitKey {
         let share = 0.5 * (below(value - step) + below(value + step));
         normal_quantile(share.clamp(1e-6, 1.0 - 1e-6)).clamp(-MOST_SCORE, MOST_SCORE)
     }
-
-    /// Whether it is best seen in a logarithmic scale.
-    pub fn is_log(&self) -> bool {
-        fn of(distribution: &Distribution) -> bool {
-            match distribution {
-                Distribution::LogUniform { .. } | Distribution::Lognormal { .. } => true,
-                Distribution::Truncated { of: inner, .. } => of(inner),
-                _ => false,
-            }
-        }
-        of(&self.prior)
-    }
 }
 
 /// Whether a distribution can draw more than one number.

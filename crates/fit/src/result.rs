@@ -2,6 +2,7 @@
 //! reach.
 
 use base::Parameter;
+use optical_bench::words;
 use recipe::Distribution;
 use serde_json::{Map, Value, json};
 use tools::compare::ScanMaps;
@@ -12,16 +13,18 @@ use crate::recipe_text::NewValue;
 const NO_NARROWER: f64 = 0.95;
 /// Deviations of what fitted recipes make from which a real statistic is out of reach.
 const OUT_OF_REACH: f64 = 3.0;
-/// What the scans say of a key.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum KeyState {
-    /// They narrow it to less than half of its prior.
-    Determined,
-    /// It moves statistics, but others can make up for it; the recipe keeps its prior where the posterior is no
-    /// narrower.
-    Weak,
-    /// Over its whole prior it moves no statistic beyond its scatter: it keeps its prior.
-    Undetermined,
+
+words! {
+    /// What the scans say of a key.
+    KeyState {
+        /// They narrow it to less than half of its prior.
+        Determined = "determined",
+        /// It moves statistics, but others can make up for it; the recipe keeps its prior where the posterior is no
+        /// narrower.
+        Weak = "weak",
+        /// Over its whole prior it moves no statistic beyond its scatter: it keeps its prior.
+        Undetermined = "undetermined",
+    }
 }
 
 /// A key after the fit.
@@ -130,17 +133,6 @@ impl StatisticFit {
     }
 }
 
-impl KeyState {
-    /// In a word.
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Determined => "determined",
-            Self::Weak => "weak",
-            Self::Undetermined => "undetermined",
-        }
-    }
-}
-
 /// A number with four digits.
 pub(crate) fn short(number: f64) -> String {
     if number == 0.0 || !number.is_finite() {
@@ -187,7 +179,7 @@ impl Fit {
             .iter()
             .map(|key| {
                 let value = json!({
-                    "state": key.state.word(),
+                    "state": key.state.name(),
                     "prior": three(key.before),
                     "posterior": three(key.after),
                     "of_scans": key.of_scans.iter().map(|scan| three(*scan)).collect::<Vec<_>>(),

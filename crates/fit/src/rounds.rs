@@ -7,15 +7,15 @@ use std::time::{Duration, Instant};
 
 use base::{Stream, normal};
 use dataset::Fault;
+use dataset::atomic_file::sha256;
 use rand::RngExt;
 use rayon::prelude::*;
 use recipe::Recipe;
 use serde_json::json;
-use sha2::{Digest, Sha256};
 use tools::compare::summary::summary;
 
 use crate::emulator::{Emulator, ScoreRegion, Simulation};
-use crate::observation::{RealScan, half_spreads, measured_pixels};
+use crate::observation::{RealScan, half_spreads, measured};
 use crate::posterior::{Posterior, ScoreLayout};
 use crate::prior::{FitKey, MOST_SCORE};
 use crate::result::Fit;
@@ -120,7 +120,7 @@ pub fn fit(
         store: ScanStore::open(&options.store, &described(recipe, keys, &observed, options))?,
         observed,
         spreads: real.iter().map(|scan| scan.spreads.clone()).collect(),
-        pixels: real.iter().map(|scan| measured_pixels(&scan.maps, scan.ignored.as_deref()).max(1)).collect(),
+        pixels: real.iter().map(|scan| measured(&scan.maps, scan.ignored.as_deref()).count().max(1)).collect(),
         simulations: Vec::new(),
         stream,
     };
@@ -133,8 +133,8 @@ pub fn fit(
         let mut rng = stream.child("prior").index(index).rng();
         keys.iter().map(|_| normal(&mut rng).clamp(-MOST_SCORE, MOST_SCORE)).collect()
     };
-    let scores = (0..first as u64).map(prior).collect();
-    fitter.simulate(0, scores, watch)?;
+    let scores = (0..first as u64).map(prior);
+    fitter.simulations = fitter.scans(0, scores, watch)?;
     // What calls for another recipe leaves nothing that another fit would trip over.
     fitter.check_common(real).inspect_err(|_| fitter.store.remove())?;
     let mut region = ScoreRegion::prior(keys.len());
@@ -149,7 +149,8 @@ pub fn fit(
         let draws = fitter.infer(&mut region, round as u64);
         watch(FitProgress::Round { round: round + 1, rounds: options.rounds, distance: fitter.distance(&region) });
         let scores = fitter.proposals(&draws, later, round as u64);
-        fitter.simulate(round as u64, scores, watch)?;
+        let scans = fitter.scans(round as u64, scores, watch)?;
+        fitter.simulations.extend(scans);
         (done, longest) = (done + 1, since.elapsed());
     }
     watch(FitProgress::Predicts);
@@ -164,18 +165,10 @@ pub fn fit(
 struct InferenceOutcome<'a> {
     draws: Vec<Vec<f64>>,
     widening: Vec<f64>,
-    predictions: Vec<Prediction>,
+    /// Scans at draws of the posterior, beside the real ones by turns.
+    predictions: Vec<Simulation>,
     rounds: usize,
     options: &'a FitOptions,
-}
-
-/// A scan that a fitted recipe made.
-#[derive(Debug, Clone)]
-struct Prediction {
-    /// The real scan that it stands beside.
-    scan: usize,
-    /// Its statistics.
-    statistics: Vec<Option<f64>>,
 }
 
 /// A fit on its way.
@@ -193,23 +186,31 @@ struct Fitter<'a> {
 }
 
 impl Fitter<'_> {
-    /// Simulates a scan at each of these scores, or takes those that were kept.
-    fn simulate(
+    /// A scan at each of these scores, simulated or as it was kept.
+    fn scans(
         &mut self,
         round: u64,
-        scores: Vec<Vec<f64>>,
+        scores: impl IntoIterator<Item = Vec<f64>>,
         watch: &(dyn Fn(FitProgress) + Sync),
-    ) -> Result<(), Fault> {
-        let mut numbered: Vec<(u64, Vec<f64>)> =
-            scores.into_iter().enumerate().map(|(i, scores)| (round * ROUND_STEP + i as u64, scores)).collect();
-        while !numbered.is_empty() {
-            let rest = numbered.split_off(numbered.len().min(BATCH));
-            let batch = std::mem::replace(&mut numbered, rest);
-            for scan in self.batch(batch, watch)? {
-                self.simulations.push(Simulation { scores: scan.scores, statistics: scan.statistics });
-            }
+    ) -> Result<Vec<Simulation>, Fault> {
+        let numbered: Vec<(u64, Vec<f64>)> = (round * ROUND_STEP..).zip(scores).collect();
+        let mut scans = Vec::with_capacity(numbered.len());
+        for batch in numbered.chunks(BATCH) {
+            // Scans are kept in their order: behind one that is missing all are.
+            let kept: Vec<_> = batch.iter().map_while(|(index, scores)| self.store.take(*index, scores)).collect();
+            kept.iter().for_each(|_| watch(FitProgress::Scans(1)));
+            let simulated = |(index, scores): &(u64, Vec<f64>)| {
+                let statistics = self.simulator.statistics(scores, *index).into_iter().map(|s| s.scaled).collect();
+                watch(FitProgress::Scans(1));
+                KeptScan { index: *index, scores: scores.clone(), statistics }
+            };
+            let made: Vec<KeptScan> = batch[kept.len()..].par_iter().map(simulated).collect();
+            self.store.keep(&made)?;
+            let statistics = kept.into_iter().chain(made.into_iter().map(|scan| scan.statistics));
+            let of_batch = batch.iter().zip(statistics);
+            scans.extend(of_batch.map(|((_, scores), statistics)| Simulation { scores: scores.clone(), statistics }));
         }
-        Ok(())
+        Ok(scans)
     }
 
     /// Refuses a real scan of which simulated ones have no statistic.
@@ -227,48 +228,14 @@ impl Fitter<'_> {
         Err(Fault::new(real.maps.name.clone(), what, remedy))
     }
 
-    fn batch(
-        &mut self,
-        batch: Vec<(u64, Vec<f64>)>,
-        watch: &(dyn Fn(FitProgress) + Sync),
-    ) -> Result<Vec<KeptScan>, Fault> {
-        let mut scans = Vec::with_capacity(batch.len());
-        let mut missing = Vec::new();
-        for (index, scores) in batch {
-            match self.store.take(index, &scores) {
-                Some(statistics) => {
-                    watch(FitProgress::Scans(1));
-                    scans.push(KeptScan { index, scores, statistics });
-                }
-                None => missing.push((index, scores)),
-            }
-        }
-        let made: Vec<KeptScan> = missing
-            .into_par_iter()
-            .map(|(index, scores)| {
-                let statistics = self.simulator.statistics(&scores, index).into_iter().map(|s| s.scaled).collect();
-                watch(FitProgress::Scans(1));
-                KeptScan { index, scores, statistics }
-            })
-            .collect();
-        self.store.keep(&made)?;
-        scans.extend(made);
-        Ok(scans)
-    }
-
     /// Root mean square distance of the nearest scan to the nearest real one, in deviations of the scatter near the
     /// region.
     fn distance(&self, region: &ScoreRegion) -> Option<f64> {
         let weights = region.weights(&self.simulations, Emulator::wanted(self.keys.len()));
         let emulator = Emulator::new(&self.simulations, &weights);
         let of = |simulation: &Simulation, observed: &[Option<f64>]| {
-            let (mut sum, mut n) = (0.0, 0_u32);
-            for (j, (ours, real)) in simulation.statistics.iter().zip(observed).enumerate() {
-                let variance = emulator.covariance[(j, j)];
-                if let (Some(ours), Some(real), true) = (ours, real, variance > 0.0) {
-                    (sum, n) = (sum + (ours - real) * (ours - real) / variance, n + 1);
-                }
-            }
+            let squares = squares(&emulator, &simulation.statistics, observed);
+            let (sum, n) = squares.fold((0.0, 0_u32), |(sum, n), square| (sum + square, n + 1));
             (n > 0).then(|| (sum / f64::from(n)).sqrt())
         };
         let all = self.simulations.iter().flat_map(|scan| self.observed.iter().filter_map(move |real| of(scan, real)));
@@ -283,15 +250,10 @@ impl Fitter<'_> {
             .enumerate()
             .map(|(n, scan)| {
                 let (mut sum, mut count) = (0.0, 1.0_f64);
-                for real in observed {
-                    for (j, (ours, real)) in scan.statistics.iter().zip(real).enumerate() {
-                        let variance = emulator.covariance[(j, j)];
-                        if let (Some(ours), Some(real), true) = (ours, real, variance > 0.0) {
-                            // One wild statistic shall not decide.
-                            sum += libm::log1p((ours - real) * (ours - real) / variance);
-                            count += 1.0;
-                        }
-                    }
+                for square in observed.iter().flat_map(|real| squares(emulator, &scan.statistics, real)) {
+                    // One wild statistic shall not decide.
+                    sum += libm::log1p(square);
+                    count += 1.0;
                 }
                 (sum / count, n)
             })
@@ -322,7 +284,7 @@ impl Fitter<'_> {
             let scores = self.layout.of_scan(0, &similar[i % similar.len()]);
             let (maps, ignored) = self.simulator.scan(&scores, (700 + turn) * ROUND_STEP + i as u64);
             let whole = summary(&maps, ignored.as_deref());
-            (half_spreads(&maps, ignored.as_deref(), &whole), measured_pixels(&maps, ignored.as_deref()))
+            (half_spreads(&maps, ignored.as_deref(), &whole), measured(&maps, ignored.as_deref()).count())
         };
         let simulated: Vec<(Vec<Option<f64>>, usize)> = (0..HALVED).into_par_iter().map(halved).collect();
         let pixels = simulated.iter().map(|(_, pixels)| *pixels as f64).sum::<f64>() / HALVED as f64;
@@ -438,28 +400,27 @@ impl Fitter<'_> {
             .collect()
     }
 
-    /// Scans at draws of the posterior.
-    fn predict(&mut self, draws: &[Vec<f64>], watch: &(dyn Fn(FitProgress) + Sync)) -> Result<Vec<Prediction>, Fault> {
-        let scans = self.layout.scans();
+    /// Scans at draws of the posterior, beside the real ones by turns.
+    fn predict(&mut self, draws: &[Vec<f64>], watch: &(dyn Fn(FitProgress) + Sync)) -> Result<Vec<Simulation>, Fault> {
         let mut rng = self.stream.child("predictions").rng();
-        let mut wanted = Vec::new();
-        for i in 0..PREDICTIONS {
-            let draw = &draws[rng.random_range(0..draws.len())];
-            wanted.push((900 * ROUND_STEP + i as u64, self.layout.of_scan(i % scans, draw)));
-        }
-        let mut found = Vec::new();
-        while !wanted.is_empty() {
-            let rest = wanted.split_off(wanted.len().min(BATCH));
-            let batch = std::mem::replace(&mut wanted, rest);
-            found.extend(self.batch(batch, watch)?);
-        }
-        found.sort_by_key(|scan| scan.index);
-        Ok(found
-            .into_iter()
-            .enumerate()
-            .map(|(i, scan)| Prediction { scan: i % scans, statistics: scan.statistics })
-            .collect())
+        let scores: Vec<Vec<f64>> = (0..PREDICTIONS)
+            .map(|i| self.layout.of_scan(i % self.layout.scans(), &draws[rng.random_range(0..draws.len())]))
+            .collect();
+        self.scans(900, scores, watch)
     }
+}
+
+/// Squared differences of the statistics that two scans tell and that scatter, over the variance of the scatter.
+fn squares<'a>(
+    emulator: &'a Emulator,
+    ours: &'a [Option<f64>],
+    real: &'a [Option<f64>],
+) -> impl Iterator<Item = f64> + 'a {
+    let square = |(j, (ours, real)): (usize, (&Option<f64>, &Option<f64>))| {
+        let (variance, off) = (emulator.covariance[(j, j)], ours.as_ref()? - real.as_ref()?);
+        (variance > 0.0).then(|| off * off / variance)
+    };
+    ours.iter().zip(real).enumerate().filter_map(square)
 }
 
 /// By how much the square of a statistic's standard error, from its real scan's halves, is above what is `usual` for as
@@ -477,12 +438,11 @@ fn described(
     options: &FitOptions,
 ) -> serde_json::Value {
     let numbers = serde_json::to_vec(observed).unwrap_or_default();
-    let real: String = Sha256::digest(&numbers).iter().map(|byte| format!("{byte:02x}")).collect();
     json!({
         "program": env!("CARGO_PKG_VERSION"),
         "recipe": recipe.hash(),
         "keys": keys.iter().map(|key| key.path.as_str()).collect::<Vec<_>>(),
-        "real": real,
+        "real": sha256(&numbers),
         "seed": options.seed,
         "simulations": options.simulations,
         "rounds": options.rounds,

@@ -106,12 +106,8 @@ impl ScanStore {
     /// # Errors
     /// Where the disk refuses.
     pub fn keep(&mut self, scans: &[KeptScan]) -> Result<(), Fault> {
-        scans.iter().try_for_each(|scan| self.line(scan))
-    }
-
-    fn line(&mut self, document: &impl Serialize) -> Result<(), Fault> {
-        let written = line(document).and_then(|line| self.file.write_all(&line));
-        written.map_err(|e| unwritten(&self.path, &e))
+        let mut keep = |scan| line(scan).and_then(|line| self.file.write_all(&line));
+        scans.iter().try_for_each(|scan| keep(scan).map_err(|e| unwritten(&self.path, &e)))
     }
 }
 

@@ -1,6 +1,6 @@
 //! Assets, the files that a recipe names, read once and known by their content.
 //!
-//! A setting of the type `File` names such a file, or `FolderOrFile` a folder of pictures that becomes one tar
+//! A setting of the type `File` names such a file, or by its form a folder of pictures that becomes one tar
 //! (`slice_tar.rs`). What it must hold is asked where the recipe is read, so that faults name line and key. Its hash,
 //! its copy in the dataset, `gen validate` and `gen --recipe FOLDER` follow by themselves.
 
@@ -28,8 +28,7 @@ impl std::fmt::Debug for Asset {
 impl Asset {
     /// The file `name`, of which the last part counts.
     pub fn new(name: &str, bytes: Vec<u8>) -> Self {
-        let sha256 = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
-        Self { name: file_name(name).to_owned(), sha256, bytes: bytes.into() }
+        Self { name: file_name(name).to_owned(), sha256: hex(&Sha256::digest(&bytes)), bytes: bytes.into() }
     }
 
     /// Its name without folders.
@@ -72,6 +71,19 @@ impl AssetFault {
     pub fn new(problem: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self { problem: problem.into(), remedy: remedy.into() }
     }
+
+    /// What an error says of the file `name`: what is wrong stands before its first semicolon, what to do behind it, or
+    /// is `otherwise`.
+    pub(crate) fn told(name: &str, error: &impl std::fmt::Display, otherwise: &str) -> Self {
+        let words = error.to_string();
+        let (problem, remedy) = words.split_once("; ").unwrap_or((&words, otherwise));
+        Self::new(format!("`{name}`: {problem}"), remedy)
+    }
+}
+
+/// Bytes in hexadecimal.
+pub(crate) fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// The last part of a path.

@@ -45,17 +45,8 @@ pub(crate) struct AssetRequest<'a> {
     pub max_bytes: usize,
     /// What could be meant beside files.
     pub built_in: &'a [BuiltIn],
-    /// What a folder of that name is.
-    pub folders: AssetFolders,
-}
-
-/// What the name of a folder stands for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum AssetFolders {
-    /// Nothing: a file is wanted.
-    Refused,
-    /// A tar of its PNG files.
-    AsTar,
+    /// Whether a folder of that name stands for a tar of its PNG files.
+    pub folders: bool,
 }
 
 impl AssetSource {
@@ -93,9 +84,10 @@ impl AssetSource {
             },
         };
         if let Some(path) = path.as_ref().filter(|path| path.exists()) {
-            return match wanted.folders {
-                AssetFolders::AsTar if path.is_dir() => slice_tar::of_folder(path, name, wanted.max_bytes),
-                AssetFolders::AsTar | AssetFolders::Refused => read_file(path, name, wanted.max_bytes),
+            return if wanted.folders && path.is_dir() {
+                slice_tar::of_folder(path, name, wanted.max_bytes)
+            } else {
+                read_file(path, name, wanted.max_bytes)
             };
         }
         let own = |(known, _): &&BuiltIn| *known == name || (wanted.sha256.is_some() && file_name(known) == name);
@@ -146,8 +138,8 @@ mod tests {
     fn files_are_known_by_content() {
         let sum = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
         let built_in: &[BuiltIn] = &[("parts/abc.txt", b"abc")];
-        let folders = AssetFolders::Refused;
-        let wanted = |name, sha256| AssetRequest { key: "mesh.file", name, sha256, max_bytes: 10, built_in, folders };
+        let wanted =
+            |name, sha256| AssetRequest { key: "mesh.file", name, sha256, max_bytes: 10, built_in, folders: false };
         let found = AssetSource::BuiltIn.find(&wanted("parts/abc.txt", None)).expect("built in");
         assert_eq!((found.name(), found.sha256(), found.bytes()), ("abc.txt", sum, &b"abc"[..]));
         assert_eq!(AssetSource::BuiltIn.find(&wanted("abc.txt", Some(sum))), Ok(found));

@@ -7,14 +7,14 @@
 use serde_json::{Map, Value, json};
 use sha2::{Digest, Sha256};
 
+use super::asset::hex;
 use super::correlation::{CORRELATIONS, Correlation};
 use super::distribution::{Distribution, form_keys};
-use super::keys;
-use super::reader::Resolved;
 use super::sampling::{SAMPLING, Sampling};
+use super::{Recipe, keys};
 
 /// The canonical form of `recipe`.
-pub(super) fn json(recipe: &Resolved) -> Value {
+pub(super) fn json(recipe: &Recipe) -> Value {
     let mut root = Map::new();
     let effective = keys::settings(Some(recipe.subject)).filter(|setting| setting.idle(&recipe.settings).is_none());
     for setting in effective {
@@ -49,7 +49,7 @@ pub(super) fn json(recipe: &Resolved) -> Value {
 
 /// SHA-256 of the canonical form, in hexadecimal.
 pub(super) fn hash(canonical: &Value) -> String {
-    Sha256::digest(canonical.to_string()).iter().map(|byte| format!("{byte:02x}")).collect()
+    hex(&Sha256::digest(canonical.to_string()))
 }
 
 /// Keys in which two canonical forms differ, each with both values: `camera.tilt_deg: 25.0 -> 30.0`.

@@ -29,7 +29,6 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use base::Parameter;
-use numerics::chance::DrawLaw;
 use serde_json::{Value as Json, json};
 
 use super::class::SampleClass;
@@ -123,12 +122,8 @@ pub(super) fn schema() -> Json {
 pub(super) fn read(yaml: &mut YamlReader, node: &YamlNode, subject: Option<Subject>) -> Vec<WrittenPair> {
     const FORM: &str = "a list of `{keys: [KEY, KEY], spearman: RHO}`";
     let entries = match &node.value {
-        YamlValue::List(entries) => entries.as_slice(),
         YamlValue::Nothing => &[],
-        other => {
-            yaml.fault(node.place, CORRELATIONS, format!("is {}", other.kind()), format!("give {FORM}"));
-            &[]
-        }
+        _ => yaml.list(node, CORRELATIONS, FORM).unwrap_or_default(),
     };
     let mut pairs: Vec<WrittenPair> = Vec::new();
     for entry in entries {
@@ -170,32 +165,22 @@ fn rank_correlation(yaml: &mut YamlReader, node: &YamlNode) -> Option<f64> {
         return Some(spearman);
     }
     let whole = if spearman.abs() == 1.0 { ": one key would follow from the other" } else { "" };
-    yaml.fault(
-        node.place,
-        &path,
-        format!("{} is out of range{whole}", number_text(spearman)),
-        format!("give {ALLOWED}"),
-    );
-    None
+    let problem = format!("{} is out of range{whole}", number_text(spearman));
+    yaml.refuse(node.place, &path, problem, format!("give {ALLOWED}"))
 }
 
 /// Two different keys, in order.
 fn two_keys(yaml: &mut YamlReader, node: &YamlNode, subject: Option<Subject>) -> Option<[String; 2]> {
     const ALLOWED: &str = "two keys that are drawn, for instance [camera.tilt_deg, camera.distance_mm]";
     let path = format!("{CORRELATIONS}.keys");
-    let YamlValue::List(entries) = &node.value else {
-        yaml.fault(node.place, &path, format!("is {}", node.value.kind()), format!("give {ALLOWED}"));
-        return None;
-    };
-    let [a, b] = entries.as_slice() else {
-        yaml.fault(node.place, &path, format!("is a list of {}", entries.len()), format!("give {ALLOWED}"));
-        return None;
+    let entries = yaml.list(node, &path, ALLOWED)?;
+    let [a, b] = entries else {
+        return yaml.refuse(node.place, &path, format!("is a list of {}", entries.len()), format!("give {ALLOWED}"));
     };
     let found = [a, b].map(|node| key(yaml, node, &path, subject));
     let [Some(a), Some(b)] = found else { return None };
     if a == b {
-        yaml.fault(node.place, &path, format!("names `{a}` twice"), format!("give {ALLOWED}"));
-        return None;
+        return yaml.refuse(node.place, &path, format!("names `{a}` twice"), format!("give {ALLOWED}"));
     }
     Some(if a < b { [a, b] } else { [b, a] })
 }
@@ -204,13 +189,13 @@ fn two_keys(yaml: &mut YamlReader, node: &YamlNode, subject: Option<Subject>) ->
 fn key(yaml: &mut YamlReader, node: &YamlNode, path: &str, subject: Option<Subject>) -> Option<String> {
     let name = yaml.text(node, path, "the path of a key, for instance camera.tilt_deg")?;
     let Some(parameter) = keys::parameter(subject, name) else {
-        yaml.fault(node.place, path, format!("`{}` is no key that is drawn", clipped_text(name)), meant(subject, name));
-        return None;
+        let problem = format!("`{}` is no key that is drawn", clipped_text(name));
+        return yaml.refuse(node.place, path, problem, meant(subject, name));
     };
     if parameter.integer {
         let problem = format!("`{name}` is a count, whose ranks have ties");
-        yaml.fault(node.place, path, problem, "correlate a key on a scale, or give each kind of sample a class");
-        return None;
+        let remedy = "correlate a key on a scale, or give each kind of sample a class";
+        return yaml.refuse(node.place, path, problem, remedy);
     }
     Some(name.to_owned())
 }
@@ -268,8 +253,7 @@ pub(super) fn mixtures(
     let keys: BTreeSet<&String> = pairs.iter().flat_map(|written| &written.pair.keys).collect();
     let is_drawn = |class: &SampleClass, path: &String| {
         let distribution = class.overrides.get(path).or_else(|| base.get(path));
-        let law = keys::parameter(subject, path).zip(distribution).map(|(parameter, own)| own.law(parameter));
-        matches!(law, Some(DrawLaw::Continuous { .. }))
+        keys::parameter(subject, path).zip(distribution).is_some_and(|(parameter, own)| own.is_on_a_scale(parameter))
     };
     // By class, the keys that are drawn on a scale there.
     let drawn: Vec<BTreeSet<&String>> =

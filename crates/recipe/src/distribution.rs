@@ -20,10 +20,9 @@
 //! which the share u of the draws lies (Devroye 1986, *Non-Uniform Random Variate Generation*, II.2), cut at the bounds
 //! without a draw again. With F the distribution function of the form it is F^-1(F(min) + u (F(max) - F(min))). It
 //! rises with u, which correlations ([`super::correlation`]) and low-discrepancy sampling ([`super::sampling`]) rest
-//! on. Both ways have the one law of
-//! [`Distribution::law`], and not the same numbers.
+//! on. Both ways have one law, and not the same numbers.
 //!
-//! A new form is a variant of [`Distribution`] with draw, quantile, bounds, mass and law, and a row of `FORMS`.
+//! A new form is a variant of [`Distribution`] with draw, quantile, bounds and mass, and a row of `FORMS`.
 //! `schema.rs` has its arguments, `canonical.rs` its canonical form. `every_form` of the tests holds its quantile to
 //! its law.
 
@@ -31,7 +30,7 @@ use base::{Parameter, Stream, normal};
 use rand::{Rng, RngExt};
 
 use super::keys::unit;
-use numerics::chance::{DrawLaw, normal_below, normal_quantile};
+use numerics::chance::{normal_below, normal_quantile};
 use yaml::{Mapping, NumberRange, YamlNode, YamlReader, YamlValue, clipped_text, nearest_spelling, number_text};
 
 /// Cut of normal and lognormal [standard deviations].
@@ -254,8 +253,8 @@ impl Distribution {
         if count { value.round() } else { value }
     }
 
-    /// The sample below which the share `u` of those from `low` to `high` lies; `half` as in [`Self::mass`]. Not for
-    /// choices.
+    /// The sample of a form on a scale below which the share `u` of those from `low` to `high` lies; `half` as in
+    /// [`Self::mass`].
     fn quantile_between(&self, low: f64, high: f64, half: f64, u: f64) -> f64 {
         let even = |from: f64, to: f64| from + (to - from) * u;
         match self {
@@ -268,9 +267,7 @@ impl Distribution {
                 let score = |x: f64| if x > 0.0 { libm::log(x / median) / log_sd } else { f64::NEG_INFINITY };
                 median * libm::exp(log_sd * score_between(score(low), score(high), u))
             }
-            Self::Truncated { of, min, max } => of.quantile_between(low.max(*min), high.min(*max), half, u),
-            Self::Fixed(value) => *value,
-            Self::Choice { .. } => low,
+            Self::Truncated { .. } | Self::Fixed(_) | Self::Choice { .. } => low,
         }
     }
 
@@ -327,45 +324,15 @@ impl Distribution {
         }
     }
 
-    /// The law of [`Self::draw`] for `parameter`, for whoever tests draws.
-    ///
-    /// A draw is a sample, rounded where the parameter is a count, that was made again until it lay within the bounds:
-    /// so the law is that of the samples, cut at the bounds.
-    pub fn law(&self, parameter: &Parameter) -> DrawLaw {
+    /// Whether draws for `parameter` lie on a scale: they are neither counts, nor always the same, nor a choice.
+    pub fn is_on_a_scale(&self, parameter: &Parameter) -> bool {
         let (min, max) = self.bounds(parameter);
-        if min >= max {
-            return DrawLaw::Fixed(min);
-        }
-        let of = self.untruncated();
-        let mut cells = match of.weighed(parameter.integer) {
-            Some(cells) => cells,
-            None if parameter.integer => {
-                let count = |i: u64| min + i as f64;
-                let chance = |k: f64| of.mass(k - 0.5, k + 0.5, 0.5);
-                (0..=(max - min) as u64).map(|i| (count(i), chance(count(i)))).collect()
-            }
-            None => {
-                let (of, inside) = (of.clone(), of.mass(min, max, 0.0));
-                let below = Box::new(move |x: f64| (of.mass(min, x, 0.0) / inside).clamp(0.0, 1.0));
-                return DrawLaw::Continuous { min, max, cdf: below };
-            }
-        };
-        // The sum takes the sign from -0.
-        cells.iter_mut().for_each(|cell| cell.0 += 0.0);
-        cells.retain(|(value, chance)| (min..=max).contains(value) && *chance > 0.0);
-        cells.sort_by(|a, b| a.0.total_cmp(&b.0));
-        cells.dedup_by(|next, kept| {
-            let same = next.0 == kept.0;
-            if same {
-                kept.1 += next.1;
-            }
-            same
-        });
-        let sum: f64 = cells.iter().map(|cell| cell.1).sum();
-        match cells.as_slice() {
-            [(value, _)] => DrawLaw::Fixed(*value),
-            _ => DrawLaw::Discrete(cells.into_iter().map(|(value, chance)| (value, chance / sum)).collect()),
-        }
+        min < max && !parameter.integer && !matches!(self.untruncated(), Self::Choice { .. })
+    }
+
+    /// Whether draws are best seen in a logarithmic scale.
+    pub fn is_log(&self) -> bool {
+        matches!(self.untruncated(), Self::LogUniform { .. } | Self::Lognormal { .. })
     }
 
     /// The numbers of a choice with their weights; `None` where it is none.
@@ -436,8 +403,7 @@ pub(super) fn distribution(
     let chance = distribution.chance_inside(parameter);
     if chance < MIN_CHANCE {
         let problem = format!("only {:.2} % of its draws lie where they may", 100.0 * chance);
-        yaml.fault(node.place, path, problem, format!("at least 1 % must; `{path}` is {range}"));
-        return None;
+        return yaml.refuse(node.place, path, problem, format!("at least 1 % must; `{path}` is {range}"));
     }
     Some(distribution)
 }
@@ -450,7 +416,8 @@ struct DistributionReader<'w, 't> {
 
 impl DistributionReader<'_, '_> {
     fn distribution(&mut self, node: &YamlNode, path: &str, nested: bool) -> Option<Distribution> {
-        let all_forms = || format!("give {} or one of {{{}: ...}}", self.range, form_keys().join(": ...}, {"));
+        let range = self.range;
+        let all_forms = || format!("{} or one of {{{}: ...}}", range, form_keys().join(": ...}, {"));
         match &node.value {
             YamlValue::Map(entries) => match entries.as_slice() {
                 [(key, arguments)] => {
@@ -464,46 +431,39 @@ impl DistributionReader<'_, '_> {
                         "truncated" if !nested => self.truncated(arguments, &path),
                         "truncated" => {
                             let remedy = "truncate once, between the larger `min` and the smaller `max`";
-                            self.yaml.fault(key.place, &path, "truncates a truncated distribution", remedy);
-                            None
+                            self.yaml.refuse(key.place, &path, "truncates a truncated distribution", remedy)
                         }
                         unknown => {
                             let meant =
                                 nearest_spelling(unknown, form_keys()).map(|form| format!("did you mean `{form}`? "));
-                            let remedy = format!("{}{}", meant.unwrap_or_default(), all_forms());
-                            self.yaml.fault(key.place, &path, "is no distribution", remedy);
-                            None
+                            let remedy = format!("{}give {}", meant.unwrap_or_default(), all_forms());
+                            self.yaml.refuse(key.place, &path, "is no distribution", remedy)
                         }
                     }
                 }
                 _ => {
                     let problem = format!("is a map of {} keys, and a distribution has one", entries.len());
-                    let remedy = all_forms();
-                    self.yaml.fault(node.place, path, problem, remedy);
-                    None
+                    self.yaml.refuse(node.place, path, problem, format!("give {}", all_forms()))
                 }
             },
             YamlValue::Number(_) | YamlValue::Text(_) => {
                 self.yaml.number_in(node, path, self.range).map(Distribution::Fixed)
             }
-            other => {
-                let (problem, remedy) = (format!("is {}", other.kind()), all_forms());
-                self.yaml.fault(node.place, path, problem, remedy);
-                None
-            }
+            _ => self.yaml.refuse_kind(node, path, &all_forms()),
         }
     }
 
     /// `[min, max]`.
     fn pair(&mut self, node: &YamlNode, path: &str) -> Option<(f64, f64)> {
-        let remedy = format!("give [smallest, largest], each {}", self.range);
-        let YamlValue::List(ends) = &node.value else {
-            self.yaml.fault(node.place, path, format!("is {}", node.value.kind()), remedy);
-            return None;
-        };
-        let [min, max] = ends.as_slice() else {
-            self.yaml.fault(node.place, path, format!("is a list of {}", ends.len()), remedy);
-            return None;
+        let allowed = format!("[smallest, largest], each {}", self.range);
+        let ends = self.yaml.list(node, path, &allowed)?;
+        let [min, max] = ends else {
+            return self.yaml.refuse(
+                node.place,
+                path,
+                format!("is a list of {}", ends.len()),
+                format!("give {allowed}"),
+            );
         };
         let least = self.yaml.number_in(min, path, self.range);
         let most = self.yaml.number_in(max, path, self.range);
@@ -515,8 +475,7 @@ impl DistributionReader<'_, '_> {
             return Some((min, max));
         }
         let problem = format!("smallest {} is over largest {}", number_text(min), number_text(max));
-        self.yaml.fault(node.place, path, problem, "swap them");
-        None
+        self.yaml.refuse(node.place, path, problem, "swap them")
     }
 
     fn log_uniform(&mut self, node: &YamlNode, path: &str) -> Option<Distribution> {
@@ -524,34 +483,21 @@ impl DistributionReader<'_, '_> {
         if min > 0.0 {
             return Some(Distribution::LogUniform { min, max });
         }
-        self.yaml.fault(
-            node.place,
-            path,
-            format!("begins at {}", number_text(min)),
-            "begin above 0, or take `uniform`",
-        );
-        None
+        let problem = format!("begins at {}", number_text(min));
+        self.yaml.refuse(node.place, path, problem, "begin above 0, or take `uniform`")
     }
 
     fn normal(&mut self, node: &YamlNode, path: &str) -> Option<Distribution> {
-        let mut section = self.yaml.mapping(node, path);
-        let mean = self.argument(&mut section, node, "mean", -MAX_ARGUMENT);
-        let sd = self.argument(&mut section, node, "sd", 0.0);
-        self.close(section, &["mean", "sd"]);
-        Some(Distribution::Normal { mean: mean?, sd: sd? })
+        let [mean, sd] = self.arguments(node, path, [("mean", -MAX_ARGUMENT), ("sd", 0.0)])?;
+        Some(Distribution::Normal { mean, sd })
     }
 
     fn lognormal(&mut self, node: &YamlNode, path: &str) -> Option<Distribution> {
-        let mut section = self.yaml.mapping(node, path);
-        let median = self.argument(&mut section, node, "median", 1.0 / MAX_ARGUMENT);
-        let log_sd = self.argument(&mut section, node, "log_sd", 0.0);
-        self.close(section, &["median", "log_sd"]);
-        let (median, log_sd) = (median?, log_sd?);
+        let [median, log_sd] = self.arguments(node, path, [("median", 1.0 / MAX_ARGUMENT), ("log_sd", 0.0)])?;
         if log_sd > MAX_LOG_SD {
             let problem = format!("{} is out of range", number_text(log_sd));
             let remedy = format!("`log_sd` is in natural logarithms, at most {MAX_LOG_SD}");
-            self.yaml.fault(node.place, &format!("{path}.log_sd"), problem, remedy);
-            return None;
+            return self.yaml.refuse(node.place, &format!("{path}.log_sd"), problem, remedy);
         }
         Some(Distribution::Lognormal { median, log_sd })
     }
@@ -578,8 +524,7 @@ impl DistributionReader<'_, '_> {
             return Some(Distribution::Choice { values, weights });
         };
         let remedy = format!("give 1 to {MAX_VALUES} values, and as many weights, not all 0, or none");
-        self.yaml.fault(node.place, path, problem, remedy);
-        None
+        self.yaml.refuse(node.place, path, problem, remedy)
     }
 
     fn truncated(&mut self, node: &YamlNode, path: &str) -> Option<Distribution> {
@@ -596,8 +541,7 @@ impl DistributionReader<'_, '_> {
         let inner = section.take(self.yaml, "of");
         self.close(section, &["of", "min", "max"]);
         let Some(inner) = inner else {
-            self.yaml.fault(node.place, path, "has no `of`", "give the distribution to truncate");
-            return None;
+            return self.yaml.refuse(node.place, path, "has no `of`", "give the distribution to truncate");
         };
         let wide = NumberRange { min: -MAX_ARGUMENT, max: MAX_ARGUMENT, ..range };
         let of =
@@ -606,32 +550,26 @@ impl DistributionReader<'_, '_> {
         Some(Distribution::Truncated { of: Box::new(of?), min, max })
     }
 
-    /// The number `name` of `section` from `min` up.
-    fn argument(&mut self, section: &mut Mapping, node: &YamlNode, name: &str, min: f64) -> Option<f64> {
-        let path = section.path_of(name);
-        let range = NumberRange { min, max: MAX_ARGUMENT, whole: false, unit: self.range.unit };
-        match section.take(self.yaml, name) {
-            Some(argument) => self.yaml.number_in(argument, &path, range),
-            None => {
-                self.yaml.fault(node.place, &path, "is missing", format!("give {range}"));
-                None
+    /// Two numbers by name, each from a least one up.
+    fn arguments(&mut self, node: &YamlNode, path: &str, names: [(&str, f64); 2]) -> Option<[f64; 2]> {
+        let mut section = self.yaml.mapping(node, path);
+        let [first, second] = names.map(|(name, min)| {
+            let path = section.path_of(name);
+            let range = NumberRange { min, max: MAX_ARGUMENT, whole: false, unit: self.range.unit };
+            match section.take(self.yaml, name) {
+                Some(argument) => self.yaml.number_in(argument, &path, range),
+                None => self.yaml.refuse(node.place, &path, "is missing", format!("give {range}")),
             }
-        }
+        });
+        self.close(section, &names.map(|(name, _)| name));
+        Some([first?, second?])
     }
 
     /// The list `name` of `section`: `None` where there is none, `Some(None)` where it is at fault.
     fn list(&mut self, section: &mut Mapping, name: &str, range: NumberRange) -> Option<Option<Vec<f64>>> {
         let path = section.path_of(name);
         let node = section.take(self.yaml, name)?;
-        let YamlValue::List(entries) = &node.value else {
-            self.yaml.fault(
-                node.place,
-                &path,
-                format!("is {}", node.value.kind()),
-                format!("give a list, each {range}"),
-            );
-            return Some(None);
-        };
+        let Some(entries) = self.yaml.list(node, &path, &format!("a list, each {range}")) else { return Some(None) };
         let numbers: Vec<_> = entries.iter().map(|entry| self.yaml.number_in(entry, &path, range)).collect();
         Some(numbers.into_iter().collect())
     }

@@ -84,7 +84,7 @@ impl Recipe {
             log_board: (boards > 1).then_some(LogBoard { log, board }),
             size: self.settings.size(),
             bench,
-            line: self.line.clone(),
+            line: self.settings.line(self.contents.texture.clone()),
             plan,
             mesh: self.contents.mesh.clone(),
             picture: self.contents.picture.clone(),

@@ -82,26 +82,20 @@ fn stem(name: &str) -> &str {
 /// The text of the recipe `name`: of the file, or else of the embedded recipe `name`, also as `recipes/{name}.yaml`;
 /// and where the files are that it names.
 pub(super) fn text(name: &str) -> Result<(String, AssetSource), RecipeError> {
+    if let Some(known) = built_in(name) {
+        return Ok((known.text.to_owned(), AssetSource::BuiltIn));
+    }
     let path = Path::new(name);
     if path.exists() && !path.is_dir() {
-        return match read_bytes(path) {
-            Ok(bytes) => {
-                let folder = path.parent().unwrap_or(Path::new("")).to_owned();
-                Ok((utf8_text(name, bytes, "recipe")?, AssetSource::Beside(folder)))
-            }
-            Err(source) => Err(RecipeError::Unreadable { path: path.to_owned(), source }),
-        };
+        let bytes = read_bytes(path).map_err(|source| RecipeError::Unreadable { path: path.to_owned(), source })?;
+        let folder = path.parent().unwrap_or(Path::new("")).to_owned();
+        return Ok((utf8_text(name, bytes, "recipe")?, AssetSource::Beside(folder)));
     }
-    match built_in(name) {
-        Some(known) => Ok((known.text.to_owned(), AssetSource::BuiltIn)),
-        None => {
-            let known: Vec<_> = EMBEDDED.iter().map(|known| known.name).collect();
-            let last = |known: &&str| known.rsplit('/').next() == Some(stem(name));
-            let in_folder = known.iter().copied().find(last);
-            let nearest = in_folder.or_else(|| nearest_spelling(stem(name), known.iter().copied())).map(str::to_owned);
-            Err(RecipeError::NotFound { name: name.to_owned(), known, nearest })
-        }
-    }
+    let known: Vec<_> = EMBEDDED.iter().map(|known| known.name).collect();
+    let last = |known: &&str| known.rsplit('/').next() == Some(stem(name));
+    let in_folder = known.iter().copied().find(last);
+    let nearest = in_folder.or_else(|| nearest_spelling(stem(name), known.iter().copied())).map(str::to_owned);
+    Err(RecipeError::NotFound { name: name.to_owned(), known, nearest })
 }
 
 /// Why there is no recipe.

@@ -11,8 +11,8 @@ use crate::asset::AssetFault;
 use crate::keys::setting_type::NamedFile;
 use crate::keys::settings::Settings;
 use crate::subject::Subject;
-use crate::{measured_log, mesh, picture, slices};
-use optical_bench::settings::LogSource;
+use crate::{measured_log, mesh, picture, slices, texture};
+use optical_bench::settings::{LineShape, LogSource, TextureImage};
 use yaml::YamlReader;
 
 /// The objects that files give; none where the recipe needs no such file, or where the file is at fault.
@@ -26,15 +26,17 @@ pub(super) struct FileContents {
     pub picture: Option<Arc<BoardPicture>>,
     /// The stack of slices that they are cut from.
     pub slices: Option<Arc<WoodVolume>>,
+    /// The picture that a projector throws.
+    pub texture: Option<TextureImage>,
 }
 
 impl FileContents {
     /// Of the files that `settings` name and have loaded; faults are noted at their keys.
     pub fn read(yaml: &mut YamlReader, subject: Option<Subject>, settings: &Settings) -> Self {
         let (file, log) = (&settings.mesh.file, &settings.log);
-        let mesh = file.asset().map(|file| mesh::read_mesh(file).map(Some).map_err(|fault| ("mesh.file", fault)));
+        let mesh = file.asset().map(|file| mesh::read_mesh(file).map_err(|fault| ("mesh.file", fault)));
         let measured = match [&log.pith_file, &log.radii_file, &log.knots_file].map(NamedFile::asset) {
-            [Some(pith), Some(radii), Some(knots)] => Some(measured_log::read_log([pith, radii, knots]).map(Some)),
+            [Some(pith), Some(radii), Some(knots)] => Some(measured_log::read_log([pith, radii, knots])),
             _ => None,
         };
         let asked = |source| subject == Some(Subject::Wood) && log.source == source;
@@ -42,22 +44,19 @@ impl FileContents {
         // What follows from a default in the place of a setting at fault is no fault of its own.
         let slices = asked(LogSource::Slices) && !yaml.has_fault_of("slices");
         let slices = slices.then(|| slices::read_slices(&settings.slices));
+        let texture = settings.laser.texture.asset().filter(|_| settings.laser.profile == LineShape::Texture);
+        let texture = texture.map(|file| texture::read(file).map_err(|fault| ("laser.texture", fault)));
         Self {
-            mesh: mesh.and_then(|read| shared(yaml, read)),
-            measured: measured.and_then(|read| shared(yaml, read)),
-            picture: picture.and_then(|read| shared(yaml, read)),
-            slices: slices.and_then(|read| shared(yaml, read)),
+            mesh: mesh.and_then(|read| told(yaml, read)).map(Arc::new),
+            measured: measured.and_then(|read| told(yaml, read)).map(Arc::new),
+            picture: picture.and_then(|read| told(yaml, read)?).map(Arc::new),
+            slices: slices.and_then(|read| told(yaml, read)?).map(Arc::new),
+            texture: texture.and_then(|read| told(yaml, read)),
         }
     }
 }
 
-/// What was read, for all samples; a fault is noted at its key.
-fn shared<T>(yaml: &mut YamlReader, read: Result<Option<T>, (&'static str, AssetFault)>) -> Option<Arc<T>> {
-    match read {
-        Ok(found) => found.map(Arc::new),
-        Err((key, fault)) => {
-            yaml.joint_fault(&[key.to_owned()], fault.problem, fault.remedy);
-            None
-        }
-    }
+/// What was read; a fault is noted at its key.
+fn told<T>(yaml: &mut YamlReader, read: Result<T, (&'static str, AssetFault)>) -> Option<T> {
+    read.map_err(|(key, fault)| yaml.joint_fault(&[key], fault.problem, fault.remedy)).ok()
 }

@@ -30,6 +30,7 @@ mod schema;
 mod slice_tar;
 mod slices;
 mod subject;
+mod texture;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -37,7 +38,7 @@ use std::sync::Arc;
 use base::{Mesh, Parameter, Stream};
 use procedural::wood::Stem;
 
-use self::correlation::ScoreMixture;
+use self::correlation::{Correlation, ScoreMixture};
 use self::file_contents::FileContents;
 use self::keys::settings::Settings;
 use self::sampling::Sampling;
@@ -70,16 +71,17 @@ pub struct Recipe {
     family: String,
     subject: Subject,
     settings: Settings,
-    /// The laser's settings, with its picture read.
-    line: LaserLine,
     /// Every parameter's distribution by path.
     parameters: BTreeMap<String, Distribution>,
     /// By name.
     classes: Vec<SampleClass>,
     sampling: Sampling,
-    /// What correlations do in each class.
+    /// Pairs of keys that go together, in their order.
+    correlations: Vec<Correlation>,
+    /// What these do in each class.
     mixtures: Vec<ScoreMixture>,
     contents: FileContents,
+    /// Keys that have no effect, and boards that show air, with what to do.
     notes: Vec<String>,
     text: String,
     canonical: serde_json::Value,
@@ -169,39 +171,7 @@ impl Recipe {
         changes: &[Change],
     ) -> Result<Self, RecipeError> {
         let changes::ChangedText { text, changed_from } = changes::changed(text, changes);
-        let resolved = reader::read(origin, &text, changed_from, files)?;
-        let canonical = canonical::json(&resolved);
-        let hash = canonical::hash(&canonical);
-        let reader::Resolved {
-            name,
-            family,
-            subject,
-            settings,
-            parameters,
-            classes,
-            sampling,
-            mixtures,
-            contents,
-            notes,
-            ..
-        } = resolved;
-        let line = settings.line();
-        Ok(Self {
-            name,
-            family,
-            subject,
-            settings,
-            line,
-            parameters,
-            classes,
-            sampling,
-            mixtures,
-            contents,
-            notes,
-            text,
-            canonical,
-            hash,
-        })
+        Ok(reader::read(origin, &text, changed_from, files)?)
     }
 
     /// The recipes that are built in.

@@ -38,10 +38,7 @@ pub(crate) fn read_log(files: [&Asset; 3]) -> Result<Stem, (&'static str, AssetF
 fn told(error: &StemError, files: [&Asset; 3]) -> (&'static str, AssetFault) {
     let text = error.to_string();
     let number = TABLES.iter().position(|table| text.starts_with(table)).unwrap_or_default();
-    // What is wrong stands before the first semicolon, what to do behind it.
-    let (problem, remedy) = text.split_once("; ").unwrap_or((&text, "measure it again"));
-    let problem = format!("`{}`: {problem}", files[number].name());
-    (KEYS[number], AssetFault::new(problem, remedy))
+    (KEYS[number], AssetFault::told(files[number].name(), error, "measure it again"))
 }
 
 /// Rows of `N` numbers, which are called `what`.

@@ -14,7 +14,7 @@ use base::Class;
 use exr::meta::MetaData;
 use exr::prelude::{ReadChannels, ReadLayers, read};
 use files::Cache;
-use image::{DynamicImage, ImageFormat, ImageReader, Limits};
+use image::{DynamicImage, ImageFormat, ImageReader, ImageResult, Limits};
 use wood_picture::{BoardPicture, Depth, Encoding, Face, FibreMap, PictureAnalysis, PictureFault};
 
 use crate::asset::{Asset, AssetFault};
@@ -58,36 +58,25 @@ pub(crate) fn read_picture(own: &PictureSettings) -> Result<Option<BoardPicture>
         ..PictureAnalysis::default()
     };
     let lens = RowOrder { is_far: own.first_row == FirstRow::Far };
-    let grey = own.file.asset().map(|file| grey(file, own.dark as f32, &lens).map_err(|fault| (FILE, fault)));
-    let grey = grey.transpose()?;
-    let drawn = own
-        .fibres
-        .asset()
-        .map(|file| fibres(file, pixel_mm, own.least_knot_mm as f32, &lens).map_err(|fault| (FIBRES, fault)));
+    let read = |file| grey(file, own.dark as f32, &lens).map(|grey| (file, grey));
+    let grey = own.file.asset().map(read).transpose().map_err(|fault| (FILE, fault))?;
+    let read = |file| fibres(file, pixel_mm, own.least_knot_mm as f32, &lens).map(|fibres| (file, fibres));
+    let drawn = own.fibres.asset().map(read).transpose().map_err(|fault| (FIBRES, fault))?;
     let told = |key: &'static str, file: &Asset| {
         let name = file.name().to_owned();
-        move |fault: PictureFault| {
-            let words = fault.to_string();
-            let (problem, remedy) = words.split_once("; ").unwrap_or((&words, "give another picture"));
-            (key, AssetFault::new(format!("`{name}`: {problem}"), remedy))
-        }
+        move |fault: PictureFault| (key, AssetFault::told(&name, &fault, "give another picture"))
     };
-    let picture = match (grey, drawn.transpose()?) {
-        (Some((grey, size)), None) => {
-            let file = own.file.asset().expect("it was read");
-            let map = fibres_of(Cache::of_user().as_ref(), &grey, size, pixel_mm, &analysis);
+    let picture = match (grey, drawn) {
+        (Some((file, (grey, size))), drawn) => {
+            let map = match drawn {
+                Some((_, (map, _))) if map.size != size => return Err((FIBRES, other_size(map.size, size))),
+                Some((_, (map, _))) => Ok(map),
+                None => fibres_of(Cache::of_user().as_ref(), &grey, size, pixel_mm, &analysis),
+            };
             let picture = map.and_then(|map| BoardPicture::with_fibres(&grey, map, &analysis, depth));
             picture.map_err(told(FILE, file))?
         }
-        (Some((grey, size)), Some((map, _))) => {
-            if map.size != size {
-                return Err((FIBRES, other_size(map.size, size)));
-            }
-            let file = own.file.asset().expect("it was read");
-            BoardPicture::with_fibres(&grey, map, &analysis, depth).map_err(told(FILE, file))?
-        }
-        (None, Some((map, shares))) => {
-            let file = own.fibres.asset().expect("it was read");
+        (None, Some((file, (map, shares)))) => {
             BoardPicture::drawn(&shares, map, face, depth).map_err(told(FIBRES, file))?
         }
         (None, None) => return Ok(None),
@@ -118,13 +107,18 @@ fn other_size(found: [usize; 2], wanted: [usize; 2]) -> AssetFault {
     )
 }
 
-/// Pixels of a PNG.
-fn png(file: &Asset) -> Result<DynamicImage, AssetFault> {
+/// Pixels of a PNG of at most so many rows and columns.
+pub(crate) fn limited_png(file: &Asset, most: u32) -> ImageResult<DynamicImage> {
     let mut reader = ImageReader::with_format(Cursor::new(file.bytes()), ImageFormat::Png);
     let mut limits = Limits::default();
-    (limits.max_image_width, limits.max_image_height) = (Some(MAX_SIDE), Some(MAX_SIDE));
+    (limits.max_image_width, limits.max_image_height) = (Some(most), Some(most));
     reader.limits(limits);
-    let picture = reader.decode().map_err(|error| {
+    reader.decode()
+}
+
+/// Pixels of a PNG of a board.
+fn png(file: &Asset) -> Result<DynamicImage, AssetFault> {
+    let picture = limited_png(file, MAX_SIDE).map_err(|error| {
         AssetFault::new(
             format!("`{}` is no picture that can be read: {error}", file.name()),
             format!("save it as PNG of at most {MAX_SIDE} pixels a side"),

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use super::changes::{self, SET};
 use super::class::SampleClass;
-use super::constraints::{self, RecipeObject, needs};
-use super::correlation::{self, CORRELATIONS, Correlation, ScoreMixture, WrittenPair};
+use super::constraints::{self, RecipeObject};
+use super::correlation::{self, CORRELATIONS, ScoreMixture, WrittenPair};
 use super::distribution::{self, Distribution};
 use super::file_contents::FileContents;
 use super::keys::alternatives::{self, alternatives};
@@ -14,6 +14,7 @@ use super::keys::{self, SECTIONS, TRANSPORT, sections};
 use super::log_group::{self, BOARDS_PER_LOG};
 use super::sampling::{SAMPLING, Sampling};
 use super::subject::Subject;
+use super::{Recipe, canonical};
 use crate::asset_source::AssetSource;
 use optical_bench::settings::{TransportName, Words};
 use yaml::{Mapping, NumberRange, YamlFaults, YamlNode, YamlReader, YamlValue, clipped_text, number_text, parse_yaml};
@@ -27,32 +28,14 @@ const MAX_CLASSES: usize = 255;
 /// Longest name of a recipe or class [bytes].
 const MAX_NAME_BYTES: usize = 64;
 
-/// What a text says, with every default filled in.
-pub(super) struct Resolved {
-    pub name: String,
-    pub family: String,
-    pub subject: Subject,
-    pub settings: Settings,
-    pub parameters: BTreeMap<String, Distribution>,
-    pub classes: Vec<SampleClass>,
-    pub sampling: Sampling,
-    /// Pairs of keys, in their order.
-    pub correlations: Vec<Correlation>,
-    /// What these do in each class.
-    pub mixtures: Vec<ScoreMixture>,
-    pub contents: FileContents,
-    /// Keys that have no effect, and boards that show air, with what to do.
-    pub notes: Vec<String>,
-}
-
 /// Reads `text`, whose lines from `set_from` on come from the command line, and the files that it names; every fault
 /// that is found comes back.
-pub(super) fn read(origin: &str, text: &str, set_from: usize, files: &AssetSource) -> Result<Resolved, YamlFaults> {
+pub(super) fn read(origin: &str, text: &str, set_from: usize, files: &AssetSource) -> Result<Recipe, YamlFaults> {
     let mut yaml = YamlReader::new(text, "recipe").set_from(set_from);
-    let resolved = match parse_yaml(text, "recipe") {
+    let recipe = match parse_yaml(text, "recipe") {
         Ok(root) => {
             let root = changes::applied(&mut yaml, &root);
-            recipe(&mut yaml, &root, files)
+            recipe(&mut yaml, &root, text, files)
         }
         Err(error) => {
             yaml.fault(error.place, "", error.problem, error.remedy);
@@ -60,12 +43,12 @@ pub(super) fn read(origin: &str, text: &str, set_from: usize, files: &AssetSourc
         }
     };
     yaml.finish(origin)?;
-    Ok(resolved.expect("whatever gives no recipe notes a fault"))
+    Ok(recipe.expect("whatever gives no recipe notes a fault"))
 }
 
 /// Reads a recipe in steps, each of which takes what those before it have read. Faults are sorted by their place in the
 /// text, so the order of the steps is not that of the message.
-fn recipe(yaml: &mut YamlReader, root: &YamlNode, files: &AssetSource) -> Option<Resolved> {
+fn recipe(yaml: &mut YamlReader, root: &YamlNode, text: &str, files: &AssetSource) -> Option<Recipe> {
     is_map(yaml, root).then_some(())?;
     // Each key by itself first: what has an effect, and which files are needed, follows from all of them.
     let mut keys = written_keys(yaml, root);
@@ -76,8 +59,7 @@ fn recipe(yaml: &mut YamlReader, root: &YamlNode, files: &AssetSource) -> Option
     // Correlations last: they are worked out from distributions that are in range.
     let mixtures = mixtures(yaml, &keys);
     let WrittenKeys { name, family, subject, settings, parameters, sampling, pairs, classes } = keys;
-    let correlations = correlation::sorted(&pairs);
-    Some(Resolved {
+    let mut recipe = Recipe {
         name: name?,
         family: family?,
         subject: subject?,
@@ -85,11 +67,17 @@ fn recipe(yaml: &mut YamlReader, root: &YamlNode, files: &AssetSource) -> Option
         parameters,
         classes,
         sampling: sampling?,
-        correlations,
+        correlations: correlation::sorted(&pairs),
         mixtures,
         contents,
         notes,
-    })
+        text: text.to_owned(),
+        canonical: serde_json::Value::Null,
+        hash: String::new(),
+    };
+    recipe.canonical = canonical::json(&recipe);
+    recipe.hash = canonical::hash(&recipe.canonical);
+    Some(recipe)
 }
 
 /// Whether the text is a map; what else it is, is a fault.
@@ -173,11 +161,9 @@ fn load_files(yaml: &mut YamlReader, keys: &mut WrittenKeys, files: &AssetSource
 /// Notes what keys cannot mean together, and which have no effect; what may be so all the same comes back.
 fn check_together(yaml: &mut YamlReader, keys: &WrittenKeys, contents: &FileContents) -> Vec<String> {
     let WrittenKeys { subject, settings, parameters, classes, .. } = keys;
-    let object = RecipeObject { subject: *subject, settings, contents };
-    constraints::check(yaml, object, parameters, classes);
-    needs::refuse(yaml, *subject, settings, parameters, classes);
-    let mut notes = needs::notes(*subject, settings, parameters, classes);
-    notes.extend(constraints::notes(object, parameters, classes));
+    let object = RecipeObject { subject: *subject, settings, contents, parameters, classes };
+    constraints::check(yaml, object);
+    let mut notes = constraints::notes(object);
     let mut every = classes.iter().flat_map(|class| class.overrides.values()).chain(parameters.values());
     if keys.sampling == Some(Sampling::LowDiscrepancy) && every.all(|own| matches!(own, Distribution::Fixed(_))) {
         notes.push(format!("{SAMPLING} has no effect: no key is drawn; give one a distribution, or remove it"));
@@ -227,14 +213,14 @@ fn section_keys(yaml: &mut YamlReader, node: &YamlNode, section: &keys::RecipeSe
     alternatives::take(yaml, &mut map, section.path, into.parameters);
     if let Some(settings) = &mut into.settings {
         // Whether a setting has an effect is open while one that it needs is at fault itself.
-        let mut faulty = Vec::new();
+        let mut faulty: Vec<&str> = Vec::new();
         for setting in section.settings {
             known.push(setting.name);
             let Some(node) = map.take(yaml, setting.name) else { continue };
-            let decided = !setting.needs.iter().any(|needs| faulty.contains(&needs.path));
+            let decided = !faulty.iter().any(|path| setting.exists_by(path));
             if let Some(idle) = setting.idle(settings).filter(|_| decided) {
                 let (problem, remedy) = idle.refusal();
-                yaml.joint_fault(&[setting.path.to_owned()], problem, remedy);
+                yaml.joint_fault(&[setting.path], problem, remedy);
             } else if (setting.read)(settings, yaml, node, setting.path).is_none() {
                 faulty.push(setting.path);
             }
@@ -338,10 +324,7 @@ fn class(
 /// The value of a key that has no default.
 fn required<'n>(yaml: &mut YamlReader, map: &mut Mapping<'n>, node: &YamlNode, key: &str) -> Option<&'n YamlNode> {
     let found = map.take(yaml, key);
-    if found.is_none() {
-        yaml.fault(node.place, &map.path_of(key), "is missing", "it has no default");
-    }
-    found
+    found.or_else(|| yaml.refuse(node.place, &map.path_of(key), "is missing", "it has no default"))
 }
 
 /// The name of a dataset, which is part of file names.
@@ -350,8 +333,8 @@ fn name(yaml: &mut YamlReader, node: &YamlNode, path: &str) -> Option<String> {
     let name = yaml.text(node, path, allowed)?;
     let letters = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-' || c == '_';
     if name.is_empty() || name.len() > MAX_NAME_BYTES || !name.chars().all(letters) {
-        yaml.fault(node.place, path, format!("`{}` is no name", clipped_text(name)), format!("give {allowed}"));
-        return None;
+        let problem = format!("`{}` is no name", clipped_text(name));
+        return yaml.refuse(node.place, path, problem, format!("give {allowed}"));
     }
     Some(name.to_owned())
 }

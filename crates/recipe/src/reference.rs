@@ -70,7 +70,7 @@ const READING: &str = "\
   `# yaml-language-server: $schema=recipe.schema.json`.
 
 These pages and the schema are generated from the tables that the program reads recipes with
-(`BLESS=1 cargo test --test recipe_schema` writes them again).
+(`BLESS=1 cargo test -p recipe --test recipe_schema` writes them again).
 ";
 
 /// Keys that one changes first: group and name.
@@ -313,7 +313,7 @@ fn rows(section: &RecipeSection) -> Vec<[String; 6]> {
             Value::Number(number) if number.is_f64() => number_text(number.as_f64().unwrap_or(f64::NAN)),
             other => other.to_string().replace('"', "").replace(',', ", "),
         };
-        [setting.name.into(), setting.doc.into(), unit.into(), default, range, setting.source.into()]
+        [setting.name.into(), tidy(setting.doc), unit.into(), default, range, setting.source.into()]
     });
     let parameters = section.parameters.iter().map(|parameter| {
         let allowed = range(parameter);

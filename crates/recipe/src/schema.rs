@@ -17,57 +17,35 @@ use optical_bench::settings::{ThesisMethod, TransportName};
 
 /// JSON Schema (draft 2020-12) of a recipe.
 pub fn schema() -> Value {
+    let name = |what: &str| json!({ "description": what, "type": "string", "pattern": "^[a-z0-9_-]{1,64}$" });
+    let family = "Recipes of one family draw the same random numbers for the same seed, so that their samples can be \
+        compared one by one; by default each name is a family of its own.";
     let mut properties = Map::new();
-    properties.insert(
-        "name".into(),
-        json!({
-            "description": "Name of the dataset, part of file names.",
-            "type": "string", "pattern": "^[a-z0-9_-]{1,64}$",
-        }),
-    );
-    properties.insert(
-        "family".into(),
-        json!({
-            "description": "Recipes of one family draw the same random numbers for the same seed, so that their \
-                samples can be \
-                compared one by one; by default each name is a family of its own.",
-            "type": "string", "pattern": "^[a-z0-9_-]{1,64}$",
-        }),
-    );
-    properties.insert(
-        "subject".into(),
-        json!({
-            "description": "What the objects are.", "enum": Subject::NAMES,
-        }),
-    );
+    let mut add = |key: &str, schema: Value| properties.insert(key.to_owned(), schema);
+    add("name", name("Name of the dataset, part of file names."));
+    add("family", name(family));
+    add("subject", json!({ "description": "What the objects are.", "enum": Subject::NAMES }));
     for top in SECTIONS.iter().filter(|section| !section.path.contains('.')) {
         let schema = match top.path {
             TRANSPORT => transport_model(),
             path if top.settings.is_empty() => reference(path),
             _ => section(top),
         };
-        properties.insert(top.path.into(), schema);
+        add(top.path, schema);
     }
-    properties.insert(
-        SAMPLING.into(),
-        json!({
-            "description": SAMPLING_DOC, "default": Sampling::Independent.name(), "enum": Sampling::NAMES,
-        }),
-    );
-    properties.insert(CORRELATIONS.into(), correlation::schema());
-    properties.insert(
-        "classes".into(),
+    let usual = Sampling::Independent.name();
+    add(SAMPLING, json!({ "description": SAMPLING_DOC, "default": usual, "enum": Sampling::NAMES }));
+    add(CORRELATIONS, correlation::schema());
+    add(
+        "classes",
         json!({
             "description": "Kinds of samples by name: how often each comes and what it changes of the top level.",
             "type": "object", "minProperties": 1, "additionalProperties": { "$ref": "#/$defs/class" },
             "propertyNames": { "pattern": "^[a-z0-9_]{1,64}$" },
         }),
     );
-    properties.insert(
-        SET.into(),
-        json!({ "description": SET_DOC.trim(), "type": ["object", "null"],
-            "propertyNames": { "pattern": "^[a-z0-9_.-]+$" } }),
-    );
+    let keys = json!({ "pattern": "^[a-z0-9_.-]+$" });
+    add(SET, json!({ "description": SET_DOC.trim(), "type": ["object", "null"], "propertyNames": keys }));
     json!({
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "Sheetlight recipe",
@@ -147,7 +125,7 @@ fn parameter(row: &Parameter) -> Value {
 fn setting(row: &Setting) -> Value {
     let description = (row.describe)();
     let mut schema = description.schema;
-    schema["description"] = format!("{} Give {}. Source: {}.", row.doc, description.allowed, row.source).into();
+    schema["description"] = format!("{} Give {}. Source: {}.", tidy(row.doc), description.allowed, row.source).into();
     schema["default"] = description.default;
     schema
 }
@@ -218,24 +196,17 @@ fn definitions() -> Map<String, Value> {
     definitions.insert("distribution".into(), json!({ "oneOf": forms }));
     definitions.insert("untruncated".into(), json!({ "oneOf": untruncated }));
 
-    let mut class = Map::new();
-    class.insert(
-        "share".into(),
-        json!({
-            "description": "How often it comes, relative to the other classes.",
-            "type": "number", "exclusiveMinimum": 0, "maximum": MAX_SHARE,
-        }),
-    );
+    let share = json!({
+        "description": "How often it comes, relative to the other classes.",
+        "type": "number", "exclusiveMinimum": 0, "maximum": MAX_SHARE,
+    });
+    let mut class = Map::from_iter([("share".to_owned(), share)]);
     for section in SECTIONS.iter().filter(|section| !section.parameters.is_empty()) {
         definitions.insert(section.path.into(), map(&tidy(section.doc), parameters(section)));
         class.insert(section.path.into(), reference(section.path));
     }
-    definitions.insert(
-        "class".into(),
-        json!({
-            "type": "object", "required": ["share"], "additionalProperties": false, "properties": class,
-        }),
-    );
+    let class = json!({ "type": "object", "required": ["share"], "additionalProperties": false, "properties": class });
+    definitions.insert("class".into(), class);
     definitions
 }
 

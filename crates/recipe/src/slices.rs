@@ -27,32 +27,33 @@ const MOST_VOXELS: usize = 1 << 30;
 pub(crate) fn read_slices(own: &SlicesSettings) -> Result<Option<WoodVolume>, (&'static str, AssetFault)> {
     // Grey that is no density is a fault of its own, whatever the slices show.
     let Some(file) = own.stack.asset().filter(|_| own.black_kg_per_m3 != own.white_kg_per_m3) else { return Ok(None) };
-    volume(own, &SliceStack { file, called: own.stack.name().map(printable).unwrap_or_default() })
-        .map(Some)
-        .map_err(|fault| ("slices.stack", fault))
+    let called = own.stack.name().map(printable).unwrap_or_default();
+    volume(own, file, &called).map(Some).map_err(|fault| ("slices.stack", fault))
 }
 
-/// The file of a stack.
-struct SliceStack<'f> {
-    file: &'f Asset,
-    /// What the recipe calls it.
-    called: String,
+/// A slice.
+struct SliceFile<'f> {
+    name: String,
+    /// Its name and that of the stack, as faults have them.
+    place: String,
+    bytes: &'f [u8],
 }
 
-/// A slice: its name and its file.
-type SliceFile<'f> = (String, &'f [u8]);
-
-fn volume(own: &SlicesSettings, file: &SliceStack) -> Result<WoodVolume, AssetFault> {
-    let SliceStack { called, .. } = file;
-    let slices = slice_tar::pictures(file.file, called)?;
+/// The wood of a stack, which the recipe calls `called`.
+fn volume(own: &SlicesSettings, file: &Asset, called: &str) -> Result<WoodVolume, AssetFault> {
+    let slice = |(name, bytes): (String, _)| {
+        let name = printable(&name);
+        SliceFile { place: format!("`{called}`: the slice `{name}`"), name, bytes }
+    };
+    let slices: Vec<SliceFile> = slice_tar::pictures(file, called)?.into_iter().map(slice).collect();
     if slices.len() < LEAST_SLICES {
         let problem = format!("`{called}` has {} PNG files", slices.len());
         return Err(AssetFault::new(problem, format!("give at least {LEAST_SLICES} slices, one PNG each")));
     }
-    let heads = slices.iter().map(|slice| Head::of(file, slice)).collect::<Result<Vec<_>, _>>()?;
+    let heads = slices.iter().map(Head::of).collect::<Result<Vec<_>, _>>()?;
     let first = &heads[0];
     if let Some((slice, head)) = slices.iter().zip(&heads).find(|(_, head)| *head != first) {
-        let problem = format!("{} has {head}, and `{}` has {first}", file.place(slice), printable(&slices[0].0));
+        let problem = format!("{} has {head}, and `{}` has {first}", slice.place, slices[0].name);
         return Err(AssetFault::new(problem, "give slices of one size and one number of bits"));
     }
     let [rows, cols] = first.size;
@@ -64,11 +65,7 @@ fn volume(own: &SlicesSettings, file: &SliceStack) -> Result<WoodVolume, AssetFa
         );
         return Err(AssetFault::new(problem, "crop the slices, leave some out, or average voxels to 0.1 mm"));
     }
-    let told = |fault: VolumeFault| {
-        let words = fault.to_string();
-        let (problem, remedy) = words.split_once("; ").unwrap_or((&words, "give another stack"));
-        AssetFault::new(format!("`{called}`: {problem}"), remedy)
-    };
+    let told = |fault: VolumeFault| AssetFault::told(called, &fault, "give another stack");
     let down = own.pixel_mm;
     let voxel_mm = [own.slice_mm.unwrap_or(down), down, own.pixel_across_mm.unwrap_or(down)].map(|mm| mm as f32);
     let fibres = match own.fibres {
@@ -82,18 +79,11 @@ fn volume(own: &SlicesSettings, file: &SliceStack) -> Result<WoodVolume, AssetFa
         (own.black_kg_per_m3 + share * (own.white_kg_per_m3 - own.black_kg_per_m3)) as f32
     };
     for slice in &slices {
-        let grey = decoded(file, slice)?.into_luma16().into_raw();
+        let grey = decoded(slice)?.into_luma16().into_raw();
         stack.push(&grey.into_iter().map(density).collect::<Vec<f32>>());
     }
     let [earlywood, latewood] = [own.earlywood_kg_per_m3, own.latewood_kg_per_m3].map(|density| density as f32);
     stack.finish(KindDensities { earlywood, latewood }).map_err(told)
-}
-
-impl SliceStack<'_> {
-    /// A slice, as faults call it.
-    fn place(&self, slice: &SliceFile) -> String {
-        format!("`{}`: the slice `{}`", self.called, printable(&slice.0))
-    }
 }
 
 /// What the header of a slice says.
@@ -112,28 +102,28 @@ impl std::fmt::Display for Head {
 
 impl Head {
     /// The header of a slice, which must be grey alone.
-    fn of(file: &SliceStack, slice: &SliceFile) -> Result<Self, AssetFault> {
-        let place = || file.place(slice);
-        let Some(rest) = slice.1.strip_prefix(b"\x89PNG\r\n\x1a\n") else {
-            let what = if slice.1.is_empty() { "is empty" } else { "is no PNG, whatever its name says" };
-            return Err(AssetFault::new(format!("{} {what}", place()), "save it as PNG, or remove it"));
+    fn of(slice: &SliceFile) -> Result<Self, AssetFault> {
+        let place = &slice.place;
+        let Some(rest) = slice.bytes.strip_prefix(b"\x89PNG\r\n\x1a\n") else {
+            let what = if slice.bytes.is_empty() { "is empty" } else { "is no PNG, whatever its name says" };
+            return Err(AssetFault::new(format!("{place} {what}"), "save it as PNG, or remove it"));
         };
         // Length and name of the first chunk; columns, rows, bits (ISO 15948, 11.2.1). The decoder tells what else is
         // wrong with them.
         let number = |at: usize| rest.get(at..at + 4).and_then(|word| word.try_into().ok()).map(u32::from_be_bytes);
         let (Some(cols), Some(rows), Some(bits)) = (number(8), number(12), rest.get(16).copied()) else {
-            return Err(AssetFault::new(format!("{} {DAMAGED}", place()), ANEW));
+            return Err(AssetFault::new(format!("{place} {DAMAGED}"), ANEW));
         };
         let size = [rows, cols].map(|count| count as usize);
         if size[0].saturating_mul(size[1]) > MOST_PIXELS {
-            let problem = format!("{} has {cols} x {rows} pixels, more than {MOST_PIXELS}", place());
+            let problem = format!("{place} has {cols} x {rows} pixels, more than {MOST_PIXELS}");
             return Err(AssetFault::new(problem, "crop the slices, or average voxels to 0.1 mm"));
         }
         let refused = |what: &str| {
             let remedy = "save it as PNG with one grey channel of 8 or 16 bits, without a palette or transparency";
-            Err(AssetFault::new(format!("{} has {what}", place()), remedy))
+            Err(AssetFault::new(format!("{place} has {what}"), remedy))
         };
-        match decoder(file, slice)?.color_type() {
+        match decoder(slice)?.color_type() {
             ColorType::L8 | ColorType::L16 if matches!(bits, 8 | 16) => Ok(Self { size, bits }),
             ColorType::L8 | ColorType::L16 => refused("fewer than 8 bits a pixel"),
             other => refused(if other.has_color() { "colours" } else { "an alpha channel" }),
@@ -141,21 +131,21 @@ impl Head {
     }
 }
 
-fn decoder<'s>(file: &SliceStack, slice: &SliceFile<'s>) -> Result<PngDecoder<Cursor<&'s [u8]>>, AssetFault> {
-    PngDecoder::with_limits(Cursor::new(slice.1), Limits::default()).map_err(|error| damaged(file, slice, &error))
+fn decoder<'s>(slice: &SliceFile<'s>) -> Result<PngDecoder<Cursor<&'s [u8]>>, AssetFault> {
+    PngDecoder::with_limits(Cursor::new(slice.bytes), Limits::default()).map_err(|error| damaged(slice, &error))
 }
 
 /// The picture of a slice.
-fn decoded(file: &SliceStack, slice: &SliceFile) -> Result<DynamicImage, AssetFault> {
-    DynamicImage::from_decoder(decoder(file, slice)?).map_err(|error| damaged(file, slice, &error))
+fn decoded(slice: &SliceFile) -> Result<DynamicImage, AssetFault> {
+    DynamicImage::from_decoder(decoder(slice)?).map_err(|error| damaged(slice, &error))
 }
 
 /// What is said of a slice that cannot be decoded, and what to do.
 const DAMAGED: &str = "is a PNG that is damaged or cut short";
 const ANEW: &str = "save it as PNG anew, or bring the file back";
 
-fn damaged(file: &SliceStack, slice: &SliceFile, error: &image::ImageError) -> AssetFault {
-    AssetFault::new(format!("{} {DAMAGED} (the decoder says: {error})", file.place(slice)), ANEW)
+fn damaged(slice: &SliceFile, error: &image::ImageError) -> AssetFault {
+    AssetFault::new(format!("{} {DAMAGED} (the decoder says: {error})", slice.place), ANEW)
 }
 
 #[cfg(test)]

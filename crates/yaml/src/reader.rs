@@ -47,9 +47,28 @@ impl<'t> YamlReader<'t> {
         }
     }
 
+    /// Notes a fault, which leaves no value.
+    pub fn refuse<T>(
+        &mut self,
+        place: TextPosition,
+        key: &str,
+        problem: impl Into<String>,
+        remedy: impl Into<String>,
+    ) -> Option<T> {
+        self.fault(place, key, problem, remedy);
+        None
+    }
+
+    /// Notes that a node is something else than what is `allowed`.
+    pub fn refuse_kind<T>(&mut self, node: &YamlNode, path: &str, allowed: &str) -> Option<T> {
+        self.refuse(node.place, path, format!("is {}", node.value.kind()), format!("give {allowed}"))
+    }
+
     /// Notes a fault of several keys together at the first of `keys` that the file has.
-    pub fn joint_fault(&mut self, keys: &[String], problem: impl Into<String>, remedy: impl Into<String>) {
-        let key = keys.iter().find(|key| self.places.contains_key(*key)).unwrap_or(&keys[0]);
+    pub fn joint_fault(&mut self, keys: &[impl AsRef<str>], problem: impl Into<String>, remedy: impl Into<String>) {
+        let mut keys = keys.iter().map(AsRef::as_ref);
+        let first = keys.clone().next().unwrap_or_default();
+        let key = keys.find(|key| self.places.contains_key(*key)).unwrap_or(first);
         let place = self.places.get(key).copied().unwrap_or(TextPosition::START);
         self.fault(place, key, problem, remedy);
     }
@@ -93,16 +112,17 @@ impl<'t> YamlReader<'t> {
 
     /// A finite number.
     pub fn number(&mut self, node: &YamlNode, path: &str, allowed: &str) -> Option<f64> {
-        let (problem, remedy) = match &node.value {
-            YamlValue::Number(number) if number.is_finite() => return Some(*number),
-            YamlValue::Number(number) => (format!("is {number}, which is no finite number"), format!("give {allowed}")),
-            YamlValue::Text(text) if text.trim().parse::<f64>().is_ok_and(f64::is_finite) => {
-                ("is a text".to_owned(), "remove the quotes to make it a number".to_owned())
+        match &node.value {
+            YamlValue::Number(number) if number.is_finite() => Some(*number),
+            YamlValue::Number(number) => {
+                let problem = format!("is {number}, which is no finite number");
+                self.refuse(node.place, path, problem, format!("give {allowed}"))
             }
-            other => (format!("is {}", other.kind()), format!("give {allowed}")),
-        };
-        self.fault(node.place, path, problem, remedy);
-        None
+            YamlValue::Text(text) if text.trim().parse::<f64>().is_ok_and(f64::is_finite) => {
+                self.refuse(node.place, path, "is a text", "remove the quotes to make it a number")
+            }
+            _ => self.refuse_kind(node, path, allowed),
+        }
     }
 
     /// A number from `min` to `max`, whole where `whole`.
@@ -110,8 +130,8 @@ impl<'t> YamlReader<'t> {
         let allowed = range.to_string();
         let number = self.number(node, path, &allowed)?;
         if number < range.min || number > range.max {
-            self.fault(node.place, path, format!("{} is out of range", number_text(number)), format!("give {allowed}"));
-            return None;
+            let problem = format!("{} is out of range", number_text(number));
+            return self.refuse(node.place, path, problem, format!("give {allowed}"));
         }
         if range.whole && number.fract() != 0.0 {
             let share = if number > 0.0 && number < 1.0 && range.max > 1.0 {
@@ -120,19 +140,33 @@ impl<'t> YamlReader<'t> {
                 ""
             };
             let problem = format!("{} is not whole", number_text(number));
-            self.fault(node.place, path, problem, format!("give {allowed}{share}"));
-            return None;
+            return self.refuse(node.place, path, problem, format!("give {allowed}{share}"));
         }
         Some(number)
     }
 
     /// A text.
     pub fn text<'n>(&mut self, node: &'n YamlNode, path: &str, allowed: &str) -> Option<&'n str> {
-        if let YamlValue::Text(text) = &node.value {
-            return Some(text);
+        match &node.value {
+            YamlValue::Text(text) => Some(text),
+            _ => self.refuse_kind(node, path, allowed),
         }
-        self.fault(node.place, path, format!("is {}", node.value.kind()), format!("give {allowed}"));
-        None
+    }
+
+    /// A list.
+    pub fn list<'n>(&mut self, node: &'n YamlNode, path: &str, allowed: &str) -> Option<&'n [YamlNode]> {
+        match &node.value {
+            YamlValue::List(entries) => Some(entries),
+            _ => self.refuse_kind(node, path, allowed),
+        }
+    }
+
+    /// A flag.
+    pub fn flag(&mut self, node: &YamlNode, path: &str) -> Option<bool> {
+        match node.value {
+            YamlValue::Flag(flag) => Some(flag),
+            _ => self.refuse_kind(node, path, "true or false"),
+        }
     }
 
     /// One of `words`.
@@ -140,17 +174,14 @@ impl<'t> YamlReader<'t> {
         let allowed = format!("one of {}", words.join(", "));
         let text = self.text(node, path, &allowed)?;
         let found = words.iter().copied().find(|word| *word == text);
-        if found.is_none() {
-            self.unknown_word(node.place, path, text, words);
-        }
-        found
+        found.or_else(|| self.unknown_word(node.place, path, text, words))
     }
 
     /// Notes that `text` is none of `words`.
-    pub fn unknown_word(&mut self, place: TextPosition, path: &str, text: &str, words: &[&str]) {
+    pub fn unknown_word<T>(&mut self, place: TextPosition, path: &str, text: &str, words: &[&str]) -> Option<T> {
         let meant = nearest_spelling(text, words.iter().copied());
         let allowed = format!("one of {}", words.join(", "));
-        self.fault(place, path, format!("`{}` is unknown", clipped_text(text)), remedy(meant, &allowed));
+        self.refuse(place, path, format!("`{}` is unknown", clipped_text(text)), remedy(meant, &allowed))
     }
 }
 

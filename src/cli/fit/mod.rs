@@ -235,7 +235,7 @@ fn table(found: &Fit, wrote: &str) -> String {
     let ends = |three: [f64; 3]| format!("{} to {}", number(three[0]), number(three[2]));
     for key in &found.keys {
         let after = if key.is_written() { ends(key.after) } else { "as before".into() };
-        lines.push(format!("{:<34} {:>12}  {:>26}  {after:>26}", key.path, key.state.word(), ends(key.before)));
+        lines.push(format!("{:<34} {:>12}  {:>26}  {after:>26}", key.path, key.state.name(), ends(key.before)));
     }
     for ([a, b], r) in &found.pairs {
         lines.push(format!("{a} and {b} cannot be told apart (correlation {r:.2})"));

@@ -61,10 +61,10 @@ fn row(fit: &Fit, key: &FittedKey) -> Markup {
         format!("{}: before {}{}, undetermined", key.path, ends(key.before), behind(unit))
     };
     html! {
-        tr class=(key.state.word()) {
+        tr class=(key.state.name()) {
             th scope="row" { code title=(key.parameter.doc) { (key.path) } }
             td data-label="Unit" { @if unit == "1" { span.dim { "none" } } @else { (unit) } }
-            td data-label="State" { span.state { (key.state.word()) } }
+            td data-label="State" { span.state { (key.state.name()) } }
             td.n data-label="Before, 90 %" { (ends(key.before)) }
             @if is_told {
                 td.n data-label="Fitted" {

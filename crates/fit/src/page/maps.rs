@@ -32,57 +32,48 @@ const JUDGES: usize = 2000;
 const QUARTILE: f64 = 0.674_489_750_196_081_7;
 
 /// A kind of map.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum MapKind {
-    Range,
-    Reflectance,
-    Scatter,
+#[derive(Debug, Clone, Copy)]
+struct MapKind {
+    name: &'static str,
+    ramp: ColourMap,
+    /// What its numbers are.
+    words: &'static str,
+    /// Its light, where a scan has it; `None` of heights.
+    light: Option<LightOfScan>,
 }
 
+/// A map of light of a scan.
+type LightOfScan = fn(&ScanMaps) -> Option<&Vec<f32>>;
+
+const KINDS: [MapKind; 3] = [
+    MapKind { name: "Range", ramp: ColourMap::Viridis, words: "less the plane of its surface", light: None },
+    MapKind {
+        name: "Reflectance",
+        ramp: ColourMap::Grey,
+        words: "at the peak, on the scale of 8 bits",
+        light: Some(|maps| maps.reflectance.as_ref()),
+    },
+    MapKind {
+        name: "Scatter",
+        ramp: ColourMap::Inferno,
+        words: "sum beside the peak, on the scale of 8 bits",
+        light: Some(|maps| maps.scatter.as_ref()),
+    },
+];
+
 impl MapKind {
-    const ALL: [Self; 3] = [Self::Range, Self::Reflectance, Self::Scatter];
-
-    fn name(self) -> &'static str {
-        match self {
-            Self::Range => "Range",
-            Self::Reflectance => "Reflectance",
-            Self::Scatter => "Scatter",
-        }
-    }
-
-    fn ramp(self) -> ColourMap {
-        match self {
-            Self::Range => ColourMap::Viridis,
-            Self::Reflectance => ColourMap::Grey,
-            Self::Scatter => ColourMap::Inferno,
-        }
-    }
-
-    /// What its numbers are.
-    fn words(self) -> &'static str {
-        match self {
-            Self::Range => "less the plane of its surface",
-            Self::Reflectance => "at the peak, on the scale of 8 bits",
-            Self::Scatter => "sum beside the peak, on the scale of 8 bits",
-        }
-    }
-
     fn unit(self, maps: &ScanMaps) -> &'static str {
-        if self == Self::Range { maps.unit.name() } else { "DN" }
+        if self.light.is_none() { maps.unit.name() } else { "DN" }
     }
 
     /// Its numbers `[rows, cols]`, NaN where missing; `None` where the scan has no such map.
     fn numbers(self, maps: &ScanMaps) -> Option<Vec<f64>> {
-        let light = |light: &Option<Vec<f32>>| -> Option<Vec<f64>> {
-            let measured = light.as_ref()?.iter().zip(&maps.range);
-            Some(measured.map(|(&dn, z)| if z.is_finite() { f64::from(dn) } else { f64::NAN }).collect())
+        let measured = |(&dn, z): (&f32, &f64)| if z.is_finite() { f64::from(dn) } else { f64::NAN };
+        let numbers = match self.light {
+            None => levelled(&maps.range, maps.cols),
+            Some(light) => light(maps)?.iter().zip(&maps.range).map(measured).collect(),
         };
-        let numbers = match self {
-            Self::Range => Some(levelled(&maps.range, maps.cols)),
-            Self::Reflectance => light(&maps.reflectance),
-            Self::Scatter => light(&maps.scatter),
-        };
-        numbers.filter(|numbers| !numbers.is_empty() && numbers.len() == maps.cols * maps.rows)
+        (!numbers.is_empty() && numbers.len() == maps.cols * maps.rows).then_some(numbers)
     }
 }
 
@@ -120,7 +111,7 @@ fn of_scan(scan: &ScanFit) -> Markup {
     html! {
         article.scan {
             h3 { (scan.name) }
-            @for kind in MapKind::ALL { (row(kind, sides)) }
+            @for kind in KINDS { (row(kind, sides)) }
         }
     }
 }
@@ -131,19 +122,19 @@ fn row(kind: MapKind, sides: [(&str, &ScanMaps); 3]) -> Markup {
     let Some((low, high)) = kind.numbers(real).map(|numbers| colour_ends(&numbers)) else {
         let made = sides[1..].iter().any(|(_, maps)| kind.numbers(maps).is_some());
         return html! {
-            p.note { "The real scan has no " (kind.name()) @if made { "; that of simulated scans is left out" } "." }
+            p.note { "The real scan has no " (kind.name) @if made { "; that of simulated scans is left out" } "." }
         };
     };
     let widest = sides.iter().map(|(_, maps)| maps.cols.min(MOST)).max().unwrap_or(1).max(1);
     let unit = kind.unit(real);
     html! {
-        h4 { (kind.name()) " " span.dim { "[" (unit) "], " (kind.words()) } }
+        h4 { (kind.name) " " span.dim { "[" (unit) "], " (kind.words) } }
         div.maps {
             @for (side, maps) in sides {
                 figure {
                     @match kind.numbers(maps).and_then(|numbers| picture(kind, &numbers, maps, low, high)) {
                         Some(picture) => {
-                            img width=(picture.cols) height=(picture.rows) alt={ (kind.name()) " of the " (side) }
+                            img width=(picture.cols) height=(picture.rows) alt={ (kind.name) " of the " (side) }
                                 style=(format!("width:{:.1}%",
                                     100.0 * picture.cols as f64 / widest as f64)) src=(picture.url);
                             figcaption { strong { (side) } ", " (picture.part) }
@@ -156,7 +147,7 @@ fn row(kind: MapKind, sides: [(&str, &ScanMaps); 3]) -> Markup {
                 }
             }
         }
-        (colour_scale(kind.ramp(), low, high, unit))
+        (colour_scale(kind.ramp, low, high, unit))
     }
 }
 
@@ -185,7 +176,7 @@ fn picture(kind: MapKind, numbers: &[f64], maps: &ScanMaps, low: f64, high: f64)
     } else {
         format!("the middle {cols} \u{d7} {rows} px of {} \u{d7} {}", maps.cols, maps.rows)
     };
-    let png = indexed_png(&levels, cols as u32, map_palette(MISSING, kind.ramp()), Vec::new()).ok()?;
+    let png = indexed_png(&levels, cols as u32, map_palette(MISSING, kind.ramp), Vec::new()).ok()?;
     Some(MapPicture { cols, rows, part, url: data_url(&png) })
 }
 
@@ -309,9 +300,9 @@ mod tests {
     /// The colour of missing pixels is none of any ramp, by far.
     #[test]
     fn missing_pixels_stand_out() {
-        for kind in MapKind::ALL {
+        for kind in KINDS {
             for i in 0..=100_u8 {
-                let colour = kind.ramp().at(f32::from(i) / 100.0);
+                let colour = kind.ramp.at(f32::from(i) / 100.0);
                 let apart: f64 = colour.iter().zip(MISSING).map(|(a, b)| (f64::from(*a) - f64::from(b)).powi(2)).sum();
                 assert!(apart.sqrt() > 90.0, "{kind:?} at {i} %: {colour:?}");
             }
@@ -325,7 +316,7 @@ mod tests {
         let mut range: Vec<f64> = (0..cols * rows).map(|i| (i % cols) as f64).collect();
         range[2 * cols + 5] = f64::NAN;
         let maps = ScanMaps { cols, rows, range: range.clone(), ..ScanMaps::default() };
-        let found = picture(MapKind::Reflectance, &range, &maps, 5.0, 5.0 + (MOST - 1) as f64).expect("a picture");
+        let found = picture(KINDS[1], &range, &maps, 5.0, 5.0 + (MOST - 1) as f64).expect("a picture");
         assert_eq!((found.cols, found.rows), (MOST, rows));
         assert_eq!(found.part, "the middle 320 \u{d7} 5 px of 330 \u{d7} 5");
         let png = STANDARD.decode(&found.url["data:image/png;base64,".len()..]).expect("base64");

@@ -80,8 +80,7 @@ fn header(fit: &Fit) -> Markup {
 fn verdict(fit: &Fit) -> String {
     let of_state = |state: KeyState| fit.keys.iter().filter(|key| key.state == state).count();
     let [out, told] = fit.reach();
-    let states = [KeyState::Determined, KeyState::Weak, KeyState::Undetermined];
-    let states: Vec<String> = states.map(|state| format!("{} {}", of_state(state), state.word())).to_vec();
+    let states: Vec<String> = KeyState::ALL.map(|state| format!("{} {}", of_state(state), state.name())).to_vec();
     let scans = if fit.scans.len() > 1 { format!(" of {} scans", fit.scans.len()) } else { String::new() };
     let keys = counted(fit.keys.len(), "key");
     format!("Of {keys}, {}; {out} of {}{scans}", list(&states), counted(told, "statistic"))

@@ -77,7 +77,7 @@ fn example() -> Fit {
         seed: 7,
         simulations: 2400,
         rounds: [3, 7],
-        keys: states.map(|state| key(&format!("laser.{}", state.word()), state)).to_vec(),
+        keys: states.map(|state| key(&format!("laser.{}", state.name()), state)).to_vec(),
         correlations: Vec::new(),
         pairs: vec![(["laser.waist_mm".into(), "camera.blur_um".into()], -0.91)],
         scans: vec![scan("first.exr"), scan("second.exr")],
@@ -174,7 +174,7 @@ fn states_are_said_in_words() {
     let posteriors: Vec<bool> = rows.iter().map(|row| row.contains("0.09 to 0.11")).collect();
     assert_eq!(posteriors, [true, true, false]);
     let states: Vec<bool> =
-        rows.iter().zip(&fit.keys).map(|(row, key)| row.contains(&format!(">{}</span>", key.state.word()))).collect();
+        rows.iter().zip(&fit.keys).map(|(row, key)| row.contains(&format!(">{}</span>", key.state.name()))).collect();
     assert_eq!(states, [true; 3]);
     assert!(rows[0].contains("second.exr: 0.105 (0.1 to 0.11)") && !rows[1].contains("second.exr"));
     assert!(section(&page, "keys").contains("correlation \u{2212}0.91, one rises as the other falls"));

@@ -5,8 +5,8 @@ use nalgebra::DVector;
 use recipe::Recipe;
 use tools::compare::summary::SummaryStatistic;
 
-use super::{Fitter, InferenceOutcome, Prediction};
-use crate::emulator::{Emulator, ScoreRegion, varies};
+use super::{Fitter, InferenceOutcome};
+use crate::emulator::{Emulator, ScoreRegion, Simulation, varies};
 use crate::observation::RealScan;
 use crate::prior::FitKey;
 use crate::result::{Fit, FittedKey, KeyState, MapsOfScan, ScanFit, StatisticFit, short};
@@ -41,27 +41,16 @@ impl Fitter<'_> {
         let weights = region.weights(&self.simulations, Emulator::wanted(self.keys.len()));
         let emulator = Emulator::new(&self.simulations, &weights);
         let names: Vec<&SummaryStatistic> = real.first().map_or_else(Vec::new, |scan| scan.statistics.iter().collect());
-        let of_scan: Vec<Vec<Vec<f64>>> = (0..real.len())
-            .map(|scan| outcome.draws.iter().map(|draw| self.layout.of_scan(scan, draw)).collect())
-            .collect();
-        let keys: Vec<FittedKey> = self
-            .keys
-            .iter()
-            .enumerate()
-            .map(|(k, key)| {
-                let scores: Vec<Vec<f64>> =
-                    of_scan.iter().map(|draws| draws.iter().map(|draw| draw[k]).collect()).collect();
-                let moves = most_moved(&emulator, region.mean.as_slice(), k, &self.observed);
-                let moved = names.get(moves.0).map_or_else(String::new, |name| name.name.clone());
-                fitted_key(key, &scores, outcome.widening[k], (moved, moves.1))
-            })
-            .collect();
+        let scores = self.scores(&outcome.draws);
+        let fitted = |(k, key): (usize, &FitKey)| {
+            let moves = most_moved(&emulator, region.mean.as_slice(), k, &self.observed);
+            let moved = names.get(moves.0).map_or_else(String::new, |name| name.name.clone());
+            let scores: Vec<&[f64]> = scores.iter().map(|of_scan| of_scan[k].as_slice()).collect();
+            fitted_key(key, &scores, outcome.widening[k], (moved, moves.1))
+        };
+        let keys: Vec<FittedKey> = self.keys.iter().enumerate().map(fitted).collect();
         let middle = |scan: usize| -> Vec<f64> {
-            (0..self.keys.len())
-                .map(|k| {
-                    three(&of_scan[scan].iter().map(|draw| draw[k]).collect::<Vec<_>>()).map_or(0.0, |[_, m, _]| m)
-                })
-                .collect()
+            scores[scan].iter().map(|draws| three(draws).map_or(0.0, |[_, middle, _]| middle)).collect()
         };
         let before_maps = self.simulator.scan(&vec![0.0; self.keys.len()], 1).0;
         let scans = real
@@ -82,18 +71,27 @@ impl Fitter<'_> {
             seed: outcome.options.seed,
             simulations: self.simulations.len(),
             rounds: [outcome.rounds, outcome.options.rounds],
-            pairs: self.pairs(&outcome.draws),
-            correlations: self.correlations(&keys, &outcome.draws),
+            pairs: self.pairs(&scores),
+            correlations: self.correlations(&keys, &scores),
             keys,
             scans,
         }
     }
 
-    fn statistics(&self, real: &RealScan, scan: usize, predictions: &[Prediction]) -> Vec<StatisticFit> {
+    /// Draws `[scans][keys][draws]` of whole vectors of scores.
+    fn scores(&self, draws: &[Vec<f64>]) -> Vec<Vec<Vec<f64>>> {
+        let of_scan = |scan| {
+            let draws: Vec<Vec<f64>> = draws.iter().map(|draw| self.layout.of_scan(scan, draw)).collect();
+            (0..self.keys.len()).map(|key| draws.iter().map(|draw| draw[key]).collect()).collect()
+        };
+        (0..self.layout.scans()).map(of_scan).collect()
+    }
+
+    fn statistics(&self, real: &RealScan, scan: usize, predictions: &[Simulation]) -> Vec<StatisticFit> {
         let first = self.simulations.iter().take(predictions.len());
         let before: Vec<&[Option<f64>]> = first.map(|simulation| simulation.statistics.as_slice()).collect();
-        let after: Vec<&[Option<f64>]> =
-            predictions.iter().filter(|made| made.scan == scan).map(|made| made.statistics.as_slice()).collect();
+        let beside = predictions.iter().skip(scan).step_by(self.layout.scans());
+        let after: Vec<&[Option<f64>]> = beside.map(|made| made.statistics.as_slice()).collect();
         real.statistics
             .iter()
             .enumerate()
@@ -132,17 +130,12 @@ impl Fitter<'_> {
 
     /// Rank correlations that the recipe is written with: of keys that are written, have a scale and one score for all
     /// scans.
-    fn correlations(&self, keys: &[FittedKey], draws: &[Vec<f64>]) -> Vec<([String; 2], f64)> {
+    fn correlations(&self, keys: &[FittedKey], scores: &[Vec<Vec<f64>>]) -> Vec<([String; 2], f64)> {
         let can = |k: usize| {
             let (key, is_own) = (&self.keys[k], !keys[k].of_scans.is_empty());
-            keys[k].is_written() && !is_own && !key.parameter.integer && key.prior.values().is_none()
+            keys[k].is_written() && !is_own && key.prior.is_on_a_scale(key.parameter)
         };
-        let scores = |k: usize| -> Vec<f64> { draws.iter().map(|draw| self.layout.of_scan(0, draw)[k]).collect() };
-        let all: Vec<Vec<f64>> = (0..keys.len()).map(scores).collect();
-        let r = |a: usize, b: usize| {
-            let pairs: Vec<[f64; 2]> = all[a].iter().zip(&all[b]).map(|(x, y)| [*x, *y]).collect();
-            correlation(&pairs)
-        };
+        let r = |a: usize, b: usize| correlation(&scores[0][a], &scores[0][b]);
         let could: Vec<usize> = (0..keys.len()).filter(|&k| can(k)).collect();
         let goes_along = |a: usize| could.iter().any(|&b| b != a && r(a, b).abs() >= TOGETHER);
         let together: Vec<usize> = could.iter().copied().filter(|&a| goes_along(a)).collect();
@@ -160,23 +153,13 @@ impl Fitter<'_> {
     }
 
     /// Pairs of keys whose scores go together.
-    fn pairs(&self, draws: &[Vec<f64>]) -> Vec<([String; 2], f64)> {
+    fn pairs(&self, scores: &[Vec<Vec<f64>>]) -> Vec<([String; 2], f64)> {
         let keys = self.keys.len();
         let mut found = Vec::new();
         for a in 0..keys {
             for b in a + 1..keys {
-                let most = (0..self.layout.scans())
-                    .map(|scan| {
-                        let pairs: Vec<[f64; 2]> = draws
-                            .iter()
-                            .map(|draw| {
-                                let scores = self.layout.of_scan(scan, draw);
-                                [scores[a], scores[b]]
-                            })
-                            .collect();
-                        correlation(&pairs)
-                    })
-                    .max_by(|x, y| x.abs().total_cmp(&y.abs()));
+                let all = scores.iter().map(|of_scan| correlation(&of_scan[a], &of_scan[b]));
+                let most = all.max_by(|x, y| x.abs().total_cmp(&y.abs()));
                 if let Some(r) = most.filter(|r| r.abs() >= ALIKE) {
                     found.push(([self.keys[a].path.clone(), self.keys[b].path.clone()], r));
                 }
@@ -204,7 +187,7 @@ fn most_moved(emulator: &Emulator, place: &[f64], key: usize, observed: &[Vec<Op
 }
 
 /// A key from its scores in each scan.
-fn fitted_key(key: &FitKey, scores: &[Vec<f64>], widening: f64, moves: (String, f64)) -> FittedKey {
+fn fitted_key(key: &FitKey, scores: &[&[f64]], widening: f64, moves: (String, f64)) -> FittedKey {
     let widths: Vec<f64> =
         scores.iter().filter_map(|scores| three(scores)).map(|[low, _, high]| (high - low) / (2.0 * TAIL)).collect();
     let width = widths.iter().sum::<f64>() / widths.len().max(1) as f64;
@@ -230,29 +213,29 @@ fn fitted_key(key: &FitKey, scores: &[Vec<f64>], widening: f64, moves: (String, 
         widening,
         moves,
         draws: all.iter().copied().step_by(step).collect(),
-        is_log: key.is_log(),
+        is_log: key.prior.is_log(),
         distribution: written(key, &all),
     }
 }
 
 /// Draws as a distribution that a recipe holds, within the bounds of the prior.
 fn written(key: &FitKey, values: &[f64]) -> String {
-    let (min, max) = key.prior.bounds(key.parameter);
-    let mut kinds: Vec<f64> = values.to_vec();
-    kinds.sort_by(f64::total_cmp);
-    kinds.dedup();
-    if key.prior.values().is_some() || key.parameter.integer {
+    if !key.prior.is_on_a_scale(key.parameter) {
+        let mut kinds: Vec<f64> = values.to_vec();
+        kinds.sort_by(f64::total_cmp);
+        kinds.dedup();
         let share = |value: f64| values.iter().filter(|x| **x == value).count() as f64 / values.len().max(1) as f64;
         let list = |numbers: Vec<String>| numbers.join(", ");
         let weights = kinds.iter().map(|&value| format!("{:.3}", share(value).max(0.001))).collect();
         let kinds = kinds.iter().map(|value| short(*value)).collect();
         return format!("{{choice: {{values: [{}], weights: [{}]}}}}", list(kinds), list(weights));
     }
-    let scale = |x: f64| if key.is_log() { libm::log(x) } else { x };
+    let (min, max) = key.prior.bounds(key.parameter);
+    let scale = |x: f64| if key.prior.is_log() { libm::log(x) } else { x };
     let n = values.len().max(1) as f64;
     let mean = values.iter().map(|&x| scale(x)).sum::<f64>() / n;
     let sd = (values.iter().map(|&x| (scale(x) - mean) * (scale(x) - mean)).sum::<f64>() / n).sqrt();
-    let of = if key.is_log() {
+    let of = if key.prior.is_log() {
         format!("lognormal: {{median: {}, log_sd: {}}}", short(libm::exp(mean)), short(sd))
     } else {
         format!("normal: {{mean: {}, sd: {}}}", short(mean), short(sd))
@@ -273,12 +256,11 @@ fn three(numbers: &[f64]) -> Option<[f64; 3]> {
 }
 
 /// Pearson's correlation.
-fn correlation(pairs: &[[f64; 2]]) -> f64 {
-    let n = pairs.len() as f64;
-    let [x, y] = [0, 1].map(|k| pairs.iter().map(|pair| pair[k]).sum::<f64>() / n);
+fn correlation(x: &[f64], y: &[f64]) -> f64 {
+    let [mean_x, mean_y] = [x, y].map(|all| all.iter().sum::<f64>() / all.len() as f64);
     let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
-    for pair in pairs {
-        let (a, b) = (pair[0] - x, pair[1] - y);
+    for (x, y) in x.iter().zip(y) {
+        let (a, b) = (x - mean_x, y - mean_y);
         (xx, xy, yy) = (xx + a * a, xy + a * b, yy + b * b);
     }
     if xx > 0.0 && yy > 0.0 { xy / (xx * yy).sqrt() } else { 0.0 }

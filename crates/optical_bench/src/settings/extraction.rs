@@ -39,20 +39,6 @@ pub enum PeakMethod {
     },
 }
 
-impl PeakMethod {
-    /// Name in recipes and files.
-    pub fn name(self) -> &'static str {
-        let name = match self {
-            Self::CentreOfGravity => PeakMethodName::CentreOfGravity,
-            Self::Parabola => PeakMethodName::Parabola,
-            Self::Gaussian => PeakMethodName::Gaussian,
-            Self::BlaisRioux { .. } => PeakMethodName::BlaisRioux,
-            Self::Fir { .. } => PeakMethodName::Fir,
-        };
-        name.name()
-    }
-}
-
 words! {
     /// Which peak of a column counts.
     PeakChoice {

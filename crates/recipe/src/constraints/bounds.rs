@@ -6,10 +6,13 @@ use crate::distribution::Distribution;
 use crate::keys;
 use yaml::YamlReader;
 
+/// Of what changes nothing of the top level.
+pub(crate) static NO_OVERRIDES: BTreeMap<String, Distribution> = BTreeMap::new();
+
 /// The parameters of a class, or of the top level where `prefix` is empty.
 pub(crate) struct DrawBounds<'a> {
     /// Path of the class and a dot.
-    pub prefix: &'a str,
+    pub prefix: String,
     /// The top level's distributions.
     pub base: &'a BTreeMap<String, Distribution>,
     /// The class's own in place of them.

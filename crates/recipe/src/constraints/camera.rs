@@ -3,7 +3,7 @@
 use super::bounds::DrawBounds;
 use crate::keys::settings::Settings;
 use optical_bench::lens::{Distortion, image_distance, scheimpflug};
-use optical_bench::settings::{LensModel, Scheimpflug};
+use optical_bench::settings::Scheimpflug;
 use yaml::{YamlReader, number_text};
 
 /// Time that a sensor needs between two exposures: the real camera's 3 us [us].
@@ -12,14 +12,6 @@ const READOUT_US: f64 = 3.0;
 const MIN_RISE: f64 = 0.05;
 /// Most strain of a distortion over the sensor's field: neighbouring directions stay apart.
 const MAX_STRAIN: f64 = 0.8;
-
-/// The settings of the camera together.
-pub(super) fn settings(yaml: &mut YamlReader, settings: &Settings) {
-    if settings.camera.lens == LensModel::Pinhole && settings.camera.scheimpflug == Scheimpflug::Solved {
-        let problem = "`pinhole` has no effect while `camera.scheimpflug` is `solved`: the laser plane is sharp anyway";
-        yaml.joint_fault(&["camera.lens".to_owned()], problem.to_owned(), "give `given` there, or remove it");
-    }
-}
 
 /// The numbers of a class together.
 pub(super) fn scene(yaml: &mut YamlReader, settings: &Settings, scene: &DrawBounds) {

@@ -3,8 +3,7 @@
 use super::bounds::DrawBounds;
 use super::needs;
 use crate::keys::settings::Settings;
-use crate::keys::texture;
-use optical_bench::settings::{Fan, LineShape, TransportName};
+use optical_bench::settings::{LineShape, TransportName};
 use yaml::{YamlReader, number_text};
 
 /// Most rows of the scan between two lines: a band of profiles keeps all of them in memory.
@@ -34,28 +33,10 @@ pub(super) fn scene(yaml: &mut YamlReader, settings: &Settings, scene: &DrawBoun
 
 /// What the laser's settings must mean beside those of other sections.
 pub(super) fn settings(yaml: &mut YamlReader, settings: &Settings) {
-    let (fan, shape) = (settings.laser.fan, settings.laser.profile);
+    let shape = settings.laser.profile;
     if settings.transport.model != TransportName::Kernel && shape != LineShape::Gaussian {
         let problem = format!("`{}` is unknown to `transport: {}`", shape.name(), settings.transport.model.name());
         let remedy = "the model knows one Gaussian line alone: give `profile: gaussian` or `transport: kernel`";
-        yaml.joint_fault(&["laser.profile".to_owned(), "transport.model".to_owned()], problem, remedy);
-    }
-    if let Some(file) = settings.laser.texture.asset() {
-        let keys = ["laser.texture".to_owned()];
-        if shape != LineShape::Texture {
-            let problem = format!("has no effect on `profile: {}`", shape.name());
-            yaml.joint_fault(&keys, problem, "give `profile: texture`, or remove it");
-        } else if let Err(problem) = texture::read(file.bytes()) {
-            let problem = format!("`{}` {problem}", file.name());
-            yaml.joint_fault(
-                &keys,
-                problem,
-                format!("give a grey PNG of at most {} x {} pixels", texture::MAX_SIDE, texture::MAX_SIDE),
-            );
-        }
-    }
-    if (shape == LineShape::Texture || shape == LineShape::Point) && fan != Fan::Powell {
-        let problem = format!("has no effect on `profile: {}`", shape.name());
-        yaml.joint_fault(&["laser.fan".to_owned()], problem, "it is for lines with a lens: remove it");
+        yaml.joint_fault(&["laser.profile", "transport.model"], problem, remedy);
     }
 }

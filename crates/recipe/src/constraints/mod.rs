@@ -14,7 +14,7 @@ pub(super) mod transport;
 
 use std::collections::BTreeMap;
 
-use self::bounds::DrawBounds;
+use self::bounds::{DrawBounds, NO_OVERRIDES};
 use super::class::SampleClass;
 use super::distribution::Distribution;
 use super::file_contents::FileContents;
@@ -44,52 +44,49 @@ pub(super) struct RecipeObject<'a> {
     pub settings: &'a Settings,
     /// What the files say that it names.
     pub contents: &'a FileContents,
+    /// The top level's distributions by path.
+    pub parameters: &'a BTreeMap<String, Distribution>,
+    pub classes: &'a [SampleClass],
+}
+
+impl<'a> RecipeObject<'a> {
+    /// The parameters of the top level, then of each class.
+    fn scenes(&self) -> Vec<DrawBounds<'a>> {
+        let scene = |prefix, overrides| DrawBounds { prefix, base: self.parameters, overrides };
+        let of_class = |class: &'a SampleClass| scene(format!("classes.{}.", class.name), &class.overrides);
+        [scene(String::new(), &NO_OVERRIDES)].into_iter().chain(self.classes.iter().map(of_class)).collect()
+    }
 }
 
 /// Notes whatever the keys of a recipe cannot mean together: the settings, the top level and each class.
-pub(super) fn check(
-    yaml: &mut YamlReader,
-    object: RecipeObject,
-    parameters: &BTreeMap<String, Distribution>,
-    classes: &[SampleClass],
-) {
+pub(super) fn check(yaml: &mut YamlReader, object: RecipeObject) {
     settings(yaml, object.subject, object.settings);
-    scenes(parameters, classes, &mut |own| scene(yaml, object, own));
+    let scenes = object.scenes();
+    scenes.iter().for_each(|own| scene(yaml, object, own));
+    needs::refuse(yaml, object, &scenes);
 }
 
 /// What is said of the keys together although a recipe may have them so.
-pub(super) fn notes(
-    object: RecipeObject,
-    parameters: &BTreeMap<String, Distribution>,
-    classes: &[SampleClass],
-) -> Vec<String> {
-    let mut notes = Vec::new();
-    scenes(parameters, classes, &mut |own| {
+pub(super) fn notes(object: RecipeObject) -> Vec<String> {
+    let scenes = object.scenes();
+    let mut notes = needs::notes(object, &scenes);
+    for own in &scenes {
         notes.extend(slices::note(object.contents.slices.as_deref(), own));
         if object.subject == Some(Subject::Blister) {
             notes.extend(object::note(own));
         }
-    });
-    notes
-}
-
-/// The parameters of the top level, then of each class.
-fn scenes(parameters: &BTreeMap<String, Distribution>, classes: &[SampleClass], each: &mut dyn FnMut(&DrawBounds)) {
-    each(&DrawBounds { prefix: "", base: parameters, overrides: &BTreeMap::new() });
-    for class in classes {
-        let prefix = format!("classes.{}.", class.name);
-        each(&DrawBounds { prefix: &prefix, base: parameters, overrides: &class.overrides });
     }
+    notes
 }
 
 /// The settings together.
 fn settings(yaml: &mut YamlReader, subject: Option<Subject>, settings: &Settings) {
+    needs::refuse_settings(yaml, subject, settings);
     transport::check(yaml, subject, settings);
     picture::settings(yaml, subject, settings);
     slices::settings(yaml, subject, settings);
     laser::settings(yaml, settings);
     motion::settings(yaml, subject, settings);
-    camera::settings(yaml, settings);
     postprocess::settings(yaml, settings);
     let size = settings.size();
     if size.columns * size.profiles > MAX_PIXELS {
@@ -99,7 +96,7 @@ fn settings(yaml: &mut YamlReader, subject: Option<Subject>, settings: &Settings
             size.profiles,
             size.columns * size.profiles
         );
-        yaml.joint_fault(&paths("scan", &["profiles", "columns"]), problem, format!("stay at or below {MAX_PIXELS}"));
+        yaml.joint_fault(&["scan.profiles", "scan.columns"], problem, format!("stay at or below {MAX_PIXELS}"));
     }
     let output = settings.output();
     for (name, bin, whole) in
@@ -129,15 +126,16 @@ fn settings(yaml: &mut YamlReader, subject: Option<Subject>, settings: &Settings
         let least = (size.profiles * frame).div_ceil(MAX_FRAME_PIXELS);
         let remedy =
             format!("at most 4 GiB are kept: {{every: {least}}} or more, fewer camera.rows, or fewer profiles");
-        yaml.joint_fault(&["output.sensor_stack".to_owned()], problem, remedy);
+        yaml.joint_fault(&["output.sensor_stack"], problem, remedy);
     }
     let extraction = settings.extraction();
     let (offset, width) = (extraction.scatter_offset_rows, extraction.scatter_width_rows);
-    let keys = paths("extraction", &["scatter_width_rows", "scatter_offset_rows", "scatter_mode"]);
+    let keys =
+        ["extraction.scatter_width_rows", "extraction.scatter_offset_rows", "extraction.scatter_mode", "exposure.bits"];
     if offset + width > HALF_WINDOW {
         let problem =
             format!("offset {offset} and width {width} reach {} rows, beyond the 31-row window", offset + width - 1);
-        yaml.joint_fault(&keys, problem, format!("offset and width together are at most {HALF_WINDOW}"));
+        yaml.joint_fault(&keys[..3], problem, format!("offset and width together are at most {HALF_WINDOW}"));
     }
     let summed = match extraction.scatter_mode {
         ScatterMode::Symmetric => 2 * width - usize::from(offset == 0),
@@ -147,21 +145,17 @@ fn settings(yaml: &mut YamlReader, subject: Option<Subject>, settings: &Settings
     let (bits, fitting) =
         (settings.readout().bits, usize::from(u16::MAX / settings.readout().most()).min(MAX_SUMMED_ROWS));
     if summed > fitting {
-        let keys: Vec<_> = keys.into_iter().chain(paths("exposure", &["bits"])).collect();
         let problem = format!("{summed} rows of {bits} bits are summed");
         yaml.joint_fault(&keys, problem, format!("at most {fitting} fit in 16 bits"));
     }
     let splits = settings.splits();
     let sum = splits.train + splits.validation + splits.test;
     if (sum - 1.0).abs() > SUM_SLACK {
-        let keys = paths("splits", &["train", "validation", "test"]);
         let [train, validation, test, sum] =
             [splits.train, splits.validation, splits.test, sum].map(|share| number_text((share * 1e9).round() / 1e9));
-        yaml.joint_fault(
-            &keys,
-            format!("train {train}, validation {validation} and test {test} sum to {sum}"),
-            "make them sum to 1; one that is not given has its default",
-        );
+        let problem = format!("train {train}, validation {validation} and test {test} sum to {sum}");
+        let remedy = "make them sum to 1; one that is not given has its default";
+        yaml.joint_fault(&["splits.train", "splits.validation", "splits.test"], problem, remedy);
     }
 }
 
@@ -206,8 +200,4 @@ fn scene(yaml: &mut YamlReader, object: RecipeObject, scene: &DrawBounds) {
         Some(Subject::Mesh) => object::mesh(yaml, scene, object.contents.mesh.as_deref()),
         None => {}
     }
-}
-
-fn paths(section: &str, names: &[&str]) -> Vec<String> {
-    names.iter().map(|name| format!("{section}.{name}")).collect()
 }

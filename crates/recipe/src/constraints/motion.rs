@@ -16,14 +16,13 @@ pub(super) fn settings(yaml: &mut YamlReader, subject: Option<Subject>, settings
     if settings.motion.kind == Movement::Linear {
         return;
     }
-    let keys = |other: &str| ["motion.kind".to_owned(), other.to_owned()];
     if subject == Some(Subject::Blister) {
         let problem = "a pack hides and lights itself, which is worked out for a straight way alone";
-        yaml.joint_fault(&keys("subject"), problem.to_owned(), "give `kind: linear`, or another subject");
+        yaml.joint_fault(&["motion.kind", "subject"], problem, "give `kind: linear`, or another subject");
     }
     if settings.transport.model != TransportName::Kernel {
         let problem = format!("`transport: {}` knows a straight way alone", settings.transport.model.name());
-        yaml.joint_fault(&keys("transport.model"), problem, "give `kind: linear` or `transport: kernel`");
+        yaml.joint_fault(&["motion.kind", "transport.model"], problem, "give `kind: linear` or `transport: kernel`");
     }
 }
 

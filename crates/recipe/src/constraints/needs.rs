@@ -4,10 +4,8 @@
 //! its default: nothing that is written is passed over in silence. A number of an object that no sample may have is
 //! noted instead: a recipe may keep it for classes to come.
 
-use std::collections::BTreeMap;
-
+use super::RecipeObject;
 use super::bounds::DrawBounds;
-use crate::class::SampleClass;
 use crate::distribution::Distribution;
 use crate::keys;
 use crate::keys::idle::{Idle, Wording};
@@ -23,32 +21,30 @@ const LOG_SOURCE: &str = "log.source";
 /// Reflectance above which facets are taken for metal ([`base::Gloss::is_metal`]) [1].
 const MIN_METAL_REFLECTANCE: f64 = 0.5;
 
-/// Notes parameters that have no effect, at the top level and in each class.
-pub(crate) fn refuse(
-    yaml: &mut YamlReader,
-    subject: Option<Subject>,
-    settings: &Settings,
-    base: &BTreeMap<String, Distribution>,
-    classes: &[SampleClass],
-) {
-    idle(Unmet::Refused, (subject, settings, base, classes), &mut |key, problem, remedy| {
-        yaml.joint_fault(&[key], problem, remedy);
-    });
+/// Notes settings that have no effect.
+pub(super) fn refuse_settings(yaml: &mut YamlReader, subject: Option<Subject>, settings: &Settings) {
+    // What an object needs is open while the subject is a fault itself.
+    let known = keys::sections(subject).filter(|section| subject.is_some() || section.subjects.is_empty());
+    for setting in known.flat_map(|section| section.settings) {
+        if let Some((problem, remedy)) = setting.refusal(settings, yaml) {
+            yaml.joint_fault(&[setting.path], problem, remedy);
+        }
+    }
+}
+
+/// Notes parameters that have no effect, at the top level and in each class, whose bounds are `scenes`.
+pub(super) fn refuse(yaml: &mut YamlReader, object: RecipeObject, scenes: &[DrawBounds]) {
+    idle(Unmet::Refused, object, scenes, &mut |key, problem, remedy| yaml.joint_fault(&[key], problem, remedy));
 }
 
 /// What parameters have no effect although a recipe may have them, each with what to do.
-pub(crate) fn notes(
-    subject: Option<Subject>,
-    settings: &Settings,
-    base: &BTreeMap<String, Distribution>,
-    classes: &[SampleClass],
-) -> Vec<String> {
+pub(super) fn notes(object: RecipeObject, scenes: &[DrawBounds]) -> Vec<String> {
     let mut notes = Vec::new();
-    idle(Unmet::Noted, (subject, settings, base, classes), &mut |key, problem, remedy| {
+    idle(Unmet::Noted, object, scenes, &mut |key, problem, remedy| {
         notes.push(format!("{key} {problem}; {remedy}"));
     });
-    if subject == Some(Subject::Wood) {
-        narrowed(base, classes, &mut notes);
+    if object.subject == Some(Subject::Wood) {
+        narrowed(scenes, &mut notes);
     }
     notes
 }
@@ -61,15 +57,14 @@ pub(super) fn not_zero(settings: &Settings, scene: &DrawBounds, path: &str) -> V
 }
 
 /// Notes tubes of wood that can be drawn wider than so many have room for.
-fn narrowed(base: &BTreeMap<String, Distribution>, classes: &[SampleClass], notes: &mut Vec<String>) {
+fn narrowed(scenes: &[DrawBounds], notes: &mut Vec<String>) {
     for (count, width, tubes) in [
         ("anatomy.canals_per_mm2", "anatomy.canal_um", "canals"),
         ("anatomy.pores_per_mm2", "anatomy.pore_um", "vessels"),
     ] {
-        for class in classes {
-            let own = [count, width].iter().any(|path| class.overrides.contains_key(*path));
-            let prefix = if own { format!("classes.{}.", class.name) } else { String::new() };
-            let scene = DrawBounds { prefix: &prefix, base, overrides: &class.overrides };
+        for scene in &scenes[1..] {
+            let own = [count, width].iter().any(|path| scene.overrides.contains_key(*path));
+            let prefix = if own { scene.prefix.as_str() } else { "" };
             let (most, widest) = (scene.most(count), scene.most(width));
             let room = widest_tube_um(most);
             if most > 0.0 && widest > room {
@@ -89,30 +84,24 @@ fn narrowed(base: &BTreeMap<String, Distribution>, classes: &[SampleClass], note
 /// The keys that have no effect, at the top level and in each class, with the reason and the remedy.
 fn idle(
     unmet: Unmet,
-    (subject, settings, base, classes): (Option<Subject>, &Settings, &BTreeMap<String, Distribution>, &[SampleClass]),
+    RecipeObject { subject, settings, parameters: base, .. }: RecipeObject,
+    scenes: &[DrawBounds],
     tell: &mut dyn FnMut(String, String, String),
 ) {
-    let none = BTreeMap::new();
-    let top = DrawBounds { prefix: "", base, overrides: &none };
-    let prefixes: Vec<_> = classes.iter().map(|class| format!("classes.{}.", class.name)).collect();
-    let scenes: Vec<_> = classes
-        .iter()
-        .zip(&prefixes)
-        .map(|(class, prefix)| DrawBounds { prefix, base, overrides: &class.overrides })
-        .collect();
+    let (top, of_classes) = (&scenes[0], &scenes[1..]);
     for parameter in keys::parameters(subject) {
         let path = parameter.path();
         let usual = Distribution::Fixed(parameter.default);
         let lack =
             |scene: &DrawBounds| needs(parameter, unmet).find_map(|need| refusal(need, subject, settings, scene));
         if base.get(&path) != Some(&usual)
-            && scenes.iter().all(|scene| lack(scene).is_some())
-            && let Some((problem, remedy)) = lack(&top).or_else(|| scenes.iter().find_map(lack))
+            && of_classes.iter().all(|scene| lack(scene).is_some())
+            && let Some((problem, remedy)) = lack(top).or_else(|| of_classes.iter().find_map(lack))
         {
             tell(path.clone(), problem, remedy);
         }
-        for (class, scene) in classes.iter().zip(&scenes) {
-            let is_own = class.overrides.get(&path).is_some_and(|own| *own != usual);
+        for scene in of_classes {
+            let is_own = scene.overrides.get(&path).is_some_and(|own| *own != usual);
             if is_own && let Some((problem, remedy)) = lack(scene) {
                 tell(format!("{}{path}", scene.prefix), problem, remedy);
             }
@@ -219,7 +208,7 @@ fn not_chosen(
     wording: Wording,
 ) -> Option<(String, String)> {
     let chosen = word(settings, path);
-    (!words.contains(&&*chosen)).then(|| Idle { path, chosen, words: words.to_vec(), wording }.refusal())
+    (!words.contains(&&*chosen)).then(|| Idle { path, chosen, words: words.to_vec(), wording, remedy: None }.refusal())
 }
 
 /// The word of the setting at `path`.

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use base::Need;
 use serde_json::Value;
 
-use super::bounds::DrawBounds;
+use super::bounds::{DrawBounds, NO_OVERRIDES};
 use super::needs;
 use crate::distribution::Distribution;
 use crate::keys;
@@ -56,7 +56,7 @@ impl SampleNeeds {
         let base: BTreeMap<String, Distribution> = drawn
             .map(|(path, value)| ((*path).to_owned(), Distribution::Fixed(value.unwrap_or_else(|| usual(path)))))
             .collect();
-        let scene = DrawBounds { prefix: "", base: &base, overrides: &BTreeMap::new() };
+        let scene = DrawBounds { prefix: String::new(), base: &base, overrides: &NO_OVERRIDES };
         self.needs.iter().any(|need| needs::is_unmet(*need, Some(self.subject), self.source, &scene))
     }
 }

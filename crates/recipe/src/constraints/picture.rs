@@ -1,41 +1,20 @@
 //! Constraints between a board and the picture that it is cut from.
 
 use super::bounds::DrawBounds;
-use crate::keys::settings::{PictureSettings, Setting, Settings};
+use crate::keys::settings::Settings;
 use crate::subject::Subject;
 use optical_bench::settings::LogSource;
 use wood_picture::BoardPicture;
 use yaml::{YamlReader, number_text};
 
-/// A board from a picture has one, and what is said of pictures has an effect on such boards alone.
+/// A board from a picture has one.
 pub(super) fn settings(yaml: &mut YamlReader, subject: Option<Subject>, settings: &Settings) {
-    if subject != Some(Subject::Wood) {
-        return;
-    }
-    if settings.log.source == LogSource::Picture {
+    if subject == Some(Subject::Wood) && settings.log.source == LogSource::Picture {
         // A file that is named and cannot be read is a fault of its own.
         let told = ["picture.file", "picture.fibres"].iter().any(|key| yaml.has_fault_of(key));
         if settings.picture.file.asset().is_none() && settings.picture.fibres.asset().is_none() && !told {
             let remedy = "give `picture: {file: ..., pixel_mm: ...}`, or `fibres` there";
-            yaml.joint_fault(&["log.source".to_owned()], "is `picture`, and no picture is named", remedy);
-        }
-        return;
-    }
-    refuse_elsewhere(yaml, settings, PictureSettings::SETTINGS, LogSource::Picture);
-}
-
-/// Notes settings that differ from their defaults although boards come from elsewhere than `home`.
-pub(super) fn refuse_elsewhere(yaml: &mut YamlReader, settings: &Settings, own: &[Setting], home: LogSource) {
-    let usual = Settings::default();
-    for setting in own {
-        let is_named = yaml.has(setting.path) && (setting.asset)(settings).is_some();
-        if is_named || (setting.canonical)(settings) != (setting.canonical)(&usual) {
-            let problem = format!("has no effect while `log.source` is `{}`", settings.log.source.name());
-            yaml.joint_fault(
-                &[setting.path.to_owned()],
-                problem,
-                format!("give `{}` there, or remove it", home.name()),
-            );
+            yaml.joint_fault(&["log.source"], "is `picture`, and no picture is named", remedy);
         }
     }
 }

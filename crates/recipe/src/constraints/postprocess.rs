@@ -4,27 +4,15 @@ use super::bounds::DrawBounds;
 use super::needs;
 use crate::keys::settings::Settings;
 use optical_bench::parameters::SpeckleParameters;
-use optical_bench::settings::{Hdr, Order, Script};
+use optical_bench::settings::{Order, Script};
 use yaml::YamlReader;
 
 /// What the scripts take for granted of other settings.
 pub(super) fn settings(yaml: &mut YamlReader, settings: &Settings) {
-    let order = settings.postprocess.order;
-    let speckle = order.steps().contains(&Script::Speckle);
-    if order == Order::Physical {
-        return;
-    }
-    let idle = format!("has no effect on order `{}`", order.name());
-    let law = "speckle.law";
-    if yaml.has(law) && !speckle {
-        yaml.joint_fault(&[law.to_owned()], &*idle, "remove it");
-    }
-    if settings.exposure.hdr != Hdr::None {
-        yaml.joint_fault(&["exposure.hdr".to_owned()], &*idle, "remove it, or give `order: physical`");
-    }
+    let speckle = settings.postprocess.order.steps().contains(&Script::Speckle);
     let (size, mask) = (settings.postprocess.pattern_px, settings.postprocess.mask_px);
     if speckle && 2 * mask > size {
-        let keys = ["mask_px", "pattern_px"].map(|name| format!("postprocess.{name}"));
+        let keys = ["postprocess.mask_px", "postprocess.pattern_px"];
         yaml.joint_fault(&keys, format!("a disc of {mask} in a square of {size}"), "it is at most half as wide");
     }
 }

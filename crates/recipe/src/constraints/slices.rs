@@ -2,9 +2,8 @@
 //! lie.
 
 use super::bounds::DrawBounds;
-use super::picture::refuse_elsewhere;
 use crate::distribution::Distribution;
-use crate::keys::settings::{Settings, SlicesSettings};
+use crate::keys::settings::Settings;
 use crate::subject::Subject;
 use optical_bench::settings::LogSource;
 use wood_picture::{StackPlace, WoodVolume};
@@ -18,33 +17,28 @@ const SIZES: [&str; 3] = ["board.length_mm", "board.width_mm", "board.thickness_
 /// Shares of a face that may be air without a word, and at all [1]: its edges may lie on those of the wood.
 const AIR: [f32; 2] = [0.05, 0.5];
 
-/// A board from slices has some, their grey is a density and latewood the denser wood; what is said of slices has an
-/// effect on such boards alone.
+/// A board from slices has some, their grey is a density and latewood the denser wood.
 pub(super) fn settings(yaml: &mut YamlReader, subject: Option<Subject>, settings: &Settings) {
-    if subject != Some(Subject::Wood) {
-        return;
-    }
-    if settings.log.source != LogSource::Slices {
-        refuse_elsewhere(yaml, settings, SlicesSettings::SETTINGS, LogSource::Slices);
+    if subject != Some(Subject::Wood) || settings.log.source != LogSource::Slices {
         return;
     }
     let own = &settings.slices;
     // Slices that are named and cannot be read are a fault of their own.
     if own.stack.asset().is_none() && !yaml.has_fault_of("slices.stack") {
         let remedy = "give `slices: {stack: ..., pixel_mm: ..., white_kg_per_m3: ...}`";
-        yaml.joint_fault(&["log.source".to_owned()], "is `slices`, and no stack of slices is named", remedy);
+        yaml.joint_fault(&["log.source"], "is `slices`, and no stack of slices is named", remedy);
     }
     // Nor does one default beside a setting at fault say what was meant.
     if yaml.has_fault_of("slices") {
         return;
     }
     if own.black_kg_per_m3 == own.white_kg_per_m3 {
-        let keys = ["slices.white_kg_per_m3", "slices.black_kg_per_m3"].map(str::to_owned);
+        let keys = ["slices.white_kg_per_m3", "slices.black_kg_per_m3"];
         let problem = format!("black and white are both {} kg/m3", number_text(own.white_kg_per_m3));
         yaml.joint_fault(&keys, problem, "give the densities at grey 0 and at the end of the scale");
     }
     if own.earlywood_kg_per_m3 >= own.latewood_kg_per_m3 {
-        let keys = ["slices.latewood_kg_per_m3", "slices.earlywood_kg_per_m3"].map(str::to_owned);
+        let keys = ["slices.latewood_kg_per_m3", "slices.earlywood_kg_per_m3"];
         let [early, late] = [own.earlywood_kg_per_m3, own.latewood_kg_per_m3].map(number_text);
         yaml.joint_fault(&keys, format!("latewood has {late} kg/m3, and earlywood {early}"), "latewood is the denser");
     }

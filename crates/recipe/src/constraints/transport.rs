@@ -22,18 +22,14 @@ fn knows(model: TransportName, subject: Subject) -> bool {
 pub(super) fn check(yaml: &mut YamlReader, subject: Option<Subject>, settings: &Settings) {
     let model = settings.transport.model;
     if let Some(subject) = subject.filter(|subject| !knows(model, *subject)) {
-        let keys = ["transport.model".to_owned(), "transport".to_owned()];
         let (lack, remedy) = match subject {
             Subject::Mesh => ("no part that overhangs", "give `kernel`"),
             Subject::Wood | Subject::Blister | Subject::Sawtooth => {
                 ("no film over air", "give `kernel`, or `path` for single profiles")
             }
         };
-        yaml.joint_fault(
-            &keys,
-            format!("`{}` knows {lack}, and the subject is `{}`", model.name(), subject.name()),
-            remedy,
-        );
+        let problem = format!("`{}` knows {lack}, and the subject is `{}`", model.name(), subject.name());
+        yaml.joint_fault(&["transport.model", "transport"], problem, remedy);
     }
 }
 

@@ -3,6 +3,61 @@
 use super::*;
 use exact::{UnitHistogram, kolmogorov_smirnov, likelihood_ratio, likelihood_ratio_chance};
 
+/// How one number is drawn.
+pub(crate) enum DrawLaw {
+    /// Always the same.
+    Fixed(f64),
+    /// One of some numbers, ascending, each with its chance above 0; the chances sum to 1.
+    Discrete(Vec<(f64, f64)>),
+    /// Any number between two, with the distribution function: 0 at the smallest, 1 at the largest.
+    Continuous { min: f64, max: f64, cdf: Box<dyn Fn(f64) -> f64> },
+}
+
+impl Distribution {
+    /// The law of [`Self::draw`] for `parameter`.
+    ///
+    /// A draw is a sample, rounded where the parameter is a count, that was made again until it lay within the bounds:
+    /// so the law is that of the samples, cut at the bounds.
+    pub(crate) fn law(&self, parameter: &Parameter) -> DrawLaw {
+        let (min, max) = self.bounds(parameter);
+        if min >= max {
+            return DrawLaw::Fixed(min);
+        }
+        let of = self.untruncated();
+        let mut cells = match of.weighed(parameter.integer) {
+            Some(cells) => cells,
+            None if parameter.integer => {
+                let count = |i: u64| min + i as f64;
+                let chance = |k: f64| of.mass(k - 0.5, k + 0.5, 0.5);
+                (0..=(max - min) as u64).map(|i| (count(i), chance(count(i)))).collect()
+            }
+            None => {
+                assert!(self.is_on_a_scale(parameter));
+                let (of, inside) = (of.clone(), of.mass(min, max, 0.0));
+                let below = Box::new(move |x: f64| (of.mass(min, x, 0.0) / inside).clamp(0.0, 1.0));
+                return DrawLaw::Continuous { min, max, cdf: below };
+            }
+        };
+        assert!(!self.is_on_a_scale(parameter));
+        // The sum takes the sign from -0.
+        cells.iter_mut().for_each(|cell| cell.0 += 0.0);
+        cells.retain(|(value, chance)| (min..=max).contains(value) && *chance > 0.0);
+        cells.sort_by(|a, b| a.0.total_cmp(&b.0));
+        cells.dedup_by(|next, kept| {
+            let same = next.0 == kept.0;
+            if same {
+                kept.1 += next.1;
+            }
+            same
+        });
+        let sum: f64 = cells.iter().map(|cell| cell.1).sum();
+        match cells.as_slice() {
+            [(value, _)] => DrawLaw::Fixed(*value),
+            _ => DrawLaw::Discrete(cells.into_iter().map(|(value, chance)| (value, chance / sum)).collect()),
+        }
+    }
+}
+
 const REAL: Parameter = Parameter {
     group: "test",
     name: "x",

@@ -3,8 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::*;
-use crate::distribution::tests::chance;
-use numerics::chance::DrawLaw;
+use crate::distribution::tests::{DrawLaw, chance};
 
 /// Every form of distribution; in class `b` the waist is a number and the tilt has another form.
 const BASE: &str = "

@@ -109,41 +109,25 @@ pub(crate) fn take(
         alternative.of.iter().for_each(|key| yaml.stands_for(&map.path_of(alternative.name), &map.path_of(key)));
     }
     let find = |name: &str| given.iter().find(|(alternative, _)| alternative.name == name).map(|(_, node)| *node);
-    if let Some(node) = find("waist_fwhm_mm") {
-        let path = map.path_of("waist_fwhm_mm");
-        let read = scaled(yaml, node, &path, (LaserParameters::PARAMETERS, "waist_mm"), FWHM);
-        parameters.extend(read.map(|width| ("laser.waist_mm".to_owned(), width)));
-    }
-    if let Some(node) = find("speed_mm_per_s") {
-        let path = map.path_of("speed_mm_per_s");
-        match parameters.get("motion.line_rate_hz") {
-            Some(&Distribution::Fixed(rate)) if rate > 0.0 => {
-                let read = scaled(yaml, node, &path, (MotionParameters::PARAMETERS, "step_mm"), rate);
-                parameters.extend(read.map(|step| ("motion.step_mm".to_owned(), step)));
-            }
-            _ => yaml.fault(
-                node.place,
-                &path,
-                "is a distance between profiles only beside their rate",
-                "give `line_rate_hz` beside it, a number above 0, or `step_mm` in its place",
-            ),
-        }
+    let rate = match parameters.get("motion.line_rate_hz") {
+        Some(&Distribution::Fixed(rate)) if rate > 0.0 => Some(rate),
+        _ => None,
+    };
+    for (name, of, factor) in
+        [("waist_fwhm_mm", "laser.waist_mm", Some(FWHM)), ("speed_mm_per_s", "motion.step_mm", rate)]
+    {
+        let (Some(node), Some(own)) = (find(name), super::parameter(None, of)) else { continue };
+        let path = map.path_of(name);
+        let Some(factor) = factor else {
+            let remedy = "give `line_rate_hz` beside it, a number above 0, or `step_mm` in its place";
+            yaml.fault(node.place, &path, "is a distance between profiles only beside their rate", remedy);
+            continue;
+        };
+        let shown = Parameter { min: own.min * factor, max: own.max * factor, ..*own };
+        let read = distribution::distribution(yaml, node, &path, &shown);
+        parameters.extend(read.map(|read| (of.to_owned(), read.scaled(1.0 / factor))));
     }
     triangle(yaml, map, (find("working_distance_mm"), find("baseline_mm")), parameters);
-}
-
-/// What is read for `factor` times the parameter of this name, as that parameter.
-fn scaled(
-    yaml: &mut YamlReader,
-    node: &YamlNode,
-    path: &str,
-    (table, name): (&'static [Parameter], &str),
-    factor: f64,
-) -> Option<Distribution> {
-    let own = table.iter().find(|parameter| parameter.name == name)?;
-    let shown = Parameter { min: own.min * factor, max: own.max * factor, ..*own };
-    let read = distribution::distribution(yaml, node, path, &shown)?;
-    Some(read.scaled(1.0 / factor))
 }
 
 /// Distance and tilt from the legs of the triangle.

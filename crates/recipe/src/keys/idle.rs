@@ -10,6 +10,8 @@ pub(crate) struct Idle {
     pub words: Vec<&'static str>,
     /// How it is said.
     pub wording: Wording,
+    /// What to do instead of what follows from the words.
+    pub remedy: Option<&'static str>,
 }
 
 /// How it is said that a key has no effect.
@@ -28,11 +30,11 @@ pub(crate) enum Wording {
 impl Idle {
     /// What is wrong with the key, and what to do.
     pub fn refusal(&self) -> (String, String) {
-        let Self { path, chosen, words, wording } = self;
+        let Self { path, chosen, words, wording, .. } = self;
         let key = path.rsplit_once('.').map_or(*path, |(_, key)| key);
         let any = words.join("` or `");
         let one = if let [_] = words.as_slice() { "that" } else { "one of them" };
-        match wording {
+        let (problem, remedy) = match wording {
             Wording::On => {
                 let give = if let [word] = words.as_slice() { format!("`{key}: {word}`") } else { one.to_owned() };
                 let remedy = format!("it is for {key} `{any}`: give {give}, or remove it");
@@ -51,6 +53,7 @@ impl Idle {
                 let remedy = format!("give `{any}` there, or remove it");
                 (format!("has no effect while `{path}` is `{chosen}`"), remedy)
             }
-        }
+        };
+        (problem, self.remedy.map_or(remedy, str::to_owned))
     }
 }

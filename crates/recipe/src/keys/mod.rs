@@ -8,7 +8,6 @@ mod datasheet_words;
 pub(super) mod idle;
 pub(crate) mod setting_type;
 pub(super) mod settings;
-pub(super) mod texture;
 
 use base::Parameter;
 use procedural::blister::{Card, Defects, Foil, Pocket, Tablet, Web};

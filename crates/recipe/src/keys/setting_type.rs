@@ -3,7 +3,7 @@
 use serde_json::{Value as Json, json};
 
 use crate::asset::{Asset, BuiltIn};
-use crate::asset_source::{AssetFolders, AssetRequest, AssetSource};
+use crate::asset_source::{AssetRequest, AssetSource};
 use optical_bench::settings::{Channel, SensorStack, Words};
 use yaml::{NumberRange, YamlNode, YamlReader, YamlValue, nearest_spelling, number_text};
 
@@ -119,11 +119,17 @@ impl SettingType for GroupSize {
 /// A number from the first to the second of a unit, empty for none.
 pub(crate) struct Number(pub f64, pub f64, pub &'static str);
 
+impl Number {
+    fn range(&self) -> NumberRange {
+        NumberRange { min: self.0, max: self.1, whole: false, unit: self.2 }
+    }
+}
+
 impl SettingType for Number {
     type Value = f64;
 
     fn read(&self, yaml: &mut YamlReader, node: &YamlNode, path: &str) -> Option<f64> {
-        yaml.number_in(node, path, NumberRange { min: self.0, max: self.1, whole: false, unit: self.2 })
+        yaml.number_in(node, path, self.range())
     }
 
     fn json(&self, value: &f64) -> Json {
@@ -131,9 +137,7 @@ impl SettingType for Number {
     }
 
     fn allowed(&self) -> String {
-        let Self(min, max, unit) = self;
-        let blank = if unit.is_empty() { "" } else { " " };
-        format!("a number from {min} to {max}{blank}{unit}")
+        self.range().to_string()
     }
 
     fn unit_and_range(&self) -> Option<(&'static str, String)> {
@@ -168,10 +172,7 @@ impl<T: Noun> SettingType for Auto<T> {
     fn read(&self, yaml: &mut YamlReader, node: &YamlNode, path: &str) -> Option<Option<T::Value>> {
         match &node.value {
             YamlValue::Text(text) if text == "auto" => Some(None),
-            YamlValue::Text(text) => {
-                yaml.unknown_word(node.place, path, text, &["auto", T::NOUN]);
-                None
-            }
+            YamlValue::Text(text) => yaml.unknown_word(node.place, path, text, &["auto", T::NOUN]),
             _ => self.0.read(yaml, node, path).map(Some),
         }
     }
@@ -199,10 +200,8 @@ impl SettingType for OneOf {
         let allowed = self.allowed();
         let number = yaml.number(node, path, &allowed)?;
         let found = self.0.iter().copied().find(|count| *count as f64 == number);
-        if found.is_none() {
-            yaml.fault(node.place, path, format!("{number} is not allowed"), format!("give {allowed}"));
-        }
-        found
+        let problem = || format!("{number} is not allowed");
+        found.or_else(|| yaml.refuse(node.place, path, problem(), format!("give {allowed}")))
     }
 
     fn json(&self, value: &usize) -> Json {
@@ -225,11 +224,7 @@ impl SettingType for Flag {
     type Value = bool;
 
     fn read(&self, yaml: &mut YamlReader, node: &YamlNode, path: &str) -> Option<bool> {
-        if let YamlValue::Flag(flag) = node.value {
-            return Some(flag);
-        }
-        yaml.fault(node.place, path, format!("is {}", node.value.kind()), "give true or false");
-        None
+        yaml.flag(node, path)
     }
 
     fn json(&self, value: &bool) -> Json {
@@ -281,12 +276,8 @@ impl SettingType for Channels {
     type Value = Vec<Channel>;
 
     fn read(&self, yaml: &mut YamlReader, node: &YamlNode, path: &str) -> Option<Vec<Channel>> {
-        let YamlValue::List(entries) = &node.value else {
-            yaml.fault(node.place, path, format!("is {}", node.value.kind()), format!("give {}", self.allowed()));
-            return None;
-        };
         let mut chosen = Vec::new();
-        for entry in entries {
+        for entry in yaml.list(node, path, &self.allowed())? {
             let channel = yaml.word(entry, path, &Channel::NAMES).and_then(Channel::named)?;
             if chosen.contains(&channel) {
                 yaml.fault(entry.place, path, format!("lists `{}` twice", channel.name()), "remove one of them");
@@ -335,8 +326,7 @@ impl SettingType for StackChoice {
         };
         if !matches!(node.value, YamlValue::Map(_)) {
             let meant = meant.map(|word| format!("did you mean `{word}`? ")).unwrap_or_default();
-            yaml.fault(node.place, path, format!("is {}", node.value.kind()), format!("{meant}{remedy}"));
-            return None;
+            return yaml.refuse(node.place, path, format!("is {}", node.value.kind()), format!("{meant}{remedy}"));
         }
         let mut map = yaml.mapping(node, path);
         let every = map.take(yaml, "every");
@@ -365,16 +355,18 @@ impl SettingType for StackChoice {
     }
 }
 
-/// A file of at most some MB, or one of those that are built in; `none` where a recipe can do without.
-pub(crate) struct File(pub usize, pub &'static [BuiltIn], pub Absence);
+/// A file of at most some MB, or one of those that are built in.
+pub(crate) struct File(pub usize, pub &'static [BuiltIn], pub FileForm);
 
-/// Whether a recipe can do without a file.
+/// What a name of a file stands for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Absence {
-    /// `none` is allowed.
-    Allowed,
-    /// There is always one.
-    Refused,
+pub(crate) enum FileForm {
+    /// A file: a recipe cannot do without.
+    Needed,
+    /// A file, or `none`.
+    Optional,
+    /// A tar of PNG files, or a folder of them, which counts as a tar; or `none`.
+    OptionalStack,
 }
 
 /// A file that a recipe names, and its content once it is read.
@@ -408,65 +400,11 @@ impl NamedFile {
     }
 }
 
-impl File {
-    /// Reads what a file or a folder is called, and which content it must have; `allowed` is what may be there, in
-    /// words.
-    fn named(&self, yaml: &mut YamlReader, node: &YamlNode, path: &str, allowed: &str) -> Option<NamedFile> {
-        match &node.value {
-            YamlValue::Text(text) if text == NamedFile::NONE_NAME && self.2 == Absence::Allowed => {
-                return Some(NamedFile::NONE);
-            }
-            YamlValue::Map(_) => {}
-            _ => return file_name(yaml, node, path, allowed).map(|name| NamedFile::new(&name)),
-        }
-        let mut map = yaml.mapping(node, path);
-        let (name, sum) = (map.take(yaml, "name"), map.take(yaml, "sha256"));
-        let (name_path, sum_path) = (map.path_of("name"), map.path_of("sha256"));
-        map.close(yaml, &["name", "sha256"], &|_| None);
-        let Some(name) = name else {
-            yaml.fault(node.place, &name_path, "is missing", format!("give {allowed}"));
-            return None;
-        };
-        let name = file_name(yaml, name, &name_path, allowed)?;
-        let sha256 = match sum {
-            Some(node) => Some(sha256(yaml, node, &sum_path)?),
-            None => None,
-        };
-        Some(NamedFile { name: Some(name), sha256, asset: None })
-    }
-
-    /// Reads the content of what is named; a folder counts where `folders` says so.
-    fn content(
-        &self,
-        value: &mut NamedFile,
-        yaml: &mut YamlReader,
-        path: &str,
-        files: &AssetSource,
-        folders: AssetFolders,
-    ) {
-        let Some(name) = &value.name else { return };
-        let Self(max_mb, built_in, _) = *self;
-        let sha256 = value.sha256.as_deref();
-        let wanted = AssetRequest { key: path, name, sha256, max_bytes: max_mb << 20, built_in, folders };
-        match files.find(&wanted) {
-            Ok(asset) => value.asset = Some(asset),
-            Err(fault) => yaml.joint_fault(&[path.to_owned()], fault.problem, fault.remedy),
-        }
-    }
-
-    /// What is built in, in words, behind what else is allowed.
-    fn or_built_in(&self) -> String {
-        let names: Vec<_> = self.1.iter().map(|(name, _)| *name).collect();
-        if names.is_empty() { String::new() } else { format!(", or the built-in {}", names.join(" or ")) }
-    }
-}
-
 /// The name of a file.
 fn file_name(yaml: &mut YamlReader, node: &YamlNode, path: &str, allowed: &str) -> Option<String> {
     let name = yaml.text(node, path, allowed)?;
     if name.is_empty() {
-        yaml.fault(node.place, path, "is empty", format!("give {allowed}"));
-        return None;
+        return yaml.refuse(node.place, path, "is empty", format!("give {allowed}"));
     }
     Some(name.to_owned())
 }
@@ -477,20 +415,48 @@ fn sha256(yaml: &mut YamlReader, node: &YamlNode, path: &str) -> Option<String> 
     let text = yaml.text(node, path, allowed)?;
     let digits = text.len() == 64 && text.bytes().all(|c| matches!(c, b'0'..=b'9' | b'a'..=b'f'));
     if !digits {
-        yaml.fault(node.place, path, "is no SHA-256", format!("give {allowed}"));
+        return yaml.refuse(node.place, path, "is no SHA-256", format!("give {allowed}"));
     }
-    digits.then(|| text.to_owned())
+    Some(text.to_owned())
 }
 
 impl SettingType for File {
     type Value = NamedFile;
 
     fn read(&self, yaml: &mut YamlReader, node: &YamlNode, path: &str) -> Option<NamedFile> {
-        self.named(yaml, node, path, &self.allowed())
+        let allowed = self.allowed();
+        match &node.value {
+            YamlValue::Text(text) if text == NamedFile::NONE_NAME && self.2 != FileForm::Needed => {
+                return Some(NamedFile::NONE);
+            }
+            YamlValue::Map(_) => {}
+            _ => return file_name(yaml, node, path, &allowed).map(|name| NamedFile::new(&name)),
+        }
+        let mut map = yaml.mapping(node, path);
+        let (name, sum) = (map.take(yaml, "name"), map.take(yaml, "sha256"));
+        let (name_path, sum_path) = (map.path_of("name"), map.path_of("sha256"));
+        map.close(yaml, &["name", "sha256"], &|_| None);
+        let Some(name) = name else {
+            return yaml.refuse(node.place, &name_path, "is missing", format!("give {allowed}"));
+        };
+        let name = file_name(yaml, name, &name_path, &allowed)?;
+        let sha256 = match sum {
+            Some(node) => Some(sha256(yaml, node, &sum_path)?),
+            None => None,
+        };
+        Some(NamedFile { name: Some(name), sha256, asset: None })
     }
 
     fn load(&self, value: &mut NamedFile, yaml: &mut YamlReader, path: &str, files: &AssetSource) {
-        self.content(value, yaml, path, files, AssetFolders::Refused);
+        let Some(name) = &value.name else { return };
+        let Self(max_mb, built_in, form) = *self;
+        let sha256 = value.sha256.as_deref();
+        let folders = form == FileForm::OptionalStack;
+        let wanted = AssetRequest { key: path, name, sha256, max_bytes: max_mb << 20, built_in, folders };
+        match files.find(&wanted) {
+            Ok(asset) => value.asset = Some(asset),
+            Err(fault) => yaml.joint_fault(&[path], fault.problem, fault.remedy),
+        }
     }
 
     fn json(&self, value: &NamedFile) -> Json {
@@ -506,51 +472,19 @@ impl SettingType for File {
     }
 
     fn allowed(&self) -> String {
-        format!("the name of a file of at most {} MB{}", self.0, self.or_built_in())
+        let what = match self.2 {
+            FileForm::Needed | FileForm::Optional => "a file",
+            FileForm::OptionalStack => "a folder of PNG files, or of a tar of them,",
+        };
+        let names: Vec<_> = self.1.iter().map(|(name, _)| *name).collect();
+        let built_in =
+            if names.is_empty() { String::new() } else { format!(", or the built-in {}", names.join(" or ")) };
+        format!("the name of {what} of at most {} MB{built_in}", self.0)
     }
 
     fn schema(&self) -> Json {
         let name = json!({ "type": "string", "minLength": 1 });
         let sha256 = json!({ "type": "string", "pattern": "^[0-9a-f]{64}$" });
         json!({ "oneOf": [name, object(&json!({ "name": name, "sha256": sha256 }), "name")] })
-    }
-}
-
-/// The same, or a folder of PNG files, which counts as a tar of them.
-pub(crate) struct FolderOrFile(pub File);
-
-impl SettingType for FolderOrFile {
-    type Value = NamedFile;
-
-    fn read(&self, yaml: &mut YamlReader, node: &YamlNode, path: &str) -> Option<NamedFile> {
-        self.0.named(yaml, node, path, &self.allowed())
-    }
-
-    fn load(&self, value: &mut NamedFile, yaml: &mut YamlReader, path: &str, files: &AssetSource) {
-        self.0.content(value, yaml, path, files, AssetFolders::AsTar);
-    }
-
-    fn json(&self, value: &NamedFile) -> Json {
-        self.0.json(value)
-    }
-
-    fn canonical(&self, value: &NamedFile) -> Option<Json> {
-        self.0.canonical(value)
-    }
-
-    fn asset<'v>(&self, value: &'v NamedFile) -> Option<&'v Asset> {
-        value.asset()
-    }
-
-    fn allowed(&self) -> String {
-        format!(
-            "the name of a folder of PNG files, or of a tar of them, of at most {} MB{}",
-            self.0.0,
-            self.0.or_built_in()
-        )
-    }
-
-    fn schema(&self) -> Json {
-        self.0.schema()
     }
 }

@@ -5,6 +5,7 @@
 //! of each knot, and SHA-256 of all that; numbers are little-endian, of 32 bits. What is not so to the bit is as if it
 //! were not there.
 
+use crate::asset::hex;
 use files::Cache;
 use glam::{Vec2, Vec3};
 use sha2::{Digest, Sha256};
@@ -47,10 +48,6 @@ fn name(grey: &[f32], size: [usize; 2], pixel_mm: [f32; 2], settings: &PictureAn
         hash.update(row.iter().flat_map(|number| number.to_le_bytes()).collect::<Vec<u8>>());
     }
     format!("{}.fibres", hex(&hash.finalize()))
-}
-
-fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 fn written(map: &FibreMap, name: &str) -> Vec<u8> {

@@ -201,7 +201,7 @@ fn read(yaml: &mut YamlReader, root: &YamlNode, head: &DatasetHead) -> Option<Si
         && !head.images.holds("label")
     {
         let remedy = "write `output: {png: [..., label]}` in the recipe and make the dataset anew";
-        yaml.joint_fault(&["task".into()], "the dataset has no images of `label` to hold it to", remedy);
+        yaml.joint_fault(&["task"], "the dataset has no images of `label` to hold it to", remedy);
     }
     let whole = [head.images.rows as usize, head.images.cols as usize];
     let window = match top.take(yaml, "window_px") {
@@ -211,7 +211,7 @@ fn read(yaml: &mut YamlReader, root: &YamlNode, head: &DatasetHead) -> Option<Si
     };
     if let (Some(ModelTask::Objects | ModelTask::Pixels), Some(None)) = (task, window) {
         let remedy = "give the rows and columns that are cut out around each, `window_px: [64, 64]`";
-        yaml.joint_fault(&["window_px".into(), "task".into()], "patches need a window", remedy);
+        yaml.joint_fault(&["window_px", "task"], "patches need a window", remedy);
     }
     let size = match top.take(yaml, "size_px") {
         Some(node) => sides(yaml, node, "size_px"),
@@ -268,7 +268,7 @@ fn check_bits(yaml: &mut YamlReader, top: &mut Mapping, channels: &[InputChannel
                 was \
              trained on that"
         );
-        yaml.joint_fault(&["bits".into(), "channels".into()], problem, remedy);
+        yaml.joint_fault(&["bits", "channels"], problem, remedy);
     }
 }
 
@@ -334,13 +334,8 @@ fn read_channel(yaml: &mut YamlReader, node: &YamlNode, i: usize, head: &Dataset
     let mean = number(yaml, &mut map, "mean", any, 0.0);
     let sd = number(yaml, &mut map, "sd", NumberRange { min: 1e-9, ..any }, 1.0);
     let missing = number(yaml, &mut map, "missing", any, 0.0);
-    let relative = map.take(yaml, "relative").map_or(Some(false), |node| match node.value {
-        YamlValue::Flag(flag) => Some(flag),
-        _ => {
-            yaml.fault(node.place, &map.path_of("relative"), format!("is {}", node.value.kind()), "give true or false");
-            None
-        }
-    });
+    let relative = map.take(yaml, "relative");
+    let relative = relative.map_or(Some(false), |node| yaml.flag(node, &map.path_of("relative")));
     map.close(yaml, &CHANNEL_KEYS, &|_| None);
     Some(InputChannel { name: found?.into(), mean: mean?, sd: sd?, missing: missing?, relative: relative? })
 }

@@ -48,7 +48,7 @@ impl DeclaredDistribution {
         Some(Self {
             min: laws.iter().map(|law| law.min).fold(f64::INFINITY, f64::min),
             max: laws.iter().map(|law| law.max).fold(f64::NEG_INFINITY, f64::max),
-            log: laws.iter().any(|law| is_log(&law.law)) && laws.iter().all(|law| law.min > 0.0),
+            log: laws.iter().any(|law| law.law.is_log()) && laws.iter().all(|law| law.min > 0.0),
             words: describe_mixture(&laws),
             laws,
         })
@@ -115,14 +115,6 @@ fn describe_mixture(laws: &[ClassLaw]) -> String {
             let others: usize = rest[named..].iter().map(|(.., classes)| classes).sum();
             if others > 0 { told + &format!(", other laws in {others}") } else { told }
         }
-    }
-}
-
-fn is_log(law: &Distribution) -> bool {
-    match law {
-        Distribution::LogUniform { .. } | Distribution::Lognormal { .. } => true,
-        Distribution::Truncated { of, .. } => is_log(of),
-        _ => false,
     }
 }
 

@@ -1,16 +1,21 @@
 //! Purpose: the recipes load, the schema knows all their keys, and the committed schema and reference are fresh.
 //!
-//! `BLESS=1 cargo test --test recipe_schema` writes the committed copies again.
+//! `BLESS=1 cargo test -p recipe --test recipe_schema` writes the committed copies again.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use procedural::blister::{Blister, Defects};
 use procedural::wood::Wood;
 use recipe::{Plan, Recipe, Subject, reference_markdown, reference_pages, schema};
 use serde_json::Value;
 
+/// The top of the tree.
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
 fn recipes() -> Vec<(String, String)> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("recipes");
+    let folder = root().join("recipes");
     let files = std::fs::read_dir(&folder).expect("recipes/").map(|entry| entry.expect("an entry").path());
     let yaml = files.filter(|path| path.extension().is_some_and(|end| end == "yaml"));
     yaml.map(|path| (path.display().to_string(), std::fs::read_to_string(&path).expect("a text"))).collect()
@@ -19,7 +24,7 @@ fn recipes() -> Vec<(String, String)> {
 #[test]
 fn every_recipe_loads_and_is_embedded() {
     let recipes = recipes();
-    // Those of the thesis lie in a folder of their own: tests/recipe/thesis.rs.
+    // Those of the thesis lie in a folder of their own: recipe/thesis.rs.
     assert_eq!(recipes.len(), Recipe::embedded().map(|recipe| recipe.name).filter(|name| !name.contains('/')).count());
     for (path, text) in recipes {
         let recipe = Recipe::load(&path).unwrap_or_else(|error| panic!("{error}"));
@@ -262,12 +267,12 @@ fn every_map_of_the_schema_is_closed() {
 
 /// The committed `file` is `fresh`; with BLESS=1 it is written.
 fn committed(file: &str, fresh: &str) {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(file);
+    let path = root().join(file);
     if std::env::var_os("BLESS").is_some() {
         std::fs::write(&path, fresh).expect("it can be written");
     }
     let stale = std::fs::read_to_string(&path).unwrap_or_default() != fresh;
-    assert!(!stale, "{file} is stale: run `BLESS=1 cargo test --test recipe_schema` and commit it");
+    assert!(!stale, "{file} is stale: run `BLESS=1 cargo test -p recipe --test recipe_schema` and commit it");
 }
 
 #[test]

@@ -6,6 +6,7 @@ mod draws;
 mod effects;
 mod faults;
 mod motion;
+mod settings;
 mod subjects;
 mod support;
 mod thesis;
