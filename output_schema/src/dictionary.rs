@@ -2,13 +2,14 @@
 
 use std::fmt::Write;
 
+use base::Class;
+
 use crate::channel::{ATTRIBUTE, CHANNEL_SHAPE, CHANNELS, RANGE_FORMS};
 use crate::column::Column;
 use crate::dataset::{OLDEST_MINOR, SCHEMA_VERSION};
 use crate::file::FILES;
-use crate::row::{CALIBRATION, OBJECT, PIXEL_CLASSES, ROW};
+use crate::row::{CALIBRATION, OBJECT, ROW};
 use crate::stack::STACK;
-use crate::subject::SUBJECTS;
 
 /// The whole page, Markdown.
 pub fn dictionary() -> String {
@@ -47,9 +48,9 @@ pub fn dictionary() -> String {
     line(&mut page, "neither. A shard without a manifest is not finished and is made again.");
 
     line(&mut page, "\n## Pixel classes\n\n| value | name | subject |\n|---|---|---|");
-    for (value, name) in PIXEL_CLASSES.iter().enumerate() {
-        let own = SUBJECTS.iter().find(|subject| subject.has(value));
-        line(&mut page, &format!("| {value} | `{name}` | {} |", own.map_or("all", |subject| subject.name)));
+    for class in Class::ALL {
+        let subject = class.subject().unwrap_or("all");
+        line(&mut page, &format!("| {} | `{}` | {subject} |", class as u8, class.name()));
     }
     line(
         &mut page,
