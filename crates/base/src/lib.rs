@@ -20,6 +20,6 @@ pub use class::{Class, ClassKind};
 pub use medium::{Film, Gloss, KERNEL_INDICES, KERNEL_LEAST_SHARE, Medium, TANGLED, WOOD_DISPERSION_DEG};
 pub use mesh::Mesh;
 pub use normal::{lognormal, normal};
-pub use parameter::{Condition, Need, Parameter, Unmet};
+pub use parameter::{Condition, Need, Parameter, ParameterGroup, Unmet};
 pub use stream::{Stream, mix};
 pub use truth::{Instance, KnotNames, KnotPlace, Matter, Surface};

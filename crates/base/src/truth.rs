@@ -94,8 +94,8 @@ pub struct Instance {
 }
 
 impl Instance {
-    /// A defect of wood that has a place, a largest extent [mm] and, where that means something, a severity.
-    pub fn defect(id: u16, class: Class, [x_mm, y_mm]: [f64; 2], diameter_mm: f64, severity: f64) -> Self {
+    /// A thing that has a place, a largest extent [mm] and, where that means something, a severity.
+    pub fn new(id: u16, class: Class, [x_mm, y_mm]: [f64; 2], diameter_mm: f64, severity: f64) -> Self {
         Self {
             id,
             class,

@@ -25,18 +25,10 @@ pub(super) fn categories(head: &DatasetHead) -> Vec<Category<'_>> {
     head.shown_classes().filter_map(category).collect()
 }
 
-/// Names of the pixel classes that count as good unless the user says otherwise; `background` always does. Empty where
-/// a subject has no defects.
-pub(crate) fn default_good(subject: &str) -> Vec<&'static str> {
-    let own = || Class::of_subject(subject, SCHEMA_VERSION[1]);
-    let is_good = |class: &Class| own().any(Class::is_defect) && class.is_sound();
-    own().filter(is_good).map(Class::name).collect()
-}
-
-/// For each label value whether it is good, by the names that the user gave or the defaults.
+/// For each label value whether it is good, by the names that the user gave; `background` always is, and
+/// without names all but the defects are.
 pub(super) fn good(head: &DatasetHead, given: &[String]) -> Result<[bool; 256], Fault> {
-    let default = default_good(&head.subject);
-    if default.is_empty() && given.is_empty() {
+    if given.is_empty() && !Class::of_subject(&head.subject, SCHEMA_VERSION[1]).any(Class::is_defect) {
         let what = format!("its subject `{}` has no defects", head.subject);
         let remedy = "export it as png or webdataset, or say with --good which classes are good";
         return Err(Fault::new(&head.recipe.name, what, remedy));
@@ -47,7 +39,7 @@ pub(super) fn good(head: &DatasetHead, given: &[String]) -> Result<[bool; 256], 
         return Err(Fault::new("--good", format!("there is no class `{unknown}`"), remedy));
     }
     let is_good = |name: &str| match given {
-        [] => default.contains(&name),
+        [] => Class::named(name).is_some_and(Class::is_sound),
         given => given.iter().any(|good| good == name),
     };
     let mut good = [false; 256];
