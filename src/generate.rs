@@ -15,7 +15,9 @@ use std::sync::{Mutex, PoisonError};
 use base::Class;
 use output_schema::dataset::{Generator, RecipeHead, SplitShares};
 use output_schema::file::asset_path;
-use output_schema::{AssetHead, DatasetHead, FORMAT, NumberColumn, RigWarning, SCHEMA_VERSION, SubjectFiles};
+use output_schema::{
+    AssetHead, DatasetHead, FORMAT, NumberColumn, RigWarning, SCHEMA_VERSION, label_values, pixel_classes,
+};
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -272,7 +274,6 @@ pub fn dataset_head(recipe: &Recipe, request: &DatasetRequest, warnings: Vec<Rig
     let parameters = recipe.draw(request.seed, 0).values();
     let splits = recipe.splits();
     let subject = recipe.subject();
-    let files = SubjectFiles::named(subject.name()).expect("every subject has files; a test names them all");
     DatasetHead {
         format: FORMAT.into(),
         schema_version: SCHEMA_VERSION,
@@ -291,8 +292,8 @@ pub fn dataset_head(recipe: &Recipe, request: &DatasetRequest, warnings: Vec<Rig
         shards: DatasetHead::shards_for(request.samples, per_shard),
         classes: recipe.classes().iter().map(|class| class.name.clone()).collect(),
         subject: subject.name().into(),
-        pixel_classes: files.pixel_classes(SCHEMA_VERSION[1]),
-        label_values: files.label_values(SCHEMA_VERSION[1]),
+        pixel_classes: pixel_classes(subject.name(), SCHEMA_VERSION[1]),
+        label_values: label_values(subject.name(), SCHEMA_VERSION[1]),
         splits: SplitShares { train: splits.train, validation: splits.validation, test: splits.test },
         images: dataset::images(&recipe.output(), &recipe.size(), recipe.extraction().range),
         parameters: parameters.into_iter().map(|(parameter, _)| number_column(parameter)).collect(),

@@ -21,7 +21,7 @@ pub enum ColumnKind {
     RangeNumber,
     /// Number of a class of the recipe, 64 bits; the names are in `dataset.json`.
     SampleClass,
-    /// Number of a pixel class, 64 bits; the names are [`crate::PIXEL_CLASSES`].
+    /// Number of a pixel class, 64 bits; the names are [`base::Class`].
     PixelClass,
     /// A list of names of pixel classes.
     PixelClassNames,

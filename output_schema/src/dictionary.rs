@@ -1,12 +1,13 @@
 //! The data dictionary: declarations -> `output_schema/README.md`.
 
+use base::Class;
+
 use crate::channel::{ATTRIBUTE, CHANNEL_SHAPE, CHANNELS, RANGE_FORMS};
 use crate::column::Column;
 use crate::dataset::{OLDEST_MINOR, SCHEMA_VERSION};
 use crate::file::FILES;
-use crate::row::{CALIBRATION, OBJECT, PIXEL_CLASSES, ROW};
+use crate::row::{CALIBRATION, OBJECT, ROW};
 use crate::stack::STACK;
-use crate::subject::SUBJECTS;
 
 /// The whole page, Markdown.
 pub fn dictionary() -> String {
@@ -30,9 +31,9 @@ pub fn dictionary() -> String {
         dataset has\nneither. A shard without a manifest is not finished and is made again.\n";
 
     page += "\n## Pixel classes\n\n| value | name | subject |\n|---|---|---|\n";
-    for (value, name) in PIXEL_CLASSES.iter().enumerate() {
-        let own = SUBJECTS.iter().find(|subject| subject.has(value));
-        page += &format!("| {value} | `{name}` | {} |\n", own.map_or("all", |subject| subject.name));
+    for class in Class::ALL {
+        let subject = class.subject().unwrap_or("all");
+        page += &format!("| {} | `{}` | {subject} |\n", class as u8, class.name());
     }
     page += "\n`label_values` of `dataset.json` lists the values that labels of the dataset's subject can have; \
         `class_area_px` has\na field for each of them.\n";

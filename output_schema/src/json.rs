@@ -1,14 +1,15 @@
 //! Everything as JSON: a JSON Schema of the two documents, and the tables of columns, channels and files.
 
+use base::Class;
 use serde_json::{Map, Value, json};
 
 use crate::channel::{CHANNEL_SHAPE, CHANNELS, RANGE_FORMS};
 use crate::column::{Column, ColumnKind};
 use crate::dataset::{FORMAT, SCHEMA_VERSION};
 use crate::file::FILES;
-use crate::row::{PIXEL_CLASSES, ROW};
+use crate::row::ROW;
 use crate::stack::STACK;
-use crate::subject::SUBJECTS;
+use crate::subject::{SUBJECTS, label_values};
 
 /// JSON Schema (draft 2020-12) of `dataset.json` and of the manifests under `$defs`, and the tables under `tables`.
 pub fn json_schema() -> Value {
@@ -20,8 +21,8 @@ pub fn json_schema() -> Value {
         "$defs": { "dataset": dataset(), "manifest": manifest() },
         "tables": {
             "files": FILES.iter().map(|f| json!({ "path": f.path, "when": f.when, "doc": f.doc })).collect::<Vec<_>>(),
-            "pixel_classes": PIXEL_CLASSES.as_slice(),
-            "subjects": SUBJECTS.map(|s| json!({ "name": s.name, "label_values": s.label_values(SCHEMA_VERSION[1]) })),
+            "pixel_classes": Class::ALL.map(Class::name).as_slice(),
+            "subjects": SUBJECTS.map(|s| json!({ "name": s, "label_values": label_values(s, SCHEMA_VERSION[1]) })),
             "row": columns(&ROW),
             "stack": columns(&STACK),
             "range_forms": RANGE_FORMS.map(|f| json!({ "name": f.name, "unit": f.unit, "range": f.range,
@@ -121,7 +122,7 @@ fn dataset() -> Value {
         ("samples_per_shard", json!({ "type": "integer", "minimum": 1, "description": "Samples in a shard." })),
         ("shards", whole("Shards.")),
         ("classes", list(text("Name."), "Classes of the recipe; the position is the value of `class`.")),
-        ("subject", json!({ "enum": SUBJECTS.map(|s| s.name), "description": "What the objects are." })),
+        ("subject", json!({ "enum": SUBJECTS, "description": "What the objects are." })),
         ("pixel_classes", list(text("Name."), "Pixel classes; the position is the value in label images.")),
         ("label_values", list(whole("Value."), "Values that label images of the subject can have.")),
         ("splits", object(vec![("train", share.clone()), ("validation", share.clone()), ("test", share)])),

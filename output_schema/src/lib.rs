@@ -30,5 +30,4 @@ pub use dataset::{
 };
 pub use json::json_schema;
 pub use manifest::{Manifest, ManifestFile, ManifestSample};
-pub use row::PIXEL_CLASSES;
-pub use subject::{ClassRun, SUBJECTS, SubjectFiles};
+pub use subject::{SUBJECTS, label_values, pixel_classes};

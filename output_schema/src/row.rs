@@ -5,56 +5,6 @@ use crate::column::Column;
 use crate::column::ColumnKind::*;
 use crate::column::Values::*;
 
-/// Names of the pixel classes; the position is the value in label images.
-pub const PIXEL_CLASSES: [&str; 46] = [
-    "background",
-    "clear",
-    "sound_knot",
-    "dead_knot",
-    "rot",
-    "flange",
-    "pocket",
-    "missing",
-    "broken",
-    "chipped",
-    "cracked",
-    "capped",
-    "foreign_tablet",
-    "wrong_coat",
-    "double",
-    "particle",
-    "fibre",
-    "powder",
-    "shallow",
-    "collapsed",
-    "punctured",
-    "pinhole",
-    "channel",
-    "wrinkle",
-    "delamination",
-    "tablet_on_flange",
-    "tooth",
-    "object",
-    "knot_hole",
-    "incipient_decay",
-    "pith",
-    "compression_wood",
-    "blue_stain",
-    "resin_pocket",
-    "resin_streak",
-    "bark_pocket",
-    "check",
-    "shake",
-    "split",
-    "insect_hole",
-    "wane",
-    "dirt",
-    "roller_mark",
-    "planer_skip",
-    "burn",
-    "loose_knot",
-];
-
 /// How much of a sample is of use, in the order of columns; rows have them from schema 1.4 on.
 pub const SHARES: [&str; 3] = ["measured_share", "saturated_share", "object_in_view"];
 

@@ -56,7 +56,7 @@ mod tests {
     #[test]
     fn colours_differ() {
         for subject in output_schema::SUBJECTS {
-            let values = subject.label_values(output_schema::SCHEMA_VERSION[1]);
+            let values = output_schema::label_values(subject, output_schema::SCHEMA_VERSION[1]);
             for (i, &a) in values.iter().enumerate() {
                 for &b in &values[..i] {
                     let squares =

@@ -9,7 +9,7 @@ use std::path::PathBuf;
 const CRATES: [(&str, &[&str]); 22] = [
     ("crates/base", &[]),
     ("procedural", &["base"]),
-    ("output_schema", &[]),
+    ("output_schema", &["base"]),
     ("crates/numerics", &[]),
     ("crates/files", &[]),
     ("crates/yaml", &["files"]),

@@ -6,6 +6,7 @@
 
 pub mod arctangent;
 pub mod body;
+pub mod class;
 pub mod medium;
 pub mod mesh;
 pub mod normal;
@@ -15,9 +16,10 @@ pub mod truth;
 
 pub use arctangent::atan2;
 pub use body::{BLOCK, Body, BodyKind, Relief, Slice};
+pub use class::{Class, ClassKind};
 pub use medium::{Film, Gloss, KERNEL_INDICES, KERNEL_LEAST_SHARE, Medium, TANGLED, WOOD_DISPERSION_DEG};
 pub use mesh::Mesh;
 pub use normal::{lognormal, normal};
-pub use parameter::{Condition, Need, Parameter, Unmet};
+pub use parameter::{Condition, Need, Parameter, ParameterGroup, Unmet};
 pub use stream::{Stream, mix};
-pub use truth::{Class, Instance, KnotNames, KnotPlace, Matter, Surface};
+pub use truth::{Instance, KnotNames, KnotPlace, Matter, Surface};

@@ -23,6 +23,17 @@ pub struct Parameter {
     pub conditions: &'static [Condition],
 }
 
+/// Numbers that are declared together.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ParameterGroup {
+    /// Its key in the recipe.
+    pub path: &'static str,
+    /// What it is about.
+    pub doc: &'static str,
+    /// The declarations, in order.
+    pub parameters: &'static [Parameter],
+}
+
 /// What a number needs to mean something, and what becomes of a recipe that gives the number without it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Condition {
@@ -108,6 +119,8 @@ macro_rules! parameters {
         impl $Group {
             /// Key of the group in the recipe.
             pub const GROUP: &'static str = stringify!($group);
+            /// The paths of the declarations, in the order of the fields.
+            pub const PATHS: &'static [&'static str] = &[$(concat!(stringify!($group), ".", stringify!($name)),)+];
             /// What the group is about.
             pub const DOC: &'static str = concat!($($group_doc,)+);
             /// The declarations, in the order of the fields.
@@ -140,4 +153,36 @@ macro_rules! parameters {
     (@needs) => { $crate::Unmet::Refused };
     (@of) => { $crate::Unmet::Noted };
     (@zero_without) => { $crate::Unmet::Zero };
+}
+
+/// Declares everything that makes a thing: a plain struct whose fields are groups of
+/// [`parameters!`](crate::parameters).
+#[macro_export]
+macro_rules! parameter_groups {
+    ($(#[doc = $doc:literal])+ $Name:ident { $($(#[doc = $field_doc:literal])+ $field:ident: $Group:ty;)+ }) => {
+        $(#[doc = $doc])+
+        #[derive(Debug, Clone, Copy, PartialEq)]
+        pub struct $Name {
+            $($(#[doc = $field_doc])+ pub $field: $Group,)+
+        }
+
+        impl $Name {
+            /// The groups, in the order of the fields.
+            pub const GROUPS: &'static [$crate::ParameterGroup] = &[$($crate::ParameterGroup {
+                path: <$Group>::GROUP,
+                doc: <$Group>::DOC,
+                parameters: <$Group>::PARAMETERS,
+            },)+];
+
+            /// Fills every group from `value`, asked once for each declaration in order.
+            pub fn from_values(value: &mut dyn FnMut(&'static $crate::Parameter) -> f64) -> Self {
+                Self { $($field: <$Group>::from_values(value),)+ }
+            }
+
+            /// Every declaration with its value here, in order.
+            pub fn values(&self) -> Vec<(&'static $crate::Parameter, f64)> {
+                [$(self.$field.values(),)+].concat()
+            }
+        }
+    };
 }

@@ -12,8 +12,8 @@ use arrow_array::{
 use arrow_buffer::OffsetBuffer;
 use arrow_schema::{ArrowError, DataType, Field, Fields, SchemaRef};
 use base::Class;
+use output_schema::DatasetHead;
 use output_schema::row::CALIBRATION;
-use output_schema::{DatasetHead, PIXEL_CLASSES};
 use sha2::{Digest, Sha256};
 
 use super::atomic_file::hex;
@@ -58,7 +58,7 @@ pub struct Encoded {
     /// Defects, pockets, teeth and parts of which at least one pixel shows something.
     pub objects: Vec<Object>,
     /// Pixels of each class [px].
-    pub class_area_px: [u64; PIXEL_CLASSES.len()],
+    pub class_area_px: [u64; Class::ALL.len()],
     /// How much of the sample is of use.
     pub shares: SampleShares,
     /// PNG files in the order of [`Channel`].
@@ -98,7 +98,7 @@ pub(crate) fn maps_sha256<'a>(png: impl Iterator<Item = (&'a str, &'a [u8])>, ex
 /// The numbers of a record as they will be on disk, without its images and sensor frames; `bits` are those of a digital
 /// number.
 pub fn encode_numbers(record: &Record, bits: u32) -> Encoded {
-    let mut class_area_px = [0; PIXEL_CLASSES.len()];
+    let mut class_area_px = [0; Class::ALL.len()];
     for &class in &record.labels.class {
         class_area_px[usize::from(class)] += 1;
     }

@@ -1,13 +1,12 @@
 //! What is shown to people: raster pictures with text, lines, colour scales and charts, and pages of HTML.
 
 pub mod chart;
-mod classes;
 pub mod html;
 mod ticks;
 
-pub use classes::class_colour;
 pub use ticks::round_ticks;
 
+use base::Class;
 use embedded_graphics::mono_font::{
     MonoTextStyle,
     ascii::{FONT_7X13, FONT_10X20},
@@ -67,6 +66,11 @@ fn interpolate(stops: &[[f32; 3]; 9], t: f32) -> Rgb<u8> {
     let place = t.clamp(0.0, 1.0) * 8.0;
     let i = (place as usize).min(7);
     Rgb(std::array::from_fn(|c| (stops[i][c] + (stops[i + 1][c] - stops[i][c]) * (place - i as f32)) as u8))
+}
+
+/// Colour of a pixel class; of a value that is none, that of the background.
+pub fn class_colour(class: u8) -> Rgb<u8> {
+    Rgb(Class::of(class).unwrap_or(Class::Background).colour())
 }
 
 /// A rectangle of a page [px].

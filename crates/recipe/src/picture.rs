@@ -19,6 +19,7 @@ use wood_picture::{BoardPicture, Depth, Encoding, Face, FibreMap, PictureAnalysi
 
 use crate::asset::{Asset, AssetFault};
 use crate::keys::settings::PictureSettings;
+use crate::subject::Subject;
 use analysed::fibres_of;
 use optical_bench::settings::{FirstRow, PictureDepth, PictureEncoding, PictureFace};
 
@@ -162,10 +163,11 @@ fn labels(file: &Asset, wanted: [usize; 2], rows: &RowOrder) -> Result<Vec<Class
     }
     let class =
         |(pixel, number): (usize, u8)| {
+            let is_of_wood = |class: &Class| class.subject() == Some(Subject::Wood.name());
             let number = if number == 0 { Class::Clear as u8 } else { number };
-            Class::ALL.into_iter().find(|class| *class as u8 == number && class.is_of_wood()).ok_or_else(|| {
+            Class::of(number).filter(is_of_wood).ok_or_else(|| {
             let (row, col) = (pixel / size[1], pixel % size[1]);
-            let others = Class::ALL.into_iter().filter(|class| class.is_of_wood() && *class > Class::Rot);
+            let others = Class::ALL.into_iter().filter(|class| is_of_wood(class) && *class > Class::Rot);
             let others: Vec<String> = others.map(|class| (class as u8).to_string()).collect();
             AssetFault::new(
                 format!("`{}` has the number {number} in row {row}, column {col}, which is no class of \

@@ -225,7 +225,7 @@ fn section_keys(yaml: &mut YamlReader, node: &YamlNode, section: &keys::RecipeSe
                 faulty.push(setting.path);
             }
         }
-        for inner in &SECTIONS {
+        for inner in SECTIONS.iter() {
             if let Some(name) = inner.path.strip_prefix(section.path).and_then(|rest| rest.strip_prefix('.')) {
                 known.push(name);
                 let Some(node) = map.take(yaml, name) else { continue };

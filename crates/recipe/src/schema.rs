@@ -77,7 +77,7 @@ fn only(subject: Subject) -> Value {
 fn section(top: &RecipeSection) -> Value {
     let mut properties = parameters(top);
     properties.extend(top.settings.iter().map(|row| (row.name.to_owned(), setting(row))));
-    for inner in &SECTIONS {
+    for inner in SECTIONS.iter() {
         if let Some(name) = inner.path.strip_prefix(top.path).and_then(|rest| rest.strip_prefix('.')) {
             properties.insert(name.to_owned(), section(inner));
         }

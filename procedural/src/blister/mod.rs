@@ -2,28 +2,17 @@
 //!
 //! `Blister --form--> Pack --slice--> PackSlice --> Surface, Matter`.
 //!
-//! A new defect has its numbers and its entry of `DEFECT_COUNTS` in `parameters.rs`; `plan.rs` says which pocket gets
-//! it. Its shape is in `damage.rs` (tablets), `flange.rs` (film and seal) or `contaminants.rs`, and `fill.rs` joins
-//! them. How a tablet lies, and which one it is, is in `tablet_placement.rs`. Which label stands before others, and a
-//! stain that changes matter alone, is in `pack_point.rs`; there the path model of packs must see it too. Nothing lies
-//! on the film.
-//!
-//! It also has a pack in `gen study packs`, a class of samples in each `recipes/blister*.yaml` and `recipes/gap`. Where
-//! what is in a pocket counts as a tablet, `python/baseline_patches.py` and `tests/models/blister_*.yaml` name it. New
-//! shares of classes change what those networks are tested on (`make baselines`).
+//! A new defect is told in `defects`.
 
 mod card_placement;
-mod contaminants;
-mod damage;
+mod defects;
 mod fill;
 mod film_mark;
-mod flange;
 mod formed_pocket;
 mod hull;
 mod outline;
 mod pack_point;
-pub mod parameters;
-mod plan;
+mod parameters;
 mod pose;
 pub mod solid;
 mod tablet;
@@ -36,13 +25,32 @@ use base::{BodyKind, Class, Gloss, Instance, Matter, Medium, Mesh, Relief, Slice
 use glam::Vec3;
 
 use self::card_placement::CardPlacement;
-use self::contaminants::Powder;
+use self::defects::contaminants::Powder;
+pub use self::defects::{Defects, exclusive_counts, pocket_counts};
 use self::film_mark::FilmMark;
 use self::pack_point::TabletDamage;
-pub use self::parameters::{Blister, Card, Defects, Foil, Pocket, Tablet, Web};
+pub use self::parameters::{Card, Foil, Pocket, Tablet, Web};
 pub use self::solid::Solid;
 use self::tablet_face::TabletFace;
 use self::web::FormedWeb;
+
+base::parameter_groups! {
+    /// Everything that makes a pack.
+    Blister {
+        /// Card.
+        card: Card;
+        /// Pockets.
+        pocket: Pocket;
+        /// Tablets.
+        tablet: Tablet;
+        /// Film.
+        web: Web;
+        /// Foil.
+        foil: Foil;
+        /// Defects.
+        defects: Defects;
+    }
+}
 
 /// The film at a place.
 #[derive(Debug, Clone, Copy, PartialEq)]

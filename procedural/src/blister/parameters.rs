@@ -1,49 +1,9 @@
-//! The numbers that make a blister pack: card, pockets, tablets, film, foil and defects.
+//! The numbers that make a blister pack: card, pockets, tablets, film and foil; those of defects are in `defects`.
 //!
 //! Sources: [T] Kihl and Källberg 2021; [L] the literature named in docs/theory/blister.md; [M] engineering estimate.
 
-use base::Need::{self, Amount, Any, Outline, RoomToStand};
+use base::Need::{Amount, Any, Outline, RoomToStand};
 use base::parameters;
-
-/// Paths of the numbers that say how many of each defect a pack has.
-pub const DEFECT_COUNTS: [&str; 19] = [
-    "defects.missing",
-    "defects.broken",
-    "defects.chipped",
-    "defects.cracked",
-    "defects.capped",
-    "defects.foreign_tablet",
-    "defects.wrong_coat",
-    "defects.double",
-    "defects.particle",
-    "defects.fibre",
-    "defects.powder",
-    "defects.shallow",
-    "defects.collapsed",
-    "defects.punctured",
-    "defects.pinhole",
-    "defects.channel",
-    "defects.wrinkle",
-    "defects.delamination",
-    "defects.tablet_on_flange",
-];
-
-const DEFECTS: Need = Any(&DEFECT_COUNTS);
-
-/// Those of them that a pocket has at most one of: all but the last three, which lie on the flange.
-pub const POCKET_DEFECT_COUNTS: &[&str] = DEFECT_COUNTS.split_at(DEFECT_COUNTS.len() - 3).0;
-
-/// Defects that exclude each other in a pocket: another content, or a damaged tablet.
-pub const EXCLUSIVE_DEFECT_COUNTS: [&str; 8] = [
-    "defects.missing",
-    "defects.foreign_tablet",
-    "defects.double",
-    "defects.shallow",
-    "defects.broken",
-    "defects.chipped",
-    "defects.cracked",
-    "defects.capped",
-];
 
 parameters! {
     /// The card and how it lies on the conveyor, film up.
@@ -180,96 +140,5 @@ parameters! {
         roughness_across: 0.03, 1.0, 0.3, "[M] 0.2 to 0.35";
         /// Whether the foil was rolled along the laser line (1) or along the scan (0).
         rolled_along_line: 0.0, 1.0, 0.0, "free", count;
-    }
-}
-
-parameters! {
-    /// How many of each defect a pack has, and how bad they are.
-    defects: Defects {
-        /// Pockets without tablet.
-        missing: 0.0, 600.0, 0.0, "free", count;
-        /// Broken tablets.
-        broken: 0.0, 600.0, 0.0, "free", count;
-        /// Tablets with a chipped edge.
-        chipped: 0.0, 600.0, 0.0, "free", count;
-        /// Cracked tablets.
-        cracked: 0.0, 600.0, 0.0, "free", count;
-        /// Tablets that lost a cap.
-        capped: 0.0, 600.0, 0.0, "free", count;
-        /// Pockets with another product.
-        foreign_tablet: 0.0, 600.0, 0.0, "free", count;
-        /// Tablets of the wrong colour, or with a damaged coat.
-        wrong_coat: 0.0, 600.0, 0.0, "free", count;
-        /// Pockets with two tablets.
-        double: 0.0, 600.0, 0.0, "free", count;
-        /// Foreign particles, in pockets.
-        particle: 0.0, 600.0, 0.0, "free", count;
-        /// Foreign fibres, in pockets.
-        fibre: 0.0, 600.0, 0.0, "free", count;
-        /// Pockets with powder.
-        powder: 0.0, 600.0, 0.0, "free", count;
-        /// Pockets that were not formed to their full depth.
-        shallow: 0.0, 600.0, 0.0, "free", count;
-        /// Pockets with a dent.
-        collapsed: 0.0, 600.0, 0.0, "free", count;
-        /// Pockets with a hole.
-        punctured: 0.0, 600.0, 0.0, "free", count;
-        /// Holes in the foil.
-        pinhole: 0.0, 600.0, 0.0, "free", count;
-        /// Channels through the seal.
-        channel: 0.0, 600.0, 0.0, "free", count;
-        /// Wrinkles of the foil.
-        wrinkle: 0.0, 600.0, 0.0, "free", count;
-        /// Places where film and foil have come apart.
-        delamination: 0.0, 600.0, 0.0, "free", count;
-        /// Tablets caught beside the pockets.
-        tablet_on_flange: 0.0, 600.0, 0.0, "free", count;
-        /// Severity of the worst, from barely there to as bad as its kind can be; each defect's own lies between half
-        /// and all of it.
-        severity: 0.0, 1.0, 0.6, "free", of [DEFECTS];
-    }
-}
-
-/// Everything that makes a pack.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Blister {
-    /// Card.
-    pub card: Card,
-    /// Pockets.
-    pub pocket: Pocket,
-    /// Tablets.
-    pub tablet: Tablet,
-    /// Film.
-    pub web: Web,
-    /// Foil.
-    pub foil: Foil,
-    /// Defects.
-    pub defects: Defects,
-}
-
-impl Blister {
-    /// Fills every field from `value`, asked once for each declaration, group by group.
-    pub fn from_values(value: &mut dyn FnMut(&'static base::Parameter) -> f64) -> Self {
-        Self {
-            card: Card::from_values(value),
-            pocket: Pocket::from_values(value),
-            tablet: Tablet::from_values(value),
-            web: Web::from_values(value),
-            foil: Foil::from_values(value),
-            defects: Defects::from_values(value),
-        }
-    }
-
-    /// Every declaration with its value here, in the same order.
-    pub fn values(&self) -> Vec<(&'static base::Parameter, f64)> {
-        let groups = [
-            self.card.values(),
-            self.pocket.values(),
-            self.tablet.values(),
-            self.web.values(),
-            self.foil.values(),
-            self.defects.values(),
-        ];
-        groups.into_iter().flatten().collect()
     }
 }

@@ -1,21 +1,22 @@
-//! Tablets into pockets: whose they are, how they lie, and what they have lost.
+//! Tablets into pockets: how they lie, and what they have lost.
 //!
-//! Models: one tablet a pocket, none, or a second one flat on the first; another product; the right one with the wrong
-//! coat. Film is formed deeper where what lies in a pocket would not have room, as a press does with a double.
+//! Models: film is formed deeper where what lies in a pocket would not have room, as a press does with two tablets.
 
 use base::{Class, Gloss, Medium, Stream, normal};
 use glam::{Mat3, Vec2, Vec3};
 use rand::RngExt;
 
 use super::card_placement::CardPlacement;
-use super::damage::{Damage, damage};
+use super::defects::content::{PocketContent, shallowness};
+use super::defects::damage::{Damage, DamageDraw};
+use super::defects::film::MarkDraw;
+use super::defects::{DefectOf, PlannedDefect};
 use super::pack_point::TabletDamage;
-use super::parameters::{Blister, Tablet};
-use super::plan::{self, PlannedDefect, graded};
+use super::parameters::Tablet;
 use super::pose::{DrawnPose, Pose, TabletRoom};
 use super::solid::{CutPlane, Solid};
-use super::tablet::{self, TabletForm};
-use super::{Pack, flange};
+use super::tablet::TabletForm;
+use super::{Blister, Pack};
 
 /// Least distance of a tablet from the film [mm].
 const MARGIN_MM: f32 = 0.01;
@@ -25,8 +26,6 @@ pub const BESIDE_MM: f32 = 0.06;
 const COLUMN_MM: f32 = 0.25;
 /// Film that is closer than this is looked at more closely [mm].
 const CLOSE_MM: f32 = 0.15;
-/// Depth of a pocket that is barely too shallow, and of the worst, over the full depth [1].
-pub const SHALLOW: [f32; 2] = [0.85, 0.3];
 /// How much deeper the film is formed at a time where something has no room [1].
 const DEEPER: f32 = 1.03;
 
@@ -81,22 +80,6 @@ fn solid(
     solid
 }
 
-/// Another product that is no larger: its form and what it is made of.
-fn other_product(tablet: &Tablet, severity: f32) -> (TabletForm, Medium) {
-    let (long, short) = (tablet.length_mm.max(tablet.width_mm), tablet.length_mm.min(tablet.width_mm));
-    let size = f64::from(graded(severity, 1.0, 0.75));
-    let mut other = *tablet;
-    if long < 1.15 * short {
-        (other.shape, other.length_mm, other.width_mm) = (1.0, 0.95 * size * long, 0.6 * size * long);
-    } else {
-        (other.shape, other.length_mm, other.width_mm) = (0.0, 0.95 * size * short, 0.95 * size * short);
-    }
-    other.thickness_mm = 0.9 * size * if tablet.shape >= 1.5 { short } else { tablet.thickness_mm };
-    other.band_mm = 0.6 * other.thickness_mm;
-    other.coat *= f64::from(graded(severity, 0.9, 0.4));
-    (TabletForm::new(&other), tablet::medium(&other))
-}
-
 impl Pack {
     /// Lays the tablets of a pocket, and does to them and to the film what was planned.
     pub(super) fn fill(
@@ -105,58 +88,40 @@ impl Pack {
         blister: &Blister,
         cell: usize,
         form: &TabletForm,
-        probes: &[Vec3],
+        content: &PocketContent,
         plan: &[PlannedDefect],
     ) {
         let mine = || plan.iter().filter(move |p| p.cell == cell);
-        let of_whole = mine().find(|p| plan::whole(p.class));
-        let class = self.instances[cell].class;
-        let wish = wish(stream.child("pose").index(cell as u64), blister, form);
-        let swept =
-            |p: &PlannedDefect| p.class == Class::Shallow && p.stream.child("swept").rng().random::<f32>() < 0.5;
-        if of_whole.is_some_and(swept) {
-            // Not formed deep enough for its tablet, which is not there.
-            self.instances[cell].state = Class::Missing;
-        }
         let mut short = None;
-        if class != Class::Missing && !of_whole.is_some_and(swept) {
-            let severity = of_whole.map_or(0.0, |p| p.severity);
-            let (own, medium) = match class {
-                Class::ForeignTablet => other_product(&blister.tablet, severity),
-                Class::WrongCoat => {
-                    let medium = tablet::medium(&blister.tablet);
-                    let mu_a = medium.mu_a * graded(severity, 1.5, 20.0);
-                    (*form, Medium { mu_a, coat: medium.coat * graded(severity, 0.95, 0.3), ..medium })
-                }
-                _ => (*form, tablet::medium(&blister.tablet)),
-            };
-            let foreign = (class == Class::ForeignTablet).then(|| own.probes());
-            let probes = foreign.as_deref().unwrap_or(probes);
-            let floor = self.web.foil_mm + self.slack;
-            let pose = self.settle(cell, &own, probes, wish, floor);
+        if content.tablets == 0 {
+            self.instances[cell].state = Class::Missing;
+        } else {
+            let wish = wish(stream.child("pose").index(cell as u64), blister, form);
+            let PocketContent { form: own, medium, .. } = content;
+            let probes = own.probes();
+            let mut pose = self.settle(cell, own, &probes, wish, self.web.foil_mm + self.slack);
             short = Some(own.outline().half().y);
-            let damaged = mine().find(|p| plan::damage(p.class));
             let up = if wish.flipped { -1.0 } else { 1.0 };
-            self.lay_tablet(cell, &own, &pose, medium, damaged.map(|p| (p, damage(&own, p, up))));
-            if class == Class::Double {
-                // The second one lies flat on the first.
+            let damaged = mine().find_map(|p| match p.kind.of {
+                DefectOf::Tablet(damage) => Some((p, damage(&DamageDraw::new(own, p, up)))),
+                _ => None,
+            });
+            self.lay_tablet(cell, own, &pose, *medium, damaged);
+            for _ in 1..content.tablets {
+                // A further one lies flat on the one before.
                 let floor = pose.middle.z + own.support(pose.turn, Vec3::Z) + self.slack;
-                let second = self.settle(cell, &own, probes, DrawnPose::FLAT, floor);
-                self.lay_tablet(cell, &own, &second, medium, None);
+                pose = self.settle(cell, own, &probes, DrawnPose::FLAT, floor);
+                self.lay_tablet(cell, own, &pose, *medium, None);
             }
-            if class == Class::Shallow {
-                let depth = self.web.cells[cell].factor;
-                let real = (SHALLOW[0] - depth) / (SHALLOW[0] - SHALLOW[1]);
-                self.instances[cell].severity = f64::from(real.clamp(0.0, 1.0));
+            if content.depth < 1.0 {
+                self.instances[cell].severity = f64::from(shallowness(self.web.cells[cell].factor));
             }
         }
-        let marks = [Class::Collapsed, Class::Punctured, Class::Pinhole, Class::Channel];
-        for planned in mine().filter(|p| marks.contains(&p.class)) {
-            let number = self.instances.len() as u16 + 1;
+        for planned in mine() {
+            let DefectOf::Film(make) = planned.kind.of else { continue };
             let tablet = self.contents[cell].first().map(|&n| &self.solids[n]).zip(short);
-            let mark = flange::in_pocket(self, planned, number, tablet);
-            let size = 2.0 * mark.outline.half().x;
-            self.enter(planned.class, cell as u16 + 1, mark.middle, size, planned.severity);
+            let mark = make(&mut MarkDraw::new(self, planned, self.next_id(), tablet));
+            self.enter_in(planned, mark.middle, 2.0 * mark.outline.half().x, planned.severity);
             self.draw(mark);
         }
     }
@@ -179,8 +144,8 @@ impl Pack {
         let (whole, pieces) = (make(Vec::new()), damage.pieces.into_iter().map(&make).collect::<Vec<_>>());
         pieces.into_iter().for_each(|piece| self.add(cell, piece));
         let size = 2.0 * form.outline().half().x;
-        let id = self.enter(planned.class, cell as u16 + 1, pose.middle.truncate(), size, planned.severity);
-        self.wounds[cell] = Some(TabletDamage { whole, lost: damage.lost, label: (planned.class, id) });
+        let id = self.enter_in(planned, pose.middle.truncate(), size, planned.severity);
+        self.wounds[cell] = Some(TabletDamage { whole, lost: damage.lost, label: (planned.kind.class, id) });
     }
 
     pub(super) fn add(&mut self, cell: usize, solid: Solid) {

@@ -8,8 +8,9 @@
 use base::{Gloss, Medium, Stream};
 use glam::Vec2;
 
+use super::Blister;
 use super::formed_pocket::FormedPocket;
-use super::parameters::{Blister, Pocket};
+use super::parameters::Pocket;
 use super::tablet::TabletForm;
 use super::texture::{Texture, hump};
 use crate::noise::{Noise, smoothstep};

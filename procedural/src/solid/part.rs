@@ -85,20 +85,7 @@ impl Part {
         let positions = placing.turned(mesh).map(|corner| (corner + to).as_vec3()).collect();
         let middle = 0.5 * (low + high) + to;
         let size = high - low;
-        let instance = Instance {
-            id: 1,
-            class: Class::Object,
-            state: Class::Object,
-            within: 0,
-            x_mm: middle.x,
-            y_mm: middle.y,
-            diameter_mm: size.x.max(size.y),
-            dive_deg: f64::NAN,
-            death_radius_mm: f64::NAN,
-            severity: f64::NAN,
-            depth_mm: f64::NAN,
-            knot: None,
-        };
+        let instance = Instance::new(1, Class::Object, [middle.x, middle.y], size.x.max(size.y), f64::NAN);
         Self {
             mesh: Arc::new(Mesh { positions, triangles: mesh.triangles.clone() }),
             medium: material.medium(),

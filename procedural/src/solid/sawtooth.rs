@@ -69,20 +69,8 @@ impl Sawtooth {
         body.instances = (1..=piece.teeth as u16)
             .map(|id| {
                 let place = body.place(((f64::from(id) - 0.5) * pitch) as f32, 0.0);
-                Instance {
-                    id,
-                    class: Class::Tooth,
-                    state: Class::Tooth,
-                    within: 0,
-                    x_mm: f64::from(place.x),
-                    y_mm: f64::from(place.y),
-                    diameter_mm: pitch,
-                    dive_deg: f64::NAN,
-                    death_radius_mm: f64::NAN,
-                    severity: f64::NAN,
-                    depth_mm: f64::NAN,
-                    knot: None,
-                }
+                let at = [place.x, place.y].map(f64::from);
+                Instance::new(id, Class::Tooth, at, pitch, f64::NAN)
             })
             .collect();
         body

@@ -21,8 +21,8 @@
 use base::Stream;
 use glam::{Vec2, Vec3};
 
+use super::Wood;
 use super::face_grain::FaceGrain;
-use super::parameters::Wood;
 use super::pith::LogPoint;
 use crate::noise::{Noise, smoothstep};
 

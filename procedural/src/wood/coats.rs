@@ -10,8 +10,8 @@ use base::{Class, Instance, Stream, lognormal};
 use glam::Vec2;
 use rand::RngExt;
 
-use super::parameters::Wood;
-use super::zones::BoardFace;
+use super::Wood;
+use super::board_face::BoardFace;
 use crate::noise::{Noise, smoothstep};
 
 /// Spread of the logarithm of sizes [1].
@@ -81,7 +81,7 @@ impl Coats {
         instances.extend(all.iter().map(|coat| {
             let extent = if coat.class == Class::Burn { 2.0 * face.half.x } else { 2.0 * coat.half.y };
             let at = [f64::from(coat.centre.x), f64::from(coat.centre.y)];
-            Instance::defect(coat.id, coat.class, at, f64::from(extent), 1.0 - f64::from(coat.through))
+            Instance::new(coat.id, coat.class, at, f64::from(extent), 1.0 - f64::from(coat.through))
         }));
         Self(all)
     }

@@ -13,11 +13,11 @@ use base::{Class, Instance, KERNEL_INDICES, Stream, lognormal};
 use glam::Vec3;
 use rand::RngExt;
 
+use super::Wood;
+use super::board_face::BoardFace;
 use super::coefficients::Coefficients;
 use super::growth::wrap;
-use super::parameters::Wood;
 use super::pith::{LogPoint, Trunk};
-use super::zones::BoardFace;
 use crate::noise::{Noise, smoothstep};
 
 /// Cell of the front's noise across the fibre [mm].
@@ -118,7 +118,7 @@ impl Decay {
         }
         let mut note = |class: Class, x: f64, y: f64, size: f64| {
             let id = instances.len() as u16 + 1;
-            instances.push(Instance::defect(id, class, [x, y], size, f64::from(asked.severity as f32)));
+            instances.push(Instance::new(id, class, [x, y], size, f64::from(asked.severity as f32)));
             id
         };
         let side = if asked.edge < 0.0 { -1.0 } else { 1.0 };

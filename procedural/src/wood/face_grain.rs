@@ -16,10 +16,10 @@ use base::{Stream, Surface};
 use glam::{Vec2, Vec3};
 use rand::RngExt;
 
+use super::Wood;
+use super::board_face::BoardFace;
 use super::growth::Growth;
-use super::parameters::Wood;
 use super::pith::{LogPoint, Trunk};
-use super::zones::BoardFace;
 use crate::noise::{FIBRES_MOST, Noise, PLANE_MOST, smoothstep};
 
 /// Distance of two nodes, where the board isn't so large that more than [`MOST_NODES`] would be needed [mm].

@@ -15,10 +15,10 @@ use std::sync::Arc;
 use base::Stream;
 use glam::{Vec2, Vec3};
 
+use super::Wood;
 use super::bulge::{Bulge, BulgePlace, REACH, SHORTEN, height};
 use super::grain_flow::{RankineOval, SLOWEST};
 use super::knot::{Knot, KnotDistance, KnotSection};
-use super::parameters::Wood;
 use super::pith::LogPoint;
 use super::stem::Layers;
 use crate::noise::{Noise, smoothstep};

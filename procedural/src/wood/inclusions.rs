@@ -11,11 +11,11 @@
 use base::{Class, Instance, Stream, lognormal};
 use rand::RngExt;
 
+use super::Wood;
+use super::board_face::BoardFace;
 use super::growth::wrap;
-use super::parameters::Wood;
 use super::pith::{LogPoint, Trunk};
 use super::rings::Rings;
-use super::zones::BoardFace;
 use crate::noise::{Noise, smoothstep};
 
 /// Spread of the logarithm of each size [1].
@@ -92,7 +92,7 @@ impl Inclusions {
                 let t = if class == Class::ResinPocket && (torn - ring).abs() < 0.5 * half[0] { torn } else { t };
                 let id = instances.len() as u16 + 1;
                 let at = [f64::from(spot.x), f64::from(spot.y)];
-                instances.push(Instance::defect(id, class, at, 2.0 * f64::from(half[2].max(half[1])), f64::NAN));
+                instances.push(Instance::new(id, class, at, 2.0 * f64::from(half[2].max(half[1])), f64::NAN));
                 let (azimuth, along) = (place.phi, place.l);
                 all.push(Inclusion { class, id, t, azimuth, along, half, outline: Noise::new(own.child("outline")) });
             }

@@ -58,7 +58,7 @@ mod tests {
     use super::*;
 
     fn knot([x, y]: [f64; 2], diameter: f64, dive_deg: f64) -> Instance {
-        Instance { dive_deg, ..Instance::defect(1, Class::DeadKnot, [x, y], diameter, f64::NAN) }
+        Instance { dive_deg, ..Instance::new(1, Class::DeadKnot, [x, y], diameter, f64::NAN) }
     }
 
     #[test]
@@ -75,7 +75,7 @@ mod tests {
             (knot([7.0, 888.0], 12.0, 80.0), "face cluster"),
         ];
         let mut knots: Vec<Instance> = cases.iter().rev().map(|case| case.0).collect();
-        knots.push(Instance::defect(9, Class::Check, [0.0, 850.0], 3.0, 0.1));
+        knots.push(Instance::new(9, Class::Check, [0.0, 850.0], 3.0, 0.1));
         name(&mut knots, &board);
         let named: Vec<String> = knots.iter().rev().skip(1).map(|k| k.knot.expect("a knot").text()).collect();
         assert_eq!(named, cases.map(|case| case.1));

@@ -10,9 +10,9 @@ use base::{Class, Instance, Stream};
 use glam::{Vec2, Vec3};
 use rand::RngExt;
 
+use super::Wood;
 use super::bulge::{ASPECT, REACH};
 use super::knot::{Knot, KnotDistance, KnotDraw, KnotPoint};
-use super::parameters::Wood;
 use super::pith::Trunk;
 
 /// Places that a knot proposes.
@@ -87,7 +87,8 @@ pub(super) fn place(stream: Stream, wood: &Wood, trunk: &Trunk) -> Vec<PlacedKno
     placed
 }
 
-fn half_size(wood: &Wood) -> Vec2 {
+/// Half the size of a board [mm].
+pub(super) fn half_size(wood: &Wood) -> Vec2 {
     0.5 * Vec2::new(wood.board.width_mm as f32, wood.board.length_mm as f32)
 }
 
@@ -181,20 +182,11 @@ fn surround(knot: Knot, at: &KnotProposal, wood: &Wood, trunk: &Trunk, reach: f3
     // The disturbance is longest along the log; the leaning axis lengthens it further.
     let room = Vec3::splat(REACH * ASPECT * most / knot.cos_slope + 2.0 * step);
     let (low, high) = (low - room, high + room);
-    let nan = f64::NAN;
+    let place = at.centre.as_dvec2().to_array();
     let instance = Instance {
-        id: knot.id,
-        class: knot.class,
-        state: knot.class,
-        within: 0,
-        x_mm: f64::from(at.centre.x),
-        y_mm: f64::from(at.centre.y),
-        diameter_mm: 2.0 * f64::from(at.spot.half_width),
         dive_deg: f64::from(at.dive.to_degrees()),
-        death_radius_mm: if at.spot.death.is_finite() { f64::from(at.spot.death) } else { nan },
-        severity: nan,
-        depth_mm: nan,
-        knot: None,
+        death_radius_mm: if at.spot.death.is_finite() { f64::from(at.spot.death) } else { f64::NAN },
+        ..Instance::new(knot.id, knot.class, place, 2.0 * f64::from(at.spot.half_width), f64::NAN)
     };
     PlacedKnot { knot, x: [low.x, high.x], y: [low.y, high.y], instance: Some(instance) }
 }

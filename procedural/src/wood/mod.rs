@@ -11,30 +11,37 @@
 //! (`coefficients`). What is inside was sawn flat and then warped with the board. Sources stand in each file;
 //! docs/theory/wood.md says what is not modelled.
 //!
-//! A new defect has its numbers in `parameters`. What changes the wood of a stem goes to `zones` or `inclusions`, what
-//! lowers the face to `openings`, what lies on it to `coats`. It has a class of samples in recipes/wood-grading.yaml, a
-//! row in the test `wood_defects` and its count in `extremes`.
+//! A new defect has a file with its numbers, which are a group of [`Wood`]. What lowers the face makes
+//! [`openings`] and stands in [`OPENINGS`]; what changes the wood of a stem is as `zones` or `inclusions`, what lies on
+//! the face as `coats`. It has a row in the test `wood_defects`, and may have a class of samples in
+//! recipes/wood-grading.yaml.
 
 mod anatomy;
 mod around_knot;
+mod board_face;
 mod bulge;
+mod chips;
 mod coats;
 mod coefficients;
+mod cracks;
 mod decay;
 mod face_grain;
 mod given;
 mod grain_flow;
 mod growth;
 mod inclusions;
+mod insect_holes;
 mod knot;
 mod knot_inside;
 mod knot_names;
 mod knot_placement;
+mod machine_dents;
 mod moisture;
+mod open_knots;
 mod opening_floor;
 mod openings;
 mod outline_wane;
-pub mod parameters;
+mod parameters;
 mod pith;
 mod rings;
 mod sawn_surface;
@@ -42,6 +49,7 @@ pub mod stem;
 #[cfg(test)]
 mod tests;
 mod tool_marks;
+mod wane;
 mod zones;
 
 use std::sync::Arc;
@@ -52,6 +60,7 @@ use glam::{Vec2, Vec3};
 use self::anatomy::Anatomy;
 pub use self::anatomy::widest_tube_um;
 pub use self::around_knot::{KnotSurrounding, KnotSurroundings};
+use self::board_face::BoardFace;
 use self::coats::Coats;
 use self::coefficients::{Coefficients, WoodKinds};
 use self::decay::Decay;
@@ -62,15 +71,10 @@ use self::growth::{Branch, Grown, Growth};
 use self::inclusions::{Filling, Inclusions};
 use self::knot_placement::PlacedKnot;
 use self::moisture::WetPlaces;
-use self::opening_floor::{FLOOR_MM, Floor};
-use self::openings::{GALLERY_COAT, Opening, Openings};
+use self::opening_floor::{FLOOR_MM, Floor, GALLERY_COAT};
+use self::openings::{OpenedBoard, Opening, Openings};
 use self::outline_wane::OutlineWane;
-pub use self::parameters::EDGE_MOST;
-pub use self::parameters::{
-    Anatomy as AnatomyParameters, Board, Compression, Cracks, Grain, Holes, Inclusions as InclusionParameters, Knots,
-    Log, Machining, Marks, Media, Moisture, PictureParameters, Rot, SlicesParameters, Stain, StemParameters, Wane,
-    Wood,
-};
+pub use self::parameters::{Board, EDGE_MOST, Log, Media, SlicesParameters, StemParameters};
 use self::pith::{LogPoint, Trunk};
 use self::rings::Rings;
 use self::sawn_surface::{SawnProfile, SawnSurface};
@@ -98,6 +102,62 @@ const BARK_WOBBLE: f32 = 6.0;
 
 /// Step of the differences that give the slopes of vessels' grooves [mm].
 const GROOVE_STEP_MM: f32 = 0.008;
+
+base::parameter_groups! {
+    /// Everything that makes a board.
+    Wood {
+        /// The sawn board.
+        board: Board;
+        /// The log.
+        log: Log;
+        /// Its knots.
+        knots: parameters::Knots;
+        /// Its decay.
+        rot: parameters::Rot;
+        /// Its media.
+        media: Media;
+        /// Its compression wood.
+        compression: parameters::Compression;
+        /// Its blue stain.
+        stain: parameters::Stain;
+        /// Its resin and enclosed bark.
+        inclusions: parameters::Inclusions;
+        /// Its cracks.
+        cracks: cracks::Cracks;
+        /// Its insect holes.
+        holes: insect_holes::Holes;
+        /// Its wane.
+        wane: wane::Wane;
+        /// Marks on its face.
+        marks: parameters::Marks;
+        /// The whole stem, for a board that is sawn from one.
+        stem: StemParameters;
+        /// How its face was made.
+        machining: parameters::Machining;
+        /// Its torn grain.
+        grain: parameters::Grain;
+        /// Its canals, vessels and rays.
+        anatomy: parameters::Anatomy;
+        /// Where in a picture it lies, for a board from one.
+        picture: parameters::PictureParameters;
+        /// Where in a stack of slices it lies, for a board from one.
+        slices: SlicesParameters;
+        /// Its wet places.
+        moisture: parameters::Moisture;
+    }
+}
+
+/// What makes openings in the face, in the order of their instances.
+const OPENINGS: &[fn(&mut Openings, &mut OpenedBoard)] = &[
+    open_knots::holes,
+    open_knots::loose,
+    cracks::grow,
+    insect_holes::grow,
+    wane::grow,
+    machine_dents::roll,
+    machine_dents::skip,
+    chips::grow,
+];
 
 /// A sawn board.
 #[derive(Debug, Clone)]
@@ -216,7 +276,7 @@ impl Plank {
         if wood.stem.outline_wane >= 0.5 {
             let wane = OutlineWane::new(stream.child("outline wane"), wood, &cut);
             let Self { openings, trunk, sawn, instances, .. } = &mut plank;
-            openings.leave_outline(&wane, trunk, |y| sawn.edges(y), instances);
+            wane.open(openings, trunk, |y| sawn.edges(y), instances);
         }
         plank.cut = Some(cut);
         plank
@@ -233,7 +293,7 @@ impl Plank {
     ) -> Self {
         let stream = streams.board;
         let board = &wood.board;
-        let face = zones::BoardFace::of(wood);
+        let face = BoardFace::of(wood);
         let widest = face.half + Vec2::new(face.edge_room, 0.0);
         let reach = trunk.youngest(trunk.reach(widest, face.height)) + RING_MARGIN_MM;
         let kinds = WoodKinds::new(&wood.media);
@@ -256,7 +316,17 @@ impl Plank {
         });
         let zones = Zones::grow(stream.child("zones"), wood, &trunk, &mut instances);
         let inclusions = Inclusions::grow(stream.child("inclusions"), wood, &trunk, &rings, &mut instances);
-        let openings = Openings::grow(stream.child("openings"), wood, &trunk, &knots, &mut instances);
+        let mut opened = OpenedBoard {
+            stream: stream.child("openings"),
+            wood,
+            trunk: &trunk,
+            knots: &knots,
+            instances: &mut instances,
+        };
+        let mut openings = Openings::new(wood);
+        for open in OPENINGS {
+            open(&mut openings, &mut opened);
+        }
         let coats = Coats::grow(stream.child("coats"), wood, &mut instances);
         Self {
             rings,

@@ -26,10 +26,10 @@ use base::{Stream, lognormal};
 use glam::Vec2;
 use rand::RngExt;
 
+use super::Wood;
+use super::board_face::BoardFace;
 use super::coefficients::Coefficients;
 use super::decay::LEAST_SIGMA_I;
-use super::parameters::Wood;
-use super::zones::BoardFace;
 use crate::noise::{Noise, smoothstep};
 
 /// What full lumina take from scattering by cylinders and between them [1].
@@ -58,8 +58,7 @@ pub(super) struct WetPlaces {
     patches: Vec<MoistPatch>,
     /// Share of the lumina that is full in the middle of a patch [1].
     filled: f32,
-    /// Cosine and sine of the log's turn [1].
-    turn: Vec2,
+    face: BoardFace,
 }
 
 impl WetPlaces {
@@ -76,8 +75,7 @@ impl WetPlaces {
             let across = lognormal(&mut rng, asked.patch_mm, LOG_SD) as f32;
             MoistPatch { centre, half: 0.5 * across * Vec2::new(1.0, long), outline: Noise::new(own.child("outline")) }
         });
-        let (sin, cos) = libm::sincos(wood.log.turn_deg().to_radians());
-        Self { patches: patches.collect(), filled: asked.filled as f32, turn: Vec2::new(cos as f32, sin as f32) }
+        Self { patches: patches.collect(), filled: asked.filled as f32, face }
     }
 
     /// Share of the lumina that is full at a spot of the face [1]; `None` where it is dry.
@@ -85,8 +83,7 @@ impl WetPlaces {
     pub fn at(&self, spot: Vec2) -> Option<f32> {
         let mut most = 0.0f32;
         for patch in &self.patches {
-            let (d, turn) = (spot - patch.centre, self.turn);
-            let q = Vec2::new(d.x * turn.x - d.y * turn.y, d.x * turn.y + d.y * turn.x) / patch.half;
+            let q = self.face.in_log(spot - patch.centre) / patch.half;
             if q.length_squared() < 9.0 {
                 let edge = (1.0 + OUTLINE[0] * patch.outline.plane(OUTLINE[1] * q).0).max(0.3);
                 most = most.max(1.0 - smoothstep(FULL, 1.0, q.length() / edge));

@@ -7,6 +7,8 @@ use crate::noise::Noise;
 
 /// Wood that every opening leaves above the conveyor [mm].
 pub(super) const FLOOR_MM: f32 = 0.3;
+/// Light that the dark wall of a gallery lets through, each way; an estimate [1].
+pub(super) const GALLERY_COAT: f32 = 0.45;
 /// Bounds of value noise in the plane that hold all of it: bark is everywhere or nowhere beyond them [1].
 const NORMAL_TO_SHARE: f32 = 2.3;
 /// Roughness of bark and of the surface below it [mm], and its cell [mm].

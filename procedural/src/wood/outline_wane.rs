@@ -4,18 +4,21 @@
 //! the column with
 //! r(x, y, z) <= rho(phi, l), found between the face and the point of the column that is nearest to the pith. It is
 //! rough, and bark or the bare surface below it, as the wane that is drawn. Where the whole column lies beyond the
-//! outline, a thin sheet is left. Sources: geometry; roughness and patches as in `openings`. Limits: bark has no
+//! outline, a thin sheet is left. Sources: geometry; roughness and patches as in `opening_floor`. Limits: bark has no
 //! thickness of its own; the narrow sides and the lower face keep their straight edges; knots that would lie beyond the
 //! outline keep their instances.
 
-use base::Stream;
+use std::sync::Arc;
+
+use base::{Class, Instance, Stream};
 use glam::Vec2;
 
+use super::Wood;
+use super::board_face::BoardFace;
 use super::opening_floor::{BarkCover, FLOOR_MM, Floor};
-use super::parameters::Wood;
+use super::openings::{LABELLED_MM, Opening, OpeningForm, Openings};
 use super::pith::Trunk;
 use super::stem::StemCut;
-use super::zones::BoardFace;
 
 /// Steps in which the face is looked at, across and along [mm].
 const GRID_MM: Vec2 = Vec2::new(1.0, 8.0);
@@ -33,20 +36,6 @@ pub(super) struct OutlineWane {
     bark: BarkCover,
 }
 
-/// Wane along one long edge.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct WaneEdge {
-    /// Box on the face [mm].
-    pub low: Vec2,
-    pub high: Vec2,
-    /// Its middle [mm].
-    pub spot: Vec2,
-    /// Mean width along the board [mm].
-    pub width: f32,
-    /// Greatest depth [mm].
-    pub depth: f32,
-}
-
 impl OutlineWane {
     /// Of a board.
     pub fn new(stream: Stream, wood: &Wood, cut: &StemCut) -> Self {
@@ -54,7 +43,7 @@ impl OutlineWane {
     }
 
     /// How far the outline lies below the face [mm]; 0 where the face is inside of it.
-    pub fn below_face(&self, spot: Vec2, trunk: &Trunk) -> f32 {
+    fn below_face(&self, spot: Vec2, trunk: &Trunk) -> f32 {
         let beyond = |z: f32| {
             let place = trunk.place(spot.x, spot.y, z);
             place.r - self.cut.radius(place.phi, place.l)
@@ -90,24 +79,16 @@ impl OutlineWane {
         self.height - 0.5 * (inside.0 + outside.0)
     }
 
-    /// How far the surface lies below the face [mm], and what it is.
-    pub fn depth(&self, spot: Vec2, trunk: &Trunk) -> (f32, Floor) {
-        let down = self.below_face(spot, trunk);
-        if down <= 0.0 {
-            return (0.0, Floor::Wood);
-        }
-        let (rough, floor) = self.bark.at(spot, down);
-        ((down + rough).clamp(0.0, (self.height - FLOOR_MM).max(0.0)), floor)
-    }
-
-    /// The wane of each half of the face that has some; `edges` says where the board's edges lie at a place along the
-    /// scan, from its middle [mm].
-    pub fn edges(
-        &self,
-        face: BoardFace,
+    /// Makes the wane of each half of the face that has some; `edges` says where the board's edges lie at a place along
+    /// the scan, from its middle [mm].
+    pub fn open(
+        self,
+        openings: &mut Openings,
         trunk: &Trunk,
         edges: impl Fn(f32) -> [f32; 2],
-    ) -> impl Iterator<Item = WaneEdge> {
+        instances: &mut Vec<Instance>,
+    ) {
+        let (face, class) = (openings.face, Class::Wane);
         let half = face.half + Vec2::new(face.edge_room, 0.0);
         let size = 2.0 * half;
         let count = (size / GRID_MM).ceil().clamp(Vec2::ONE, Vec2::splat(GRID_MOST));
@@ -126,7 +107,8 @@ impl OutlineWane {
                 }
             }
         }
-        halves.into_iter().enumerate().filter(|(_, found)| !found.is_empty()).map(move |(side, found)| {
+        let form = Arc::new(self);
+        for (side, found) in halves.into_iter().enumerate().filter(|(_, found)| !found.is_empty()) {
             let (mut low, mut high, mut spot, mut depth) = (Vec2::INFINITY, Vec2::NEG_INFINITY, Vec2::ZERO, 0.0f32);
             for (at, down) in &found {
                 (low, high) = (low.min(*at - step), high.max(*at + step));
@@ -140,7 +122,19 @@ impl OutlineWane {
                 (low.x, high.x) = (low.x.max(face.middle.x), high.x.max(face.middle.x + half.x))
             }
             let width = found.len() as f32 * step.x * step.y / size.y;
-            WaneEdge { low, high, spot, width, depth }
-        })
+            let id = openings.note(instances, class, spot, [width, depth], Some(width / (2.0 * face.half.x)));
+            openings.add(Opening { class, id, low, high, labelled: LABELLED_MM, form: form.clone() });
+        }
+    }
+}
+
+impl OpeningForm for OutlineWane {
+    fn depth(&self, _: &BoardFace, spot: Vec2, trunk: &Trunk) -> (f32, Floor) {
+        let down = self.below_face(spot, trunk);
+        if down <= 0.0 {
+            return (0.0, Floor::Wood);
+        }
+        let (rough, floor) = self.bark.at(spot, down);
+        ((down + rough).clamp(0.0, (self.height - FLOOR_MM).max(0.0)), floor)
     }
 }

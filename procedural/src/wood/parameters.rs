@@ -58,7 +58,6 @@ const RAYS: Need = Amount("anatomy.ray_share");
 const POCKETS: Need = Any(&["inclusions.resin_pocket_count", "inclusions.bark_pocket_count"]);
 const INCLUSIONS: Need =
     Any(&["inclusions.resin_pocket_count", "inclusions.resin_streak_count", "inclusions.bark_pocket_count"]);
-const CRACKS: Need = Any(&["cracks.check_count", "cracks.shake_count", "cracks.split_count"]);
 
 parameters! {
     /// The sawn board and how it lies on the conveyor.
@@ -324,52 +323,6 @@ parameters! {
 }
 
 parameters! {
-    /// Cracks that are open in the upper surface.
-    cracks: Cracks {
-        /// Drying checks: radial cracks along the grain.
-        check_count: 0.0, 100.0, 0.0, "per board", count;
-        /// Ring shakes: cracks along a ring.
-        shake_count: 0.0, 20.0, 0.0, "per board", count;
-        /// Splits that run in from the ends.
-        split_count: 0.0, 20.0, 0.0, "per board", count;
-        /// Median length.
-        length_mm: 2.0, 3000.0, 60.0, "[E]", of [CRACKS];
-        /// Median width at the surface, at the widest place.
-        width_mm: 0.05, 10.0, 0.5, "[L] 0.05 to 1", of [CRACKS];
-        /// Median depth at the deepest place; what is deeper than 25 widths is not seen.
-        depth_mm: 0.2, 100.0, 6.0, "[L] 2 to 20", of [CRACKS];
-    }
-}
-
-parameters! {
-    /// Insect holes.
-    holes: Holes {
-        /// Holes in the upper surface.
-        count: 0.0, 200.0, 0.0, "per board", count;
-        /// Median diameter.
-        diameter_mm: 0.5, 20.0, 1.6, "[L] pin holes to 2, longhorn beetles 4 to 10", of [Amount("holes.count")];
-        /// Depth.
-        depth_mm: 0.3, 50.0, 6.0, "[E]", of [Amount("holes.count")];
-        /// Share of the holes that are full of frass almost to the face.
-        frass: 0.0, 1.0, 0.2, "[E]", of [Amount("holes.count")];
-    }
-}
-
-parameters! {
-    /// Wane: the log's own surface where the board has no arris.
-    wane: Wane {
-        /// How far it reaches over the face, mean; 0 for none.
-        width_mm: 0.0, 500.0, 0.0, "[L] 5 to 30";
-        /// Which long edge: -1 or 1.
-        edge: -1.0, 1.0, 1.0, "free", of [Amount("wane.width_mm")];
-        /// Slope of the log's surface against the face.
-        angle_deg: 5.0, 80.0, 35.0, "[E]", of [Amount("wane.width_mm")];
-        /// Share of it that still has bark.
-        bark: 0.0, 1.0, 0.5, "free", of [Any(&["wane.width_mm", "stem.outline_wane"])];
-    }
-}
-
-parameters! {
     /// Marks of handling and machining on the upper surface.
     marks: Marks {
         /// Spots of dirt.
@@ -569,101 +522,5 @@ parameters! {
         mirrored: 0.0, 1.0, 0.0, "free", count, needs [SLICES];
         /// Whether the board is turned end for end: 0 or 1.
         turned: 0.0, 1.0, 0.0, "free", count, needs [SLICES];
-    }
-}
-
-/// Everything that makes a board.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Wood {
-    /// The sawn board.
-    pub board: Board,
-    /// The log.
-    pub log: Log,
-    /// Its knots.
-    pub knots: Knots,
-    /// Its decay.
-    pub rot: Rot,
-    /// Its media.
-    pub media: Media,
-    /// Its compression wood.
-    pub compression: Compression,
-    /// Its blue stain.
-    pub stain: Stain,
-    /// Its resin and enclosed bark.
-    pub inclusions: Inclusions,
-    /// Its cracks.
-    pub cracks: Cracks,
-    /// Its insect holes.
-    pub holes: Holes,
-    /// Its wane.
-    pub wane: Wane,
-    /// Marks on its face.
-    pub marks: Marks,
-    /// The whole stem, for a board that is sawn from one.
-    pub stem: StemParameters,
-    /// How its face was made.
-    pub machining: Machining,
-    /// Its torn grain.
-    pub grain: Grain,
-    /// Its canals, vessels and rays.
-    pub anatomy: Anatomy,
-    /// Where in a picture it lies, for a board from one.
-    pub picture: PictureParameters,
-    /// Where in a stack of slices it lies, for a board from one.
-    pub slices: SlicesParameters,
-    /// Its wet places.
-    pub moisture: Moisture,
-}
-
-impl Wood {
-    /// Fills every group from `value`, asked once for each declaration in order.
-    pub fn from_values(value: &mut dyn FnMut(&'static base::Parameter) -> f64) -> Self {
-        Self {
-            board: Board::from_values(value),
-            log: Log::from_values(value),
-            knots: Knots::from_values(value),
-            rot: Rot::from_values(value),
-            media: Media::from_values(value),
-            compression: Compression::from_values(value),
-            stain: Stain::from_values(value),
-            inclusions: Inclusions::from_values(value),
-            cracks: Cracks::from_values(value),
-            holes: Holes::from_values(value),
-            wane: Wane::from_values(value),
-            marks: Marks::from_values(value),
-            stem: StemParameters::from_values(value),
-            machining: Machining::from_values(value),
-            grain: Grain::from_values(value),
-            anatomy: Anatomy::from_values(value),
-            picture: PictureParameters::from_values(value),
-            slices: SlicesParameters::from_values(value),
-            moisture: Moisture::from_values(value),
-        }
-    }
-
-    /// Every declaration with its value here, in order.
-    pub fn values(&self) -> Vec<(&'static base::Parameter, f64)> {
-        [
-            self.board.values(),
-            self.log.values(),
-            self.knots.values(),
-            self.rot.values(),
-            self.media.values(),
-            self.compression.values(),
-            self.stain.values(),
-            self.inclusions.values(),
-            self.cracks.values(),
-            self.holes.values(),
-            self.wane.values(),
-            self.marks.values(),
-            self.stem.values(),
-            self.machining.values(),
-            self.grain.values(),
-            self.anatomy.values(),
-            self.picture.values(),
-            self.slices.values(),
-            self.moisture.values(),
-        ]
-        .concat()
     }
 }

@@ -12,7 +12,7 @@ use std::sync::Arc;
 use base::{Stream, atan2};
 use glam::{Vec2, Vec3};
 
-use super::parameters::Wood;
+use super::Wood;
 use super::stem::Layers;
 use crate::noise::Noise;
 

@@ -143,7 +143,7 @@ mod tests {
     use rand::RngExt;
 
     use super::*;
-    use crate::wood::parameters::Wood;
+    use crate::wood::Wood;
 
     fn rings(reach: f32) -> (Rings, Log) {
         let log = Wood::from_values(&mut |p| p.default).log;

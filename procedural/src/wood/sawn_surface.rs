@@ -12,8 +12,8 @@ use std::f32::consts::{PI, SQRT_2, TAU};
 use base::{BLOCK, Mesh, Stream, Surface, normal};
 use glam::{Vec2, Vec3};
 
-use super::parameters::{EDGE_MOST, Wood};
 use super::tool_marks::{ToolMarks, sin_cos};
+use super::{EDGE_MOST, Wood};
 use crate::noise::Noise;
 
 /// How much the ripple's amplitude drifts, root mean square [1].

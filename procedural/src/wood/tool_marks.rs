@@ -16,7 +16,7 @@ use base::{Stream, Surface, normal};
 use glam::Vec2;
 use rand::RngExt;
 
-use super::parameters::{EDGE_MOST, Wood};
+use super::{EDGE_MOST, Wood};
 use crate::noise::Noise;
 
 /// Spread of a planer's axis against the laser line [1].

@@ -13,8 +13,9 @@ use base::{Class, Instance, Stream, lognormal};
 use glam::Vec3;
 use rand::RngExt;
 
+use super::Wood;
+use super::board_face::BoardFace;
 use super::growth::wrap;
-use super::parameters::{EDGE_MOST, Wood};
 use super::pith::{LogPoint, Trunk};
 use super::rings::Rings;
 use crate::noise::{Noise, smoothstep};
@@ -108,7 +109,7 @@ impl Zones {
             .then(|| Heartwood { radius: wood.log.heartwood_mm as f32, border: Noise::new(stream.child("heartwood")) });
         let mut note = |class, x: f64, y: f64, size: f64, severity: f64| {
             let id = instances.len() as u16 + 1;
-            instances.push(Instance::defect(id, class, [x, y], size, severity));
+            instances.push(Instance::new(id, class, [x, y], size, severity));
             id
         };
         let at = [f64::from(face.middle.x), f64::from(face.middle.y)];
@@ -234,34 +235,5 @@ impl Wedge {
         // The wedge narrows towards its ends along the grain, as the fungus spreads fastest along it in the middle.
         let half = (1.0 - along * along) * (1.0 + FRAY * self.fray.space(at));
         1.0 - smoothstep(half - WEDGE_EDGE, half + WEDGE_EDGE, aside.abs())
-    }
-}
-
-/// The upper face of a board before it warped.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct BoardFace {
-    /// Its middle [mm].
-    pub middle: glam::Vec2,
-    /// Half its size [mm].
-    pub half: glam::Vec2,
-    /// Its height over the conveyor [mm].
-    pub height: f32,
-    /// How far beyond its half width an edge that wanders can lie [mm].
-    pub edge_room: f32,
-}
-
-impl BoardFace {
-    /// Of a board.
-    pub fn of(wood: &Wood) -> Self {
-        let board = &wood.board;
-        let half = 0.5 * glam::Vec2::new(board.width_mm as f32, board.length_mm as f32);
-        let middle = glam::Vec2::new(board.offset_mm as f32, board.lead_in_mm as f32 + half.y);
-        let edge_room = EDGE_MOST * board.edge_wander_mm as f32;
-        Self { middle, half, height: board.thickness_mm as f32, edge_room }
-    }
-
-    /// The spot at these shares of width and length, a tenth of either away from the edges [mm].
-    pub fn spot(&self, share: [f32; 2]) -> glam::Vec2 {
-        self.middle + 0.8 * self.half * (2.0 * glam::Vec2::from_array(share) - 1.0)
     }
 }

@@ -1,9 +1,10 @@
 //! Boards from outside: determinism, the surface, the hull, rot, and that every parameter does something.
 
 use crate::boards::{face, grow, wood};
+use crate::wood_defects::KINDS;
 use base::{BodyKind, Class, Parameter};
 use procedural::wood::Plank;
-use procedural::wood::parameters::Wood;
+use procedural::wood::Wood;
 
 /// Everything that a board answers, sampled coarsely, as words to compare.
 fn answers(plank: &Plank) -> Vec<u32> {
@@ -39,6 +40,8 @@ fn rich() -> Wood {
 /// The same with every defect.
 fn full() -> Wood {
     let mut wood = rich();
+    KINDS.iter().for_each(|kind| (kind.ask)(&mut wood));
+    (wood.log, wood.rot) = (rich().log, rich().rot);
     wood.log.heartwood_mm = 25.0;
     wood.log.pith_mm = 9.5;
     wood.log.pith_depth_mm = 9.0;

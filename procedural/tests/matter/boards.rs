@@ -2,7 +2,7 @@
 
 use base::{BodyKind, Class, Matter, Stream};
 use procedural::wood::Plank;
-use procedural::wood::parameters::Wood;
+use procedural::wood::Wood;
 
 /// The default board with that many sound and dead knots.
 pub fn wood(sound: f64, dead: f64) -> Wood {

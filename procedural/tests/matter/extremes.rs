@@ -2,35 +2,43 @@
 
 use crate::boards::grow;
 use base::{BodyKind, Class, Slice, Stream};
-use procedural::wood::parameters::Wood;
+use procedural::wood::Wood;
 use procedural::wood::{Plank, Stem};
 use rand::RngExt;
 
 /// Boards whose parameters are drawn evenly over their whole ranges.
 const BOARDS: u64 = 90;
 
-/// How many instances a board has.
-fn asked(wood: &Wood) -> usize {
+/// How many instances of each class a board has.
+fn asked(wood: &Wood) -> [(Class, f64); 22] {
     let Wood { knots, rot, inclusions, cracks, marks, .. } = wood;
     let one = |there: bool| f64::from(u8::from(there));
     let fronts = one(rot.reach_mm > 0.0) + one(rot.heart_mm > 0.0) + rot.pocket_count;
-    let decay = if fronts == 0.0 || rot.severity == 0.0 { 0.0 } else { fronts + one(rot.incipient_mm > 0.0) };
-    let wedges = if wood.stain.severity > 0.0 { wood.stain.wedge_count } else { 0.0 };
-    let zones = one(wood.compression.severity > 0.0) + wedges + one(wood.log.pith_mm > 0.0);
-    let inside = inclusions.resin_pocket_count + inclusions.resin_streak_count + inclusions.bark_pocket_count;
-    let openings = cracks.check_count + cracks.shake_count + cracks.split_count + wood.holes.count;
-    let edges = one(wood.wane.width_mm > 0.0) + one(marks.roller_um > 0.0) + marks.skip_count;
-    let coats = marks.dirt_count + marks.burn_count;
-    (knots.sound_count
-        + knots.dead_count
-        + knots.hole_count
-        + knots.loose_count
-        + decay
-        + zones
-        + inside
-        + openings
-        + edges
-        + coats) as usize
+    let rotten = one(rot.severity > 0.0);
+    [
+        (Class::SoundKnot, knots.sound_count),
+        (Class::DeadKnot, knots.dead_count),
+        (Class::KnotHole, knots.hole_count),
+        (Class::LooseKnot, knots.loose_count),
+        (Class::Rot, rotten * fronts),
+        (Class::IncipientDecay, rotten * one(fronts > 0.0 && rot.incipient_mm > 0.0)),
+        (Class::CompressionWood, one(wood.compression.severity > 0.0)),
+        (Class::BlueStain, one(wood.stain.severity > 0.0) * wood.stain.wedge_count),
+        (Class::Pith, one(wood.log.pith_mm > 0.0)),
+        (Class::ResinPocket, inclusions.resin_pocket_count),
+        (Class::ResinStreak, inclusions.resin_streak_count),
+        (Class::BarkPocket, inclusions.bark_pocket_count),
+        (Class::Check, cracks.check_count),
+        (Class::Shake, cracks.shake_count),
+        (Class::Split, cracks.split_count),
+        (Class::InsectHole, wood.holes.count),
+        (Class::Wane, one(wood.wane.width_mm > 0.0)),
+        (Class::RollerMark, one(marks.roller_um > 0.0)),
+        (Class::PlanerSkip, marks.skip_count),
+        (Class::Dirt, marks.dirt_count),
+        (Class::Burn, marks.burn_count),
+        (Class::Clear, 0.0),
+    ]
 }
 
 /// The same without what needs a grid over the whole face, which takes most of the time on the largest boards.
@@ -54,7 +62,10 @@ fn every_draw_gives_finite_matter_and_a_fitting_label() {
         });
         let wood = if seed % 3 == 0 { wood } else { without_fine_structure(wood) };
         let plank = grow(seed, &wood);
-        assert_eq!(plank.instances().len(), asked(&wood));
+        for (class, count) in asked(&wood) {
+            let there = plank.instances().iter().filter(|instance| instance.class == class).count();
+            assert_eq!(there, count as usize, "{class:?} of seed {seed}");
+        }
         let (low, high) = plank.bounds();
         assert!(low.is_finite() && high.is_finite() && low.cmplt(high).all());
         assert!(plank.hull().positions.iter().all(|p| p.is_finite()));

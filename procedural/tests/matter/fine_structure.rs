@@ -4,7 +4,7 @@
 use crate::boards::{grow, wood};
 use base::{BodyKind, Relief, Stream};
 use procedural::wood::Plank;
-use procedural::wood::parameters::Wood;
+use procedural::wood::Wood;
 use rand::RngExt;
 
 /// A flat board without ripple and roughness, and a number source for its own numbers.

@@ -4,7 +4,7 @@
 use crate::boards::{grow, wood};
 use base::{BodyKind, Class, Matter, Surface};
 use procedural::wood::Plank;
-use procedural::wood::parameters::Wood;
+use procedural::wood::Wood;
 
 /// Boards of each kind.
 const BOARDS: u64 = 8;
@@ -13,16 +13,16 @@ const STEP_MM: f32 = 0.4;
 
 /// A kind of defect: its class, what asks for it, and how much of a coefficient, a coat or a millimetre of depth the
 /// label's border stands for: less than this beside labels, more within most of them [1].
-struct Kind {
+pub(crate) struct Kind {
     class: Class,
-    ask: fn(&mut Wood),
+    pub ask: fn(&mut Wood),
     /// Least change within labels, for nine of ten points.
     inside: f64,
     /// Largest change beside labels, for all but one of 500 points; wood a little deeper below a dent is other wood.
     beside: f64,
 }
 
-const KINDS: [Kind; 19] = [
+pub(crate) const KINDS: &[Kind] = &[
     Kind { class: Class::KnotHole, ask: |w| w.knots.hole_count = 2.0, inside: 0.3, beside: f64::INFINITY },
     Kind { class: Class::LooseKnot, ask: |w| w.knots.loose_count = 2.0, inside: 0.3, beside: f64::INFINITY },
     Kind { class: Class::Rot, ask: |w| w.rot.pocket_count = 4.0, inside: 0.5, beside: 1.5 },
@@ -81,7 +81,7 @@ fn change(a: &(Surface, Matter), b: &(Surface, Matter)) -> f64 {
 #[test]
 #[ignore = "long"]
 fn defects_are_where_their_labels_stand() {
-    for kind in &KINDS {
+    for kind in KINDS {
         let (mut inside, mut beside) = (Vec::new(), Vec::new());
         for seed in 0..BOARDS {
             let mut base = wood(0.0, 0.0);

@@ -8,7 +8,10 @@ use dataset::{Claim, Dataset, Encoded, ShardWriter, encode, images};
 use optical_bench::settings::{Channel, Output, RangeForm, SensorStack, Size};
 use optical_bench::split::Split;
 use output_schema::row::CALIBRATION;
-use output_schema::{DatasetHead, FORMAT, Generator, NumberColumn, RecipeHead, SCHEMA_VERSION, SUBJECTS, SplitShares};
+use output_schema::{
+    DatasetHead, FORMAT, Generator, NumberColumn, RecipeHead, SCHEMA_VERSION, SUBJECTS, SplitShares, label_values,
+    pixel_classes,
+};
 
 /// Images of the tests: small, and not square.
 pub const SIZE: Size = Size { columns: 48, rows: 20, profiles: 32 };
@@ -53,8 +56,8 @@ pub fn head(output: &Output, size: &Size, samples: u64) -> DatasetHead {
         shards: DatasetHead::shards_for(samples, per_shard),
         classes: vec!["clear".into(), "knöt".into()],
         subject: "wood".into(),
-        pixel_classes: SUBJECTS[0].pixel_classes(SCHEMA_VERSION[1]),
-        label_values: SUBJECTS[0].label_values(SCHEMA_VERSION[1]),
+        pixel_classes: pixel_classes(SUBJECTS[0], SCHEMA_VERSION[1]),
+        label_values: label_values(SUBJECTS[0], SCHEMA_VERSION[1]),
         splits: SplitShares { train: 0.5, validation: 0.25, test: 0.25 },
         images: images(output, size, RangeForm::Calibrated),
         parameters: vec![

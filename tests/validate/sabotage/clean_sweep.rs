@@ -12,7 +12,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use base::{Parameter, Stream};
 use dataset::validate::{ValidationOptions, ValidationReport, validate};
 use dataset::{Dataset, Encoded};
-use procedural::blister::parameters::DEFECT_COUNTS;
+use procedural::blister::Defects;
 use procedural::wood::Wood;
 use rand::RngExt;
 use recipe::{Change, Recipe};
@@ -110,7 +110,8 @@ fn switches() -> Vec<String> {
 fn swept() -> Vec<SweptDataset> {
     let plain = |recipe, switch, samples| SweptDataset { recipe, switch, samples, levels: [0; FORMS.len() + 1] };
     let mut free: Vec<SweptDataset> = switches().into_iter().map(|switch| plain(0, Some(switch), 1)).collect();
-    free.extend(DEFECT_COUNTS.iter().map(|path| plain(1, Some(format!("{path}=1")), 1)));
+    let counts = Defects::PARAMETERS.iter().filter(|number| number.integer);
+    free.extend(counts.map(|count| plain(1, Some(format!("{}=1", count.path())), 1)));
     free.extend((0..16).map(|place| plain(2 + place % 2, None, 2)));
     let mut fixed = Vec::new();
     for seed in 0..SEEDS as usize {

@@ -1,8 +1,7 @@
 //! Constraints between the parameters of an object, and with the bench above it.
 
 use base::{Mesh, Parameter};
-use procedural::blister::parameters::{EXCLUSIVE_DEFECT_COUNTS, POCKET_DEFECT_COUNTS};
-use procedural::blister::{Blister, Card, Pocket, RIM_MM, Tablet, Web, extent};
+use procedural::blister::{Blister, Card, Pocket, RIM_MM, Tablet, Web, exclusive_counts, extent, pocket_counts};
 use procedural::solid::Placing;
 use procedural::wood::EDGE_MOST;
 
@@ -130,7 +129,7 @@ pub(super) fn blister(yaml: &mut YamlReader, scene: &DrawBounds) {
 /// A pocket has at most one defect of a kind: more than there are pockets are never made.
 fn defects_have_pockets(yaml: &mut YamlReader, scene: &DrawBounds) {
     let pockets = most_pockets(scene);
-    for count in POCKET_DEFECT_COUNTS.iter().copied() {
+    for count in pocket_counts() {
         let least = scene.least(count);
         if least > pockets {
             let problem = format!("asks for {least} of at most {pockets} pockets");
@@ -147,9 +146,9 @@ fn most_pockets(scene: &DrawBounds) -> f64 {
 
 /// What is said of packs that always lack some of the defects that they are asked for.
 pub(super) fn note(scene: &DrawBounds) -> Option<String> {
-    let asked = || EXCLUSIVE_DEFECT_COUNTS.into_iter().filter(|count| scene.least(count) > 0.0);
+    let asked = || exclusive_counts().filter(|count| scene.least(count) > 0.0);
     let (pockets, least) = (most_pockets(scene), asked().map(|count| scene.least(count)).sum::<f64>());
-    let is_new = scene.concerned(EXCLUSIVE_DEFECT_COUNTS.into_iter().chain(["pack.columns", "pack.rows"]));
+    let is_new = scene.concerned(exclusive_counts().chain(["pack.columns", "pack.rows"]));
     (is_new && least > pockets).then(|| {
         let keys: Vec<_> = asked().map(|count| format!("{}{count}", scene.prefix)).collect();
         format!(

@@ -9,13 +9,12 @@ pub(super) mod idle;
 pub(crate) mod setting_type;
 pub(super) mod settings;
 
-use base::Parameter;
-use procedural::blister::{Card, Defects, Foil, Pocket, Tablet, Web};
+use std::sync::LazyLock;
+
+use base::{Parameter, ParameterGroup};
+use procedural::blister::Blister;
 use procedural::solid::{Material, Piece, Placing};
-use procedural::wood::{
-    AnatomyParameters, Board, Compression, Cracks, Grain, Holes, InclusionParameters, Knots, Log, Machining, Marks,
-    Media, Moisture, PictureParameters, Rot, SlicesParameters, Stain, StemParameters, Wane,
-};
+use procedural::wood::Wood;
 
 use self::settings::{
     BinSettings, CameraSettings, ExposureSettings, ExtractionSettings, LaserSettings, LogSettings, MeshSettings,
@@ -42,7 +41,7 @@ pub(super) struct RecipeSection {
     pub parameters: &'static [Parameter],
 }
 
-/// A section of parameters: of one subject, or of all with settings beside them.
+/// A section of parameters: of some subjects, or of all, with settings beside them.
 macro_rules! drawn {
     ($Group:ty, $subjects:expr, $settings:expr) => {
         RecipeSection {
@@ -53,12 +52,19 @@ macro_rules! drawn {
             parameters: <$Group>::PARAMETERS,
         }
     };
-    ($Group:ty, $subjects:expr) => {
-        drawn!($Group, $subjects, &[])
-    };
-    ($Group:ty) => {
-        drawn!($Group, &[], &[])
-    };
+}
+
+/// The sections of the groups that make a subject's objects.
+fn of_subject(groups: &[ParameterGroup], subjects: &'static [Subject]) -> impl Iterator<Item = RecipeSection> {
+    groups.iter().map(move |&ParameterGroup { path, doc, parameters }| {
+        let settings = match path {
+            "log" => LogSettings::SETTINGS,
+            "picture" => PictureSettings::SETTINGS,
+            "slices" => SlicesSettings::SETTINGS,
+            _ => &[],
+        };
+        RecipeSection { path, doc, subjects, settings, parameters }
+    })
 }
 
 /// A section of settings alone.
@@ -83,48 +89,29 @@ that it
 has no effect on is a fault.";
 
 /// Every section, in the order of the light: scan, bench, object, transport, reading, writing.
-pub(super) const SECTIONS: [RecipeSection; 40] = [
-    fixed("scan", "Sizes of the scan.", ScanSettings::SETTINGS),
-    drawn!(MotionParameters, &[], MotionSettings::SETTINGS),
-    drawn!(LaserParameters, &[], LaserSettings::SETTINGS),
-    drawn!(CameraParameters, &[], CameraSettings::SETTINGS),
-    drawn!(ExposureParameters, &[], ExposureSettings::SETTINGS),
-    drawn!(SpeckleParameters, &[], SpeckleSettings::SETTINGS),
-    drawn!(Board, &[Subject::Wood]),
-    drawn!(Log, &[Subject::Wood], LogSettings::SETTINGS),
-    drawn!(Knots, &[Subject::Wood]),
-    drawn!(Rot, &[Subject::Wood]),
-    drawn!(Media, &[Subject::Wood]),
-    drawn!(Compression, &[Subject::Wood]),
-    drawn!(Stain, &[Subject::Wood]),
-    drawn!(InclusionParameters, &[Subject::Wood]),
-    drawn!(Cracks, &[Subject::Wood]),
-    drawn!(Holes, &[Subject::Wood]),
-    drawn!(Wane, &[Subject::Wood]),
-    drawn!(Marks, &[Subject::Wood]),
-    drawn!(StemParameters, &[Subject::Wood]),
-    drawn!(Machining, &[Subject::Wood]),
-    drawn!(Grain, &[Subject::Wood]),
-    drawn!(AnatomyParameters, &[Subject::Wood]),
-    drawn!(PictureParameters, &[Subject::Wood], PictureSettings::SETTINGS),
-    drawn!(SlicesParameters, &[Subject::Wood], SlicesSettings::SETTINGS),
-    drawn!(Moisture, &[Subject::Wood]),
-    drawn!(Card, &[Subject::Blister]),
-    drawn!(Pocket, &[Subject::Blister]),
-    drawn!(Tablet, &[Subject::Blister]),
-    drawn!(Web, &[Subject::Blister]),
-    drawn!(Foil, &[Subject::Blister]),
-    drawn!(Defects, &[Subject::Blister]),
-    drawn!(Piece, &[Subject::Sawtooth]),
-    drawn!(Placing, &[Subject::Mesh], MeshSettings::SETTINGS),
-    drawn!(Material, &[Subject::Sawtooth, Subject::Mesh]),
-    fixed(TRANSPORT, TRANSPORT_DOC, TransportSettings::SETTINGS),
-    fixed("postprocess", POSTPROCESS_DOC, PostprocessSettings::SETTINGS),
-    fixed("extraction", "How a profile is read from a frame.", ExtractionSettings::SETTINGS),
-    fixed("splits", "Shares of the parts of the dataset; they sum to 1.", SplitSettings::SETTINGS),
-    fixed("output", "What is written.", OutputSettings::SETTINGS),
-    fixed("output.bin", "How many pixels are averaged into one of the written images.", BinSettings::SETTINGS),
-];
+pub(super) static SECTIONS: LazyLock<Vec<RecipeSection>> = LazyLock::new(|| {
+    let bench = [
+        fixed("scan", "Sizes of the scan.", ScanSettings::SETTINGS),
+        drawn!(MotionParameters, &[], MotionSettings::SETTINGS),
+        drawn!(LaserParameters, &[], LaserSettings::SETTINGS),
+        drawn!(CameraParameters, &[], CameraSettings::SETTINGS),
+        drawn!(ExposureParameters, &[], ExposureSettings::SETTINGS),
+        drawn!(SpeckleParameters, &[], SpeckleSettings::SETTINGS),
+    ];
+    let objects = of_subject(Wood::GROUPS, &[Subject::Wood]).chain(of_subject(Blister::GROUPS, &[Subject::Blister]));
+    let others = [
+        drawn!(Piece, &[Subject::Sawtooth], &[]),
+        drawn!(Placing, &[Subject::Mesh], MeshSettings::SETTINGS),
+        drawn!(Material, &[Subject::Sawtooth, Subject::Mesh], &[]),
+        fixed(TRANSPORT, TRANSPORT_DOC, TransportSettings::SETTINGS),
+        fixed("postprocess", POSTPROCESS_DOC, PostprocessSettings::SETTINGS),
+        fixed("extraction", "How a profile is read from a frame.", ExtractionSettings::SETTINGS),
+        fixed("splits", "Shares of the parts of the dataset; they sum to 1.", SplitSettings::SETTINGS),
+        fixed("output", "What is written.", OutputSettings::SETTINGS),
+        fixed("output.bin", "How many pixels are averaged into one of the written images.", BinSettings::SETTINGS),
+    ];
+    bench.into_iter().chain(objects).chain(others).collect()
+});
 
 impl RecipeSection {
     /// Whether recipes about `subject` have it; all have what is asked about while the subject is a fault itself.

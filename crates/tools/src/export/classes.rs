@@ -1,26 +1,8 @@
 //! Categories of pixel classes in other layouts: which have objects, of what kind, and which count as good.
 
-use output_schema::DatasetHead;
-
+use base::{Class, ClassKind};
 use dataset::Fault;
-
-/// Pixel classes that have objects, with what they are a kind of.
-const SUPERCATEGORIES: [(&str, &[&str]); 14] = [
-    ("knot", &["sound_knot", "dead_knot", "loose_knot", "knot_hole"]),
-    ("decay", &["rot", "incipient_decay"]),
-    ("discolouration", &["blue_stain"]),
-    ("structure", &["pith", "compression_wood"]),
-    ("inclusion", &["resin_pocket", "resin_streak", "bark_pocket"]),
-    ("crack", &["check", "shake", "split"]),
-    ("shape", &["wane", "insect_hole"]),
-    ("marking", &["dirt", "roller_mark", "planer_skip", "burn"]),
-    ("pocket", &["pocket"]),
-    ("tablet", &["missing", "broken", "chipped", "cracked", "capped", "foreign_tablet", "wrong_coat", "double"]),
-    ("foreign_matter", &["particle", "fibre", "powder"]),
-    ("forming", &["shallow", "collapsed"]),
-    ("film", &["punctured", "pinhole"]),
-    ("seal", &["channel", "wrinkle", "delamination", "tablet_on_flange"]),
-];
+use output_schema::{DatasetHead, SCHEMA_VERSION};
 
 /// A pixel class that has objects: a category of COCO.
 pub(super) struct Category<'a> {
@@ -34,25 +16,19 @@ pub(super) struct Category<'a> {
 
 /// The categories of the dataset's subject, in order of their values.
 pub(super) fn categories(head: &DatasetHead) -> Vec<Category<'_>> {
-    let kind = |name: &str| SUPERCATEGORIES.iter().find(|(_, names)| names.contains(&name)).map(|(kind, _)| *kind);
+    let kind = |name: &str| match Class::named(name)?.kind() {
+        ClassKind::Ground => None,
+        ClassKind::Sound(kind) => kind,
+        ClassKind::Defect(kind) => Some(kind),
+    };
     let category = |(value, name)| Some(Category { value, name, supercategory: kind(name)? });
     head.shown_classes().filter_map(category).collect()
 }
 
-/// Names of the pixel classes that count as good unless the user says otherwise; `background` always does. Empty where
-/// a subject has no defects.
-pub(crate) fn default_good(subject: &str) -> &'static [&'static str] {
-    match subject {
-        "wood" => &["clear"],
-        "blister" => &["flange", "pocket"],
-        _ => &[],
-    }
-}
-
-/// For each label value whether it is good, by the names that the user gave or the defaults.
+/// For each label value whether it is good, by the names that the user gave; `background` always is, and
+/// without names all but the defects are.
 pub(super) fn good(head: &DatasetHead, given: &[String]) -> Result<[bool; 256], Fault> {
-    let default = default_good(&head.subject);
-    if default.is_empty() && given.is_empty() {
+    if given.is_empty() && !Class::of_subject(&head.subject, SCHEMA_VERSION[1]).any(Class::is_defect) {
         let what = format!("its subject `{}` has no defects", head.subject);
         let remedy = "export it as png or webdataset, or say with --good which classes are good";
         return Err(Fault::new(&head.recipe.name, what, remedy));
@@ -63,7 +39,7 @@ pub(super) fn good(head: &DatasetHead, given: &[String]) -> Result<[bool; 256], 
         return Err(Fault::new("--good", format!("there is no class `{unknown}`"), remedy));
     }
     let is_good = |name: &str| match given {
-        [] => default.contains(&name),
+        [] => Class::named(name).is_some_and(Class::is_sound),
         given => given.iter().any(|good| good == name),
     };
     let mut good = [false; 256];
@@ -89,16 +65,6 @@ pub(super) fn folder_name(name: &str) -> Result<&str, Fault> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// Every pixel class either has objects or is what objects lie in.
-    #[test]
-    fn every_class_is_known() {
-        let without = ["background", "clear", "flange", "tooth", "object"];
-        for name in output_schema::PIXEL_CLASSES {
-            let kinds = SUPERCATEGORIES.iter().filter(|(_, names)| names.contains(&name)).count();
-            assert_eq!(kinds, usize::from(!without.contains(&name)), "{name}");
-        }
-    }
 
     #[test]
     fn names_stay_in_their_folder() {

@@ -13,7 +13,7 @@
 
 use std::f64::consts::PI;
 
-use crate::wood::parameters::Wood;
+use crate::wood::Wood;
 
 /// Wood that the saw takes between two boards [mm], a guess.
 const KERF_MM: f64 = 4.0;

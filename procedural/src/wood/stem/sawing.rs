@@ -23,11 +23,11 @@ use super::branch::StemBranch;
 use super::cut::{AZIMUTHS, SECTION_MM, StemCut};
 use super::layers::Layers;
 use super::oval::Oval;
+use crate::wood::Wood;
 use crate::wood::bulge::{ASPECT, REACH};
 use crate::wood::growth::Growth;
 use crate::wood::knot::{Knot, KnotDistance, KnotDraw};
-use crate::wood::knot_placement::PlacedKnot;
-use crate::wood::parameters::Wood;
+use crate::wood::knot_placement::{PlacedKnot, half_size};
 use crate::wood::pith::{LogPoint, PithNode, Trunk, zenith};
 
 /// The pith is known this far beyond the board [mm], more than branches lean on their way to it.
@@ -298,25 +298,13 @@ impl Sawing {
         let axis = self.trunk.vector(across, section.slope).normalize();
         let dead = place.r >= knot.death;
         let class = if dead { Class::DeadKnot } else { Class::SoundKnot };
+        let diameter_mm = 2.0 * f64::from(section.half_width * knot.tip(place.r));
         Instance {
-            id: 0,
-            class,
-            state: class,
-            within: 0,
-            x_mm: f64::from(centre.x),
-            y_mm: f64::from(centre.y),
-            diameter_mm: 2.0 * f64::from(section.half_width * knot.tip(place.r)),
             dive_deg: f64::from(libm::asinf(axis.z.abs().min(1.0)).to_degrees()),
             death_radius_mm: if dead { f64::from(knot.death) } else { f64::NAN },
-            severity: f64::NAN,
-            depth_mm: f64::NAN,
-            knot: None,
+            ..Instance::new(0, class, centre.as_dvec2().to_array(), diameter_mm, f64::NAN)
         }
     }
-}
-
-fn half_size(wood: &Wood) -> Vec2 {
-    0.5 * Vec2::new(wood.board.width_mm as f32, wood.board.length_mm as f32)
 }
 
 /// Corners of the upper face [mm].

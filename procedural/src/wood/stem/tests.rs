@@ -5,9 +5,9 @@ use glam::{Vec2, Vec3};
 use rand::RngExt;
 
 use super::*;
+use crate::wood::Wood;
 use crate::wood::growth::Grown;
 use crate::wood::knot::{Knot, KnotDistance};
-use crate::wood::parameters::Wood;
 use crate::wood::{BoardStreams, LogPoint, Plank};
 
 /// How boards lie in their stems: anywhere between flat- and quarter-sawn, quarter-sawn, flat-sawn, and through the

@@ -1,6 +1,6 @@
 //! The area of each class that a row gives is what its label image shows; all of them together are the image.
 
-use output_schema::PIXEL_CLASSES;
+use base::Class;
 
 use super::{Code, REMAKE_OR_REPORT, Rule, SampleToCheck, ValidationReport};
 
@@ -15,7 +15,7 @@ pub(super) fn check(sample: &SampleToCheck, report: &mut ValidationReport) {
         report.fault(Code::ClassAreaDiffers, place, what);
     }
     let Some(label) = sample.images.get("label").filter(|_| sample.unknown_label.is_none()) else { return };
-    let mut areas = vec![0i64; PIXEL_CLASSES.len()];
+    let mut areas = vec![0i64; Class::ALL.len()];
     label.iter().for_each(|&class| areas[usize::from(class)] += 1);
     let shown: Vec<i64> = sample.task.head.label_values.iter().map(|&value| areas[usize::from(value)]).collect();
     if shown != row.class_area_px {

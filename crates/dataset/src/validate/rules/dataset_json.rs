@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use output_schema::file::DATASET;
-use output_schema::{DatasetHead, FORMAT, SCHEMA_VERSION, SubjectFiles, refuse_version};
+use output_schema::{DatasetHead, FORMAT, SCHEMA_VERSION, SUBJECTS, label_values, pixel_classes, refuse_version};
 use serde_json::Value;
 
 use super::files::unread;
@@ -74,12 +74,13 @@ fn inconsistent(head: &DatasetHead) -> Option<String> {
     if refused.is_some() {
         return refused;
     }
-    let Some(subject) = SubjectFiles::named(&head.subject) else {
-        return Some(format!("its subject is `{}`", head.subject));
-    };
+    let subject = head.subject.as_str();
+    if !SUBJECTS.contains(&subject) {
+        return Some(format!("its subject is `{subject}`"));
+    }
     // Later minor versions may have added classes; values keep their meaning in all.
     let told = (&head.pixel_classes, &head.label_values);
-    let known = |minor: u32| told == (&subject.pixel_classes(minor), &subject.label_values(minor));
+    let known = |minor: u32| told == (&pixel_classes(subject, minor), &label_values(subject, minor));
     let [own, minor] = [SCHEMA_VERSION[1], head.schema_version[1]];
     (minor <= own && !(0..=own).any(known))
         .then(|| format!("its pixel classes are {:?}, its labels {:?}", head.pixel_classes, head.label_values))

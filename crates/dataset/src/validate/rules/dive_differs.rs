@@ -1,6 +1,6 @@
 //! An estimate: in the middle of a knot the fibre dives as its axis does. Made where the recipe cannot be drawn again.
 
-use output_schema::PIXEL_CLASSES;
+use base::Class;
 
 use super::{Code, LOOK, Rule, SampleToCheck, ValidationReport};
 
@@ -10,7 +10,7 @@ pub(super) const RULE: Rule = Rule {
 };
 /// The classes of objects that show fibres along their own axis: a hole shows the wood below, and the gap about a loose
 /// knot too.
-const GROWN: [&str; 2] = ["sound_knot", "dead_knot"];
+const GROWN: [Class; 2] = [Class::SoundKnot, Class::DeadKnot];
 /// Pixels of a knot from which on the fibre's dive in it is compared with that of its axis [px].
 const KNOT_PX: usize = 200;
 /// Furthest that the middle fibre of a knot dives from its axis [deg]: rings about the axis and a knot that is cut
@@ -23,8 +23,8 @@ pub(in crate::validate) fn check(sample: &SampleToCheck, report: &mut Validation
     }
     let row = &sample.row;
     let (Some(dive), Some(instance)) = (sample.channel("FibreDive"), sample.images.get("instance")) else { return };
-    let class = |class: i64| usize::try_from(class).ok().and_then(|class| PIXEL_CLASSES.get(class));
-    let grown = row.objects.iter().filter(|object| class(object.class).is_some_and(|name| GROWN.contains(name)));
+    let is_grown = |class: i64| Class::of(class).is_some_and(|class| GROWN.contains(&class));
+    let grown = row.objects.iter().filter(|object| is_grown(object.class));
     for object in grown.filter(|object| object.dive_deg.is_some()) {
         // A box that leads out of the image is told by another rule.
         let [x, y, width, height] = object.bbox.map(|side| usize::try_from(side).unwrap_or(0));

@@ -1,6 +1,6 @@
 //! Every pixel of an instance has the class of its object, and every other one is ground.
 
-use output_schema::PIXEL_CLASSES;
+use base::{Class, ClassKind};
 
 use super::{Code, REMAKE_OR_REPORT, Rule, SampleToCheck, ValidationReport};
 
@@ -8,14 +8,11 @@ pub(super) const RULE: Rule = Rule {
     meaning: "A pixel has another class than its instance, or an instance where there is none.",
     remedy: REMAKE_OR_REPORT,
 };
-/// The classes of pixels that belong to no instance.
-const GROUND: [&str; 3] = ["background", "clear", "flange"];
 
 pub(super) fn check(sample: &SampleToCheck, report: &mut ValidationReport) {
     let SampleToCheck { row, images: decoded, place, .. } = sample;
     let (Some(label), Some(instance)) = (decoded.get("label"), decoded.get("instance")) else { return };
-    let ground = PIXEL_CLASSES.map(|name| GROUND.contains(&name));
-    let ground = |class: u16| ground.get(usize::from(class)).is_some_and(|ground| *ground);
+    let ground = |class: u16| Class::of(class).is_some_and(|class| class.kind() == ClassKind::Ground);
     // No class is as large: an instance without an object is told by another rule.
     let numbers = row.objects.iter().filter_map(|object| u16::try_from(object.instance).ok());
     let mut classes = vec![None; usize::from(numbers.max().unwrap_or(0)) + 1];

@@ -74,7 +74,7 @@ pub(super) fn check(sample: &SampleToCheck, report: &mut ValidationReport) {
 /// The defects that the row lists against its objects and the areas of classes, which are those of the images.
 fn defects(row: &StoredRow, values: &[u8], place: &str, report: &mut ValidationReport) {
     let mut fault = |code, what: String| report.fault(code, place, what);
-    let classes = || values.iter().filter_map(|&value| Class::ALL.get(usize::from(value)));
+    let classes = || values.iter().filter_map(|&value| Class::of(value));
     let mut is_known = true;
     for name in row.defects.iter().chain(row.unseen.iter().flatten()) {
         if !classes().any(|class| class.name() == name) {
@@ -82,9 +82,8 @@ fn defects(row: &StoredRow, values: &[u8], place: &str, report: &mut ValidationR
             fault(Code::ValueRange, format!("the defect `{name}` is no pixel class of the subject"));
         }
     }
-    let class = |value: i64| usize::try_from(value).ok().and_then(|value| Class::ALL.get(value));
-    let shown = row.objects.iter().filter_map(|object| class(object.class)).filter(|class| class.is_defect());
-    let shown: Vec<&str> = shown.map(|class| class.name()).collect();
+    let shown = row.objects.iter().filter_map(|object| Class::of(object.class)).filter(|class| class.is_defect());
+    let shown: Vec<&str> = shown.map(Class::name).collect();
     // Before 1.7 the list has the unseen ones too.
     if row.unseen.is_none() {
         for name in shown.iter().filter(|name| !row.defects.iter().any(|defect| defect == *name)) {

@@ -5,13 +5,12 @@
 //! asked width without matter, its halves unmoved. Neglected: rough faces of fracture, and that they lack the coat; a
 //! broken tablet lies as the whole one would.
 
-use base::Class;
 use glam::Vec3;
 use rand::RngExt;
 
-use super::plan::{PlannedDefect, graded};
-use super::solid::CutPlane;
-use super::tablet::TabletForm;
+use super::{PlannedDefect, graded};
+use crate::blister::solid::CutPlane;
+use crate::blister::tablet::TabletForm;
 
 /// Tablets that are this much longer than wide break across [1].
 const SLENDER: f32 = 1.3;
@@ -86,51 +85,81 @@ fn plane(form: &TabletForm, normal: Vec3, share: f32) -> f32 {
     0.5 * (low + high)
 }
 
-/// The damage that was planned; `up` is the sign of the face that lies up.
-pub fn damage(form: &TabletForm, planned: &PlannedDefect, up: f32) -> Damage {
-    let mut rng = planned.stream.child("damage").rng();
-    let mut even = || rng.random::<f32>();
-    let half = form.outline().half();
-    // Long tablets break across: within a quarter of a right angle of their long axis.
-    let turn = if half.x > SLENDER * half.y { 0.25 * (even() - 0.5) } else { even() };
-    let (sine, cosine) = libm::sincosf(std::f32::consts::TAU * turn);
-    let across = Vec3::new(cosine, sine, 0.0) * if even() < 0.5 { -1.0 } else { 1.0 };
-    let lean = even();
-    let one = |cut: CutPlane| Damage {
-        pieces: vec![vec![cut]],
-        lost: vec![CutPlane { normal: -cut.normal, limit: -cut.limit }],
-    };
-    match planned.class {
-        Class::Broken => {
-            let normal = (across + Vec3::Z * (0.5 * lean - 0.25)).normalize();
-            one(cut(form, normal, plane(form, normal, graded(planned.severity, 0.2, 0.8))))
-        }
-        Class::Chipped => {
-            let normal = (across + Vec3::Z * up * (0.3 + 0.7 * lean)).normalize();
-            one(cut(form, normal, plane(form, normal, graded(planned.severity, 0.01, 0.1))))
-        }
-        Class::Capped if form.is_capsule() => {
-            let depth = graded(planned.severity, 0.25, 0.5) * 2.0 * half.x;
-            let end = Vec3::X * across.x.signum();
-            one(cut(form, end, half.x - depth))
-        }
-        Class::Capped => {
-            let depth = graded(planned.severity, 0.1, 0.4) * form.thickness_mm();
-            one(cut(form, Vec3::Z * up, 0.5 * form.thickness_mm() - depth))
-        }
-        _ => {
-            let gap = 0.5 * graded(planned.severity, 0.1, 0.4);
-            let middle = 0.4 * (lean - 0.5) * half.y;
-            let sides = [cut(form, across, middle - gap), cut(form, -across, -middle - gap)];
-            let lost = sides.map(|c| CutPlane { normal: -c.normal, limit: -c.limit });
-            Damage { pieces: sides.map(|c| vec![c]).to_vec(), lost: lost.to_vec() }
-        }
+/// The numbers that all damages draw.
+#[derive(Debug)]
+pub struct DamageDraw<'a> {
+    form: &'a TabletForm,
+    severity: f32,
+    /// Level direction of what is lost [1].
+    across: Vec3,
+    /// How far the cut leans, of 1 [1].
+    lean: f32,
+    /// Sign of the face that lies up.
+    up: f32,
+}
+
+impl<'a> DamageDraw<'a> {
+    /// Of a planned damage; `up` is the sign of the face that lies up.
+    pub fn new(form: &'a TabletForm, planned: &PlannedDefect, up: f32) -> Self {
+        let mut rng = planned.stream.child("damage").rng();
+        let mut even = || rng.random::<f32>();
+        let half = form.outline().half();
+        // Long tablets break across: within a quarter of a right angle of their long axis.
+        let turn = if half.x > SLENDER * half.y { 0.25 * (even() - 0.5) } else { even() };
+        let (sine, cosine) = libm::sincosf(std::f32::consts::TAU * turn);
+        let across = Vec3::new(cosine, sine, 0.0) * if even() < 0.5 { -1.0 } else { 1.0 };
+        Self { form, severity: planned.severity, across, lean: even(), up }
     }
+
+    /// What one cut leaves: all but what lies beyond `limit` along `normal`.
+    fn one(&self, normal: Vec3, limit: f32) -> Damage {
+        let cut = cut(self.form, normal, limit);
+        Damage { pieces: vec![vec![cut]], lost: vec![CutPlane { normal: -cut.normal, limit: -cut.limit }] }
+    }
+
+    /// What a cut leaves that takes this share of the volume.
+    fn share(&self, normal: Vec3, share: f32) -> Damage {
+        self.one(normal, plane(self.form, normal, share))
+    }
+}
+
+/// A part broken off.
+pub fn broken(draw: &DamageDraw) -> Damage {
+    let normal = (draw.across + Vec3::Z * (0.5 * draw.lean - 0.25)).normalize();
+    draw.share(normal, graded(draw.severity, 0.2, 0.8))
+}
+
+/// A chip off an edge of the upper face.
+pub fn chipped(draw: &DamageDraw) -> Damage {
+    let normal = (draw.across + Vec3::Z * draw.up * (0.3 + 0.7 * draw.lean)).normalize();
+    draw.share(normal, graded(draw.severity, 0.01, 0.1))
+}
+
+/// A cap lost, or a shell of a hard capsule.
+pub fn capped(draw: &DamageDraw) -> Damage {
+    let form = draw.form;
+    if form.is_capsule() {
+        let half = form.outline().half().x;
+        let depth = graded(draw.severity, 0.25, 0.5) * 2.0 * half;
+        return draw.one(Vec3::X * draw.across.x.signum(), half - depth);
+    }
+    let depth = graded(draw.severity, 0.1, 0.4) * form.thickness_mm();
+    draw.one(Vec3::Z * draw.up, 0.5 * form.thickness_mm() - depth)
+}
+
+/// A gap from side to side.
+pub fn cracked(draw: &DamageDraw) -> Damage {
+    let gap = 0.5 * graded(draw.severity, 0.1, 0.4);
+    let middle = 0.4 * (draw.lean - 0.5) * draw.form.outline().half().y;
+    let sides = [cut(draw.form, draw.across, middle - gap), cut(draw.form, -draw.across, -middle - gap)];
+    let lost = sides.map(|c| CutPlane { normal: -c.normal, limit: -c.limit });
+    Damage { pieces: sides.map(|c| vec![c]).to_vec(), lost: lost.to_vec() }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::blister::defects::KINDS;
     use crate::blister::parameters::Tablet;
     use base::Stream;
 
@@ -144,13 +173,15 @@ mod tests {
             let form = TabletForm::new(&tablet);
             let columns = columns(&form);
             for severity in [0.0, 0.3, 1.0] {
-                for (class, share) in [(Class::Broken, 0.2 + 0.6 * severity), (Class::Chipped, 0.01 + 0.09 * severity)]
-                {
-                    let planned = PlannedDefect { cell: 0, class, severity, stream: Stream::root(shape as u64) };
-                    let cut = damage(&form, &planned, 1.0).pieces[0][0];
+                for (is_chip, share) in [(false, 0.2 + 0.6 * severity), (true, 0.01 + 0.09 * severity)] {
+                    let stream = Stream::root(shape as u64);
+                    let planned = PlannedDefect { cell: 0, kind: &KINDS[0], severity, stream };
+                    let draw = DamageDraw::new(&form, &planned, 1.0);
+                    let damage = if is_chip { chipped(&draw) } else { broken(&draw) };
+                    let cut = damage.pieces[0][0];
                     let normal = cut.normal / form.scale;
                     let found = beyond(&columns, normal, cut.limit);
-                    assert!((found / f64::from(share) - 1.0).abs() < 0.01, "{class:?}: {found} for {share}");
+                    assert!((found / f64::from(share) - 1.0).abs() < 0.01, "{found} for {share}");
                 }
             }
         }

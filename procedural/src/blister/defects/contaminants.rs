@@ -9,9 +9,10 @@ use base::{Class, Gloss, Medium};
 use glam::{Mat3, Vec2, Vec3};
 use rand::RngExt;
 
-use super::Pack;
-use super::plan::{PlannedDefect, graded};
-use super::solid::{Solid, SolidShape};
+use super::{PlannedDefect, graded};
+use crate::blister::outline::OutlinePoint;
+use crate::blister::solid::{Solid, SolidShape};
+use crate::blister::{Blister, Pack, tablet};
 use crate::noise::{Noise, smoothstep};
 
 /// Places tried for each size.
@@ -22,6 +23,11 @@ const SMALLER: (f32, usize) = (0.8, 10);
 const APART_MM: f32 = 0.01;
 /// How much wider than itself the ground of a particle is probed [1].
 const WIDER: f32 = 1.2;
+/// Sizes of particles and of fibres at severity 0 and 1 [mm].
+const PARTICLE_MM: [f32; 2] = [0.2, 1.5];
+const FIBRE_MM: [f32; 2] = [1.0, 10.0];
+/// Gloss of dark matter.
+const DARK: Gloss = Gloss { share: 0.5, reflectance: 0.04, roughness: [0.5; 2], matte: 0.0 };
 /// Size of powder's heaps, of what they are made of, and of its grains [mm].
 const HEAPS_MM: [f32; 3] = [1.7, 0.6, 0.14];
 /// Axis of the lattice of the heaps [1].
@@ -41,8 +47,8 @@ pub struct Powder {
 }
 
 impl Powder {
-    /// The planned powder on the floor of a pocket of `pack`.
-    pub fn new(pack: &Pack, planned: &PlannedDefect, medium: Medium, instance: u16) -> Self {
+    /// The planned powder of a tablet's medium on the floor of a pocket of `pack`.
+    fn new(pack: &Pack, planned: &PlannedDefect, medium: Medium) -> Self {
         let stream = planned.stream;
         let heaps = Noise::new(stream.child("heaps"));
         let (outline, middle) = (pack.web.formed.outline, pack.web.cells[planned.cell].middle);
@@ -51,7 +57,7 @@ impl Powder {
         for i in 0..40 * 40 {
             let share = Vec2::new((i % 40) as f32 + 0.5, (i / 40) as f32 + 0.5) / 20.0 - 1.0;
             let own = share * half;
-            if matches!(outline.place(own, 0.0), super::outline::OutlinePoint::Roof(..)) {
+            if matches!(outline.place(own, 0.0), OutlinePoint::Roof(..)) {
                 values.push(self::heaps(heaps, middle + own.x * axis + own.y * axis.perp()));
             }
         }
@@ -66,7 +72,7 @@ impl Powder {
             height: graded(planned.severity, 0.05, 0.5),
             // Loose powder scatters less than compressed, and has no coat.
             medium: Medium { sigma_i: 0.6 * medium.sigma_i, coat: 1.0, gloss, ..medium },
-            label: (Class::Powder, instance),
+            label: (planned.kind.class, pack.next_id()),
         }
     }
 
@@ -86,10 +92,15 @@ fn heaps(noise: Noise, p: Vec2) -> f32 {
     0.8 * noise.plane(turned / HEAPS_MM[0]).0 + 0.6 * noise.plane(TURN.rotate(turned) / HEAPS_MM[1] + 17.0).0
 }
 
-/// Something small and level: how far it reaches to its sides, its height, and its length.
+/// Something small and level.
 struct ContaminantPiece {
+    /// How far it reaches to its sides, and its height [mm].
     half: Vec2,
     height: f32,
+    /// What it is the image of, and how that is scaled.
+    shape: SolidShape,
+    scale: Vec3,
+    medium: Medium,
 }
 
 /// Lays a piece somewhere in a pocket; its middle on the conveyor, and its direction.
@@ -130,39 +141,64 @@ fn rest(pack: &Pack, cell: usize, piece: &ContaminantPiece, middle: Vec2, way: V
     (floor + piece.height + APART_MM <= ceiling).then_some(floor)
 }
 
-/// A foreign particle or fibre and its largest extent; `None` where there is no room at all.
-pub fn foreign(pack: &Pack, planned: &PlannedDefect, instance: u16) -> Option<(Solid, f32)> {
+/// Powder on the floor.
+pub fn powder(pack: &mut Pack, blister: &Blister, planned: &PlannedDefect) {
+    let powder = Powder::new(pack, planned, tablet::medium(&blister.tablet));
+    let (middle, size) = (pack.web.cells[planned.cell].middle, 2.0 * pack.web.formed.outline.half().x);
+    pack.enter_in(planned, middle, size, planned.severity);
+    pack.powders[planned.cell] = Some(powder);
+}
+
+/// A foreign particle.
+pub fn particle(pack: &mut Pack, _: &Blister, planned: &PlannedDefect) {
+    strew(pack, planned, PARTICLE_MM, |size, [slim, kind]| {
+        let half = 0.5 * size * Vec2::new(1.0, graded(slim, 0.6, 1.0));
+        let height = size * graded(slim, 0.35, 0.7);
+        let metal = Gloss { share: 1.0, reflectance: 0.6, roughness: [0.3; 2], matte: 0.0 };
+        let is_metal = kind < 0.3;
+        ContaminantPiece {
+            half,
+            height,
+            shape: SolidShape { segment: 0.0, radius: 1.0, band: 0.0, cap: Some([1.0, 0.0]) },
+            scale: half.extend(0.5 * height),
+            medium: if is_metal { Medium::opaque(metal) } else { Medium::isotropic(20.0, 10.0, 1.5, DARK) },
+        }
+    });
+}
+
+/// A foreign fibre.
+pub fn fibre(pack: &mut Pack, _: &Blister, planned: &PlannedDefect) {
+    strew(pack, planned, FIBRE_MM, |size, [slim, kind]| {
+        let height = graded(slim, 0.02, 0.1);
+        let (half, radius) = (Vec2::new(0.5 * size, 0.5 * height), 0.5 * height);
+        ContaminantPiece {
+            half,
+            height,
+            shape: SolidShape { segment: half.x - radius, radius, band: 0.0, cap: Some([radius, 0.0]) },
+            scale: Vec3::ONE,
+            medium: Medium::isotropic(graded(kind, 0.5, 8.0), 20.0, 1.5, DARK),
+        }
+    });
+}
+
+/// Lays a piece as `make` makes it of a size and two drawn shares, smaller where it has no room; `sizes` are those of
+/// severity 0 and 1 [mm].
+fn strew(pack: &mut Pack, planned: &PlannedDefect, sizes: [f32; 2], make: impl Fn(f32, [f32; 2]) -> ContaminantPiece) {
     let mut rng = planned.stream.child("piece").rng();
-    let (slim, kind) = (rng.random::<f32>(), rng.random::<f32>());
-    let fibre = planned.class == Class::Fibre;
-    let mut size = if fibre { graded(planned.severity, 1.0, 10.0) } else { graded(planned.severity, 0.2, 1.5) };
-    let thick = graded(slim, 0.02, 0.1);
+    let drawn = [rng.random::<f32>(), rng.random::<f32>()];
+    let mut size = graded(planned.severity, sizes[0], sizes[1]);
     for round in 0..=SMALLER.1 {
-        let half = if fibre {
-            Vec2::new(0.5 * size, 0.5 * thick)
-        } else {
-            0.5 * size * Vec2::new(1.0, graded(slim, 0.6, 1.0))
-        };
-        let height = if fibre { thick } else { size * graded(slim, 0.35, 0.7) };
-        if let Some((middle, way)) = lie(pack, planned, &ContaminantPiece { half, height }, round) {
+        let piece = make(size, drawn);
+        if let Some((middle, way)) = lie(pack, planned, &piece, round) {
             let linear = Mat3::from_cols(way.extend(0.0), way.perp().extend(0.0), Vec3::Z);
-            let (shape, scale) = if fibre {
-                let radius = 0.5 * thick;
-                (SolidShape { segment: half.x - radius, radius, band: 0.0, cap: Some([radius, 0.0]) }, Vec3::ONE)
-            } else {
-                (SolidShape { segment: 0.0, radius: 1.0, band: 0.0, cap: Some([1.0, 0.0]) }, half.extend(0.5 * height))
-            };
-            let metal = Gloss { share: 1.0, reflectance: 0.6, roughness: [0.3; 2], matte: 0.0 };
-            let dark = Gloss { share: 0.5, reflectance: 0.04, roughness: [0.5; 2], matte: 0.0 };
-            let medium = match (fibre, kind < 0.3) {
-                (false, true) => Medium::opaque(metal),
-                (false, false) => Medium::isotropic(20.0, 10.0, 1.5, dark),
-                (true, _) => Medium::isotropic(graded(kind, 0.5, 8.0), 20.0, 1.5, dark),
-            };
-            let linear = linear * Mat3::from_diagonal(scale);
-            return Some((Solid::new(shape, Vec::new(), linear, middle, medium, planned.class, instance), size));
+            let linear = linear * Mat3::from_diagonal(piece.scale);
+            let (class, instance) = (planned.kind.class, pack.next_id());
+            let solid = Solid::new(piece.shape, Vec::new(), linear, middle, piece.medium, class, instance);
+            let at = 0.5 * (solid.bounds[0] + solid.bounds[1]);
+            let severity = ((size - sizes[0]) / (sizes[1] - sizes[0])).clamp(0.0, 1.0);
+            pack.enter_in(planned, pack.lay.card(at.x, at.y), size, severity);
+            return pack.add(planned.cell, solid);
         }
         size *= SMALLER.0;
     }
-    None
 }
