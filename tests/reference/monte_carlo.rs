@@ -191,7 +191,7 @@ fn cylinders_across_are_a_plane_problem() {
     for (case, turn, truth) in
         [("mirror", CylinderPhase::Mirror, Some(0.505_17)), ("even", CylinderPhase::Cauchy(0.0), None)]
     {
-        let exact = plane_half_space(0.9, |turned| turn.density(turned.cos()));
+        let exact = plane_half_space(0.9, |turned| reference::phase::turn_density(turn, turned.cos()));
         assert!(truth.is_none_or(|truth| (exact - truth).abs() < 2e-5), "{case}: {exact}");
         let fibres = Scattering::Fibres { sigma_i: 0.0, sigma_c: 0.9, turn, axis: DVec3::Y, dispersion: 0.0 };
         let question = Question { line_mm: 0.0, ..Question::default() };

@@ -97,7 +97,7 @@ pub fn sample_turn(phase: CylinderPhase, rng: &mut impl Rng) -> (f64, f64) {
 
 /// Density at the cosine of a turn [rad^-1].
 #[inline]
-fn turn_density(phase: CylinderPhase, cos: f64) -> f64 {
+pub fn turn_density(phase: CylinderPhase, cos: f64) -> f64 {
     match phase {
         CylinderPhase::Cauchy(g2) => (1.0 - g2 * g2) / (TAU * (1.0 + g2 * g2 - 2.0 * g2 * cos)),
         CylinderPhase::Mirror => (0.5 * (1.0 - cos)).max(0.0).sqrt() * 0.25,
