@@ -12,6 +12,7 @@ pub mod normal;
 pub mod parameter;
 pub mod stream;
 pub mod truth;
+pub mod words;
 
 pub use arctangent::atan2;
 pub use body::{BLOCK, Body, BodyKind, Relief, Slice};
@@ -21,3 +22,4 @@ pub use normal::{lognormal, normal};
 pub use parameter::{Condition, Need, Parameter, Unmet};
 pub use stream::{Stream, mix};
 pub use truth::{Class, Instance, KnotNames, KnotPlace, Matter, Surface};
+pub use words::Words;
