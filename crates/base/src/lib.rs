@@ -13,6 +13,7 @@ pub mod normal;
 pub mod parameter;
 pub mod stream;
 pub mod truth;
+pub mod words;
 
 pub use arctangent::atan2;
 pub use body::{BLOCK, Body, BodyKind, Relief, Slice};
@@ -23,3 +24,4 @@ pub use normal::{lognormal, normal};
 pub use parameter::{Condition, Need, Parameter, ParameterGroup, Unmet};
 pub use stream::{Stream, mix};
 pub use truth::{Instance, KnotNames, KnotPlace, Matter, Surface};
+pub use words::Words;

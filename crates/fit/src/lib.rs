@@ -24,7 +24,7 @@ mod simulator;
 mod store;
 
 pub use observation::RealScan;
-pub use prior::{FitKey, KeyFault, fit_keys};
+pub use prior::{FitKey, fit_keys};
 pub use recipe_text::{NewValue, with_new_values};
 pub use result::{Fit, FittedKey, KeyState, MapsOfScan, ScanFit, StatisticFit};
 pub use rounds::{FitOptions, FitProgress, fit};

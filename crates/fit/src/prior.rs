@@ -28,17 +28,6 @@ pub struct FitKey {
     pub is_bench: bool,
 }
 
-/// Why a key cannot be fitted: what is wrong, and what to do.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct KeyFault {
-    /// Path of the key, empty where it is about all.
-    pub key: String,
-    /// What is wrong.
-    pub problem: String,
-    /// What to do.
-    pub remedy: String,
-}
-
 impl FitKey {
     /// The value at a score.
     pub fn value(&self, score: f64) -> f64 {
@@ -74,8 +63,8 @@ fn is_spread(distribution: &Distribution, parameter: &'static Parameter) -> bool
 /// The keys to fit: those that are named, else every key of bench and matter that the recipe draws from a distribution.
 ///
 /// # Errors
-/// Every name at fault with its remedy; or that there is nothing to fit.
-pub fn fit_keys(recipe: &Recipe, named: &[String]) -> Result<Vec<FitKey>, Vec<KeyFault>> {
+/// Every name at fault in a line, what is wrong with it and what to do; or that there is nothing to fit.
+pub fn fit_keys(recipe: &Recipe, named: &[String]) -> Result<Vec<FitKey>, Vec<String>> {
     let key = |(parameter, distribution): (&'static Parameter, &Distribution)| FitKey {
         path: parameter.path(),
         parameter,
@@ -96,13 +85,13 @@ pub fn fit_keys(recipe: &Recipe, named: &[String]) -> Result<Vec<FitKey>, Vec<Ke
                 nothing to fit";
             let remedy = "give those that you don't know one that holds all you believe in, for instance \
                           --set 'laser.waist_mm={log_uniform: [0.03, 0.3]}'";
-            return Err(vec![KeyFault { key: String::new(), problem: problem.into(), remedy: remedy.into() }]);
+            return Err(vec![format!("{problem}; {remedy}")]);
         }
         return Ok(found);
     }
     let (mut found, mut faults) = (Vec::<FitKey>::new(), Vec::new());
     for name in named {
-        let mut fault = |problem: String, remedy: String| faults.push(KeyFault { key: name.clone(), problem, remedy });
+        let mut fault = |problem: &str, remedy: &str| faults.push(format!("`{name}`: {problem}; {remedy}"));
         let Some((parameter, distribution)) = recipe.parameters().find(|(parameter, _)| parameter.path() == *name)
         else {
             let all: Vec<String> = recipe.parameters().map(|(parameter, _)| parameter.path()).collect();
@@ -112,26 +101,21 @@ pub fn fit_keys(recipe: &Recipe, named: &[String]) -> Result<Vec<FitKey>, Vec<Ke
                 Some(near) => format!("did you mean `{near}`?"),
                 None => "`gen schema recipe-reference` lists them".into(),
             };
-            fault(problem, remedy);
+            fault(&problem, &remedy);
             continue;
         };
         if found.iter().any(|known| known.path == *name) {
-            fault("it is named twice".into(), "name it once".into());
+            fault("it is named twice", "name it once");
         } else if recipe.is_correlated(name) {
-            fault(
-                "it is correlated with another key, and keys are fitted as independent ones".into(),
-                "take its pair out of `correlations`".into(),
-            );
+            let remedy = "take its pair out of `correlations`";
+            fault("it is correlated with another key, and keys are fitted as independent ones", remedy);
         } else if recipe.is_changed_by_class(name) {
-            fault(
-                "a class gives it a distribution of its own".into(),
-                "give --set classes with a class that does not, or leave the key out".into(),
-            );
+            let remedy = "give --set classes with a class that does not, or leave the key out";
+            fault("a class gives it a distribution of its own", remedy);
         } else if !is_spread(distribution, parameter) {
-            fault(
-                "the recipe gives it one value, which leaves nothing to fit".into(),
-                format!("give it a distribution that holds all you believe in: --set '{name}={{uniform: [a, b]}}'"),
-            );
+            let set = format!("--set '{name}={{uniform: [a, b]}}'");
+            let remedy = format!("give it a distribution that holds all you believe in: {set}");
+            fault("the recipe gives it one value, which leaves nothing to fit", &remedy);
         } else {
             found.push(key((parameter, distribution)));
         }

@@ -1,8 +1,7 @@
 //! What a fit has found: keys, statistics before and after, pairs that cannot be told apart, and what stays out of
 //! reach.
 
-use base::Parameter;
-use optical_bench::words;
+use base::{Parameter, words};
 use recipe::Distribution;
 use serde_json::{Map, Value, json};
 use tools::compare::ScanMaps;

@@ -5,9 +5,8 @@ mod laser;
 mod motion;
 mod postprocess;
 mod readout;
-mod words;
 
-use crate::words;
+use base::words;
 
 pub use extraction::{
     Extraction, PeakChoice, PeakMethod, PeakMethodName, RangeForm, RangeFormName, ScatterDark, ScatterMode,
@@ -17,7 +16,6 @@ pub use laser::{Fan, LaserLine, LineShape, TextureImage};
 pub use motion::{Movement, SpeckleLaw};
 pub use postprocess::{Order, Postprocess, Script, SpecklePattern};
 pub use readout::{Hdr, Readout};
-pub use words::Words;
 
 /// Sizes of the scan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -118,18 +116,6 @@ words! {
 }
 
 words! {
-    /// How the fibres run in a stack of slices.
-    FibreAxis {
-        /// From slice to slice: each shows a cross-section.
-        Through = "through",
-        /// Down the rows of each slice.
-        Down = "down",
-        /// Along the rows of each slice.
-        Across = "across",
-    }
-}
-
-words! {
     /// How the numbers of a picture go with light.
     PictureEncoding {
         /// The curve of ordinary files.
@@ -148,16 +134,6 @@ words! {
         Far = "far",
         /// The end that is scanned first: maps that this program writes.
         Near = "near",
-    }
-}
-
-words! {
-    /// Which side of a board a picture shows.
-    PictureFace {
-        /// The pith lies below it.
-        Bark = "bark",
-        /// The pith lies above it.
-        Pith = "pith",
     }
 }
 

@@ -1,6 +1,6 @@
 //! Splits of a dataset: training, validation and test.
 
-use crate::words;
+use base::words;
 
 words! {
     /// Which part of the dataset a sample belongs to.

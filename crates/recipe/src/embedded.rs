@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::Recipe;
 use crate::asset_source::AssetSource;
 use yaml::{YamlFaults, nearest_spelling, read_bytes, utf8_text};
 
@@ -63,13 +64,21 @@ pub(super) const EMBEDDED: [BuiltInRecipe; 26] = [
     built_in!("thesis/blister", "the thesis' simulation by its tables and scripts, slow"),
 ];
 
-/// The built-in recipe that `name` stands for: its name, also as `recipes/{name}.yaml`, where no such file is.
-pub(super) fn built_in(name: &str) -> Option<&'static BuiltInRecipe> {
-    let path = Path::new(name);
-    if path.exists() && !path.is_dir() {
-        return None;
+impl Recipe {
+    /// The recipes that are built in.
+    pub fn embedded() -> impl Iterator<Item = &'static BuiltInRecipe> {
+        EMBEDDED.iter()
     }
-    EMBEDDED.iter().find(|known| known.name == stem(name))
+
+    /// The built-in recipe that [`Self::load`] takes for `name`, also as `recipes/{name}.yaml`; `None` where it takes a
+    /// file, or finds nothing.
+    pub fn built_in(name: &str) -> Option<&'static BuiltInRecipe> {
+        let path = Path::new(name);
+        if path.exists() && !path.is_dir() {
+            return None;
+        }
+        EMBEDDED.iter().find(|known| known.name == stem(name))
+    }
 }
 
 /// A name without the folder and the ending that those of built-in recipes may have.
@@ -82,7 +91,7 @@ fn stem(name: &str) -> &str {
 /// The text of the recipe `name`: of the file, or else of the embedded recipe `name`, also as `recipes/{name}.yaml`;
 /// and where the files are that it names.
 pub(super) fn text(name: &str) -> Result<(String, AssetSource), RecipeError> {
-    if let Some(known) = built_in(name) {
+    if let Some(known) = Recipe::built_in(name) {
         return Ok((known.text.to_owned(), AssetSource::BuiltIn));
     }
     let path = Path::new(name);

@@ -142,8 +142,7 @@ pub struct Scene {
 impl Recipe {
     /// The recipe in the file `name`, or else the embedded one of that name, also as `recipes/{name}.yaml`.
     pub fn load(name: &str) -> Result<Self, RecipeError> {
-        let (text, files) = embedded::text(name)?;
-        Self::parse_with(name, &text, &files)
+        Self::load_changed(name, &[])
     }
 
     /// The same with `changes`, which its text has then too.
@@ -172,16 +171,6 @@ impl Recipe {
     ) -> Result<Self, RecipeError> {
         let changes::ChangedText { text, changed_from } = changes::changed(text, changes);
         Ok(reader::read(origin, &text, changed_from, files)?)
-    }
-
-    /// The recipes that are built in.
-    pub fn embedded() -> impl Iterator<Item = &'static BuiltInRecipe> {
-        embedded::EMBEDDED.iter()
-    }
-
-    /// The built-in recipe that [`Self::load`] takes for `name`; `None` where it takes a file, or finds nothing.
-    pub fn built_in(name: &str) -> Option<&'static BuiltInRecipe> {
-        embedded::built_in(name)
     }
 
     /// Keys that have no effect in any sample, although objects of its subject can have what they are about; each with

@@ -15,13 +15,13 @@ use exr::meta::MetaData;
 use exr::prelude::{ReadChannels, ReadLayers, read};
 use files::Cache;
 use image::{DynamicImage, ImageFormat, ImageReader, ImageResult, Limits};
-use wood_picture::{BoardPicture, Depth, Encoding, Face, FibreMap, PictureAnalysis, PictureFault};
+use wood_picture::{BoardPicture, Depth, Encoding, FibreMap, PictureAnalysis, PictureFault};
 
 use crate::asset::{Asset, AssetFault};
 use crate::keys::settings::PictureSettings;
 use crate::subject::Subject;
 use analysed::fibres_of;
-use optical_bench::settings::{FirstRow, PictureDepth, PictureEncoding, PictureFace};
+use optical_bench::settings::{FirstRow, PictureDepth, PictureEncoding};
 
 mod analysed;
 
@@ -40,10 +40,6 @@ pub(crate) fn read_picture(own: &PictureSettings) -> Result<Option<BoardPicture>
     const FIBRES: &str = "picture.fibres";
     const LABELS: &str = "picture.labels";
     let pixel_mm = [own.pixel_mm, own.pixel_across_mm.unwrap_or(own.pixel_mm)].map(|mm| mm as f32);
-    let face = match own.face {
-        PictureFace::Bark => Face::Bark,
-        PictureFace::Pith => Face::Pith,
-    };
     let depth = match own.depth {
         PictureDepth::Feature => Depth::Feature,
         PictureDepth::Even => Depth::Even(own.depth_mm as f32),
@@ -54,7 +50,7 @@ pub(crate) fn read_picture(own: &PictureSettings) -> Result<Option<BoardPicture>
             PictureEncoding::Linear => Encoding::Linear,
             PictureEncoding::Gamma => Encoding::Gamma(own.gamma as f32),
         },
-        face,
+        face: own.face,
         least_knot_mm: own.least_knot_mm as f32,
         ..PictureAnalysis::default()
     };
@@ -78,7 +74,7 @@ pub(crate) fn read_picture(own: &PictureSettings) -> Result<Option<BoardPicture>
             picture.map_err(told(FILE, file))?
         }
         (None, Some((file, (map, shares)))) => {
-            BoardPicture::drawn(&shares, map, face, depth).map_err(told(FIBRES, file))?
+            BoardPicture::drawn(&shares, map, own.face, depth).map_err(told(FIBRES, file))?
         }
         (None, None) => return Ok(None),
     };

@@ -16,7 +16,8 @@ use super::sampling::{SAMPLING, Sampling};
 use super::subject::Subject;
 use super::{Recipe, canonical};
 use crate::asset_source::AssetSource;
-use optical_bench::settings::{TransportName, Words};
+use base::Words;
+use optical_bench::settings::TransportName;
 use yaml::{Mapping, NumberRange, YamlFaults, YamlNode, YamlReader, YamlValue, clipped_text, number_text, parse_yaml};
 
 /// Largest share of a class; shares are relative, so this is no limit in practice.

@@ -53,7 +53,7 @@
 //! departures from a law later than their number of samples says.
 
 use base::Stream;
-use optical_bench::words;
+use base::words;
 
 /// The key of a recipe that says it.
 pub(super) const SAMPLING: &str = "sampling";

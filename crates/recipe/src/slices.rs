@@ -10,7 +10,7 @@ use std::io::Cursor;
 
 use image::codecs::png::PngDecoder;
 use image::{ColorType, DynamicImage, ImageDecoder, Limits};
-use wood_picture::{DensityStack, FibreAxis, KindDensities, VolumeFault, WoodVolume};
+use wood_picture::{DensityStack, KindDensities, VolumeFault, WoodVolume};
 
 use crate::asset::{Asset, AssetFault, printable};
 use crate::keys::settings::SlicesSettings;
@@ -68,12 +68,7 @@ fn volume(own: &SlicesSettings, file: &Asset, called: &str) -> Result<WoodVolume
     let told = |fault: VolumeFault| AssetFault::told(called, &fault, "give another stack");
     let down = own.pixel_mm;
     let voxel_mm = [own.slice_mm.unwrap_or(down), down, own.pixel_across_mm.unwrap_or(down)].map(|mm| mm as f32);
-    let fibres = match own.fibres {
-        optical_bench::settings::FibreAxis::Through => FibreAxis::Through,
-        optical_bench::settings::FibreAxis::Down => FibreAxis::Down,
-        optical_bench::settings::FibreAxis::Across => FibreAxis::Across,
-    };
-    let mut stack = DensityStack::new([slices.len(), rows, cols], voxel_mm, fibres).map_err(told)?;
+    let mut stack = DensityStack::new([slices.len(), rows, cols], voxel_mm, own.fibres).map_err(told)?;
     let density = |grey: u16| {
         let share = f64::from(grey) / f64::from(u16::MAX);
         (own.black_kg_per_m3 + share * (own.white_kg_per_m3 - own.black_kg_per_m3)) as f32

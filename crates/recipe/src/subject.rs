@@ -5,7 +5,7 @@ use procedural::blister::Blister;
 use procedural::solid::{Material, Piece, Placing};
 use procedural::wood::Wood;
 
-use optical_bench::words;
+use base::words;
 
 words! {
     /// What the objects are.

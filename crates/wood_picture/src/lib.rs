@@ -29,6 +29,8 @@ mod ripple;
 mod texture;
 mod volume;
 
+use base::words;
+
 pub use absorption::{AbsorptionMap, absorption_map, face_absorption};
 pub use board::{BoardPicture, Depth, PicturedWood};
 pub use density_law::{DensityLaw, KindDensities};
@@ -39,13 +41,14 @@ pub use knots::PictureKnot;
 pub use picture::{Encoding, red_channel};
 pub use volume::{DensityStack, FibreAxis, SlicedWood, StackPlace, WoodVolume};
 
-/// Which side of the board the picture shows.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Face {
-    /// The pith lies below it.
-    Bark,
-    /// The pith lies above it.
-    Pith,
+words! {
+    /// Which side of the board the picture shows.
+    Face {
+        /// The pith lies below it.
+        Bark = "bark",
+        /// The pith lies above it.
+        Pith = "pith",
+    }
 }
 
 /// What the picture itself does not say.

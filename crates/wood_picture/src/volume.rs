@@ -20,7 +20,7 @@ use std::sync::Arc;
 
 pub use self::air::StackPlace;
 
-use base::{Class, Instance};
+use base::{Class, Instance, words};
 use glam::{Vec2, Vec3};
 use procedural::wood::{GivenMatter, GivenWood, Wood};
 
@@ -40,15 +40,16 @@ const LEAST_SPREAD: f32 = 0.01;
 /// Most of the voxels that may be air [1]: the vessels of oak take a quarter.
 const MOST_AIR: f32 = 0.3;
 
-/// Which axis of the stack the fibres run along.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum FibreAxis {
-    /// From slice to slice.
-    Through,
-    /// Down the rows; the last row is the near end of boards.
-    Down,
-    /// Along the rows.
-    Across,
+words! {
+    /// Which axis of the stack the fibres run along.
+    FibreAxis {
+        /// From slice to slice: each shows a cross-section.
+        Through = "through",
+        /// Down the rows of each slice; the last row is the near end of boards.
+        Down = "down",
+        /// Along the rows of each slice.
+        Across = "across",
+    }
 }
 
 impl FibreAxis {

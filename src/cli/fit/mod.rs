@@ -80,16 +80,8 @@ pub(super) struct FitArgs {
 
 pub(super) fn run(arguments: &FitArgs, console: &Console) -> CommandResult {
     let recipe = arguments.recipe.load(console)?.recipe;
-    let keys = fit_keys(&recipe, &arguments.keys).map_err(|faults| {
-        let lines: Vec<String> = faults
-            .iter()
-            .map(|fault| {
-                let place = if fault.key.is_empty() { String::new() } else { format!("`{}`: ", fault.key) };
-                format!("{place}{}; {}", fault.problem, fault.remedy)
-            })
-            .collect();
-        UsageError(format!("--keys: {}", lines.join("\n")))
-    })?;
+    let keys = fit_keys(&recipe, &arguments.keys);
+    let keys = keys.map_err(|faults| UsageError(format!("--keys: {}", faults.join("\n"))))?;
     let out = arguments.out.clone().unwrap_or_else(|| PathBuf::from(format!("{}-fitted.yaml", recipe.name())));
     let page = out.with_extension("html");
     check_replaceable(&out)?;

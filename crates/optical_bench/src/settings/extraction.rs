@@ -1,6 +1,6 @@
 //! How a profile is read from a frame, by the names that the real camera has for it.
 
-use crate::words;
+use base::words;
 
 words! {
     /// How the peak is placed between the rows, by name.

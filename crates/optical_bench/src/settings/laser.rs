@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::words;
+use base::words;
 
 words! {
     /// Lens that makes a sheet of a laser's beam.

@@ -1,6 +1,6 @@
 //! How the object moves, and what its speckle is.
 
-use crate::words;
+use base::words;
 
 words! {
     /// How the object moves.

@@ -1,7 +1,7 @@
 //! The orders in which the thesis worked on its rendered frames.
 
 use super::SpeckleLaw;
-use crate::words;
+use base::words;
 
 /// What is done to the light of a frame, and in which order.
 #[derive(Debug, Clone, Copy, PartialEq)]

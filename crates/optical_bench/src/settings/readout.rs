@@ -1,6 +1,6 @@
 //! How the sensor is read out, and what is done to its frames before they are read.
 
-use crate::words;
+use base::words;
 
 /// Numbers of the 8-bit scale on which recipes count digital numbers [DN].
 pub(crate) const SCALE_DN: f64 = 255.0;

@@ -6,7 +6,7 @@
 
 use std::collections::BTreeMap;
 
-use base::Need;
+use base::{Need, Words};
 use serde_json::Value;
 
 use super::bounds::{DrawBounds, NO_OVERRIDES};
@@ -14,7 +14,7 @@ use super::needs;
 use crate::distribution::Distribution;
 use crate::keys;
 use crate::subject::Subject;
-use optical_bench::settings::{LogSource, Words};
+use optical_bench::settings::LogSource;
 
 /// What the drawn number at a path describes, which some samples of a dataset may lack.
 #[derive(Debug, Clone)]

@@ -4,7 +4,8 @@ use serde_json::{Value as Json, json};
 
 use crate::asset::{Asset, BuiltIn};
 use crate::asset_source::{AssetRequest, AssetSource};
-use optical_bench::settings::{Channel, SensorStack, Words};
+use base::Words;
+use optical_bench::settings::{Channel, SensorStack};
 use yaml::{NumberRange, YamlNode, YamlReader, YamlValue, nearest_spelling, number_text};
 
 /// The values that a setting may have.

@@ -12,12 +12,14 @@ use super::setting_type::{
 use crate::asset::Asset;
 use crate::asset_source::AssetSource;
 use crate::built_in::{GRAN_1, MESHES, PICTURES, STACKS};
+use base::Words;
 use optical_bench::settings::{
-    Channel, Extraction, Fan, FibreAxis, Filter, FirstRow, Hdr, LaserLine, LensModel, LineShape, LogSource, Movement,
-    Optics, Order, Output, PeakChoice, PeakMethod, PeakMethodName, PictureDepth, PictureEncoding, PictureFace,
-    Postprocess, RangeForm, RangeFormName, Readout, ScatterDark, ScatterMode, Scheimpflug, Script, SearchDirection,
-    SensorStack, Size, SpeckleLaw, SpecklePattern, Splits, TextureImage, ThesisMethod, Transport, TransportName, Words,
+    Channel, Extraction, Fan, Filter, FirstRow, Hdr, LaserLine, LensModel, LineShape, LogSource, Movement, Optics,
+    Order, Output, PeakChoice, PeakMethod, PeakMethodName, PictureDepth, PictureEncoding, Postprocess, RangeForm,
+    RangeFormName, Readout, ScatterDark, ScatterMode, Scheimpflug, Script, SearchDirection, SensorStack, Size,
+    SpeckleLaw, SpecklePattern, Splits, TextureImage, ThesisMethod, Transport, TransportName,
 };
+use wood_picture::{Face, FibreAxis};
 use yaml::{YamlNode, YamlReader};
 
 /// Least sensor columns, which leave something to bin [px].
@@ -337,7 +339,7 @@ settings! {
         first_row: Word<FirstRow>(&FirstRow::ALL) = FirstRow::Far, "free";
         /// Which side it shows: the pith lies below the `bark` side, 70 mm deep, and as far above the `pith` side. Says
         /// whether fibres rise or sink towards knots.
-        face: Word<PictureFace>(&PictureFace::ALL) = PictureFace::Bark, "docs/guide/pictures.md";
+        face: Word<Face>(&Face::ALL) = Face::Bark, "docs/guide/pictures.md";
         /// Least width of a knot that is looked for.
         least_knot_mm: Number(1.0, 80.0, "mm") = 4.0, "docs/guide/pictures.md";
         /// How far below the face its colour goes: a `feature` as deep as it is wide, or all `even` to one depth and

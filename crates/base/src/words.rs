@@ -19,9 +19,9 @@ pub trait Words: Copy + PartialEq + 'static {
 /// Declares an enum together with the word for each variant: `ALL`, `NAMES`, `name()` and [`Words`] follow.
 ///
 /// ```
-/// use optical_bench::settings::Words;
+/// use base::Words;
 ///
-/// optical_bench::words! {
+/// base::words! {
 ///     /// Which way is up.
 ///     Up {
 ///         /// Along z.
@@ -56,7 +56,7 @@ macro_rules! words {
             }
         }
 
-        impl $crate::settings::Words for $Name {
+        impl $crate::Words for $Name {
             const ALL: &'static [Self] = &$Name::ALL;
             const NAMES: &'static [&'static str] = &$Name::NAMES;
 
