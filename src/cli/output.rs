@@ -4,13 +4,13 @@ use std::fs;
 use std::io::{Error, ErrorKind, IsTerminal, Write};
 use std::path::{Component, Path, PathBuf};
 
+use base::words;
 use clap::builder::{PathBufValueParser, TypedValueParser};
 use image::RgbImage;
 
 use super::UsageError;
 use dataset::atomic_file::{self, FileError};
 use dataset::{enclosed, own_remedy};
-use optical_bench::words;
 use output_schema::file::{REPORTS, TEMPORARY};
 
 /// A folder that a command fills with results.

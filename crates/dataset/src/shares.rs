@@ -5,10 +5,9 @@
 //! shadows, clear film and scans that are overexposed on purpose stay within them. Over the shipped recipes, samples
 //! reach down to the figures that docs/guide/faults.md lists.
 
-use base::Class;
+use base::{Class, words};
 
 use crate::record::{Labels, Maps};
-use optical_bench::words;
 
 /// Least share of the object's pixels in which Range is measured: shadows, glints and dark parts of shipped recipes
 /// leave 0.89 [1].

@@ -3,11 +3,10 @@
 
 use std::collections::BTreeSet;
 
-use base::{Class, Instance};
-
 use super::exposed_rows::{expose_frames, exposed_rows};
 use super::{Equipment, Scan, binning, body, grid, set_up, truth_maps, truth_row};
 use crate::labels;
+use base::{Class, Instance};
 use dataset::record::{AskedRows, DerivedSample, Labels, Maps, StackFrame, TrueRow};
 use optical_bench::settings::Movement;
 use recipe::Scene;

@@ -52,8 +52,7 @@
 //! better in what needs both. A split is no better than independent draws, and the tests of `gen validate` find smaller
 //! departures from a law later than their number of samples says.
 
-use base::Stream;
-use base::words;
+use base::{Stream, words};
 
 /// The key of a recipe that says it.
 pub(super) const SAMPLING: &str = "sampling";

@@ -1,11 +1,9 @@
 //! Subject: what the objects of a recipe are, and the numbers that one draw gives such an object.
 
-use base::Parameter;
+use base::{Parameter, words};
 use procedural::blister::Blister;
 use procedural::solid::{Material, Piece, Placing};
 use procedural::wood::Wood;
-
-use base::words;
 
 words! {
     /// What the objects are.

@@ -5,8 +5,7 @@
 
 use std::sync::Arc;
 
-use base::Need::Amount;
-use base::{Class, lognormal, parameters};
+use base::{Class, Need::Amount, lognormal, parameters};
 use glam::Vec2;
 use rand::RngExt;
 

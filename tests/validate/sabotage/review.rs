@@ -3,8 +3,7 @@
 use std::fmt::Write;
 use std::fs;
 
-use base::Class;
-use base::{KnotNames, KnotPlace};
+use base::{Class, KnotNames, KnotPlace};
 use dataset::validate::Code;
 use dataset::validate::Code::*;
 use dataset::{Dataset, Encoded};

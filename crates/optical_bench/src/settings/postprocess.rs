@@ -1,7 +1,8 @@
 //! The orders in which the thesis worked on its rendered frames.
 
-use super::SpeckleLaw;
 use base::words;
+
+use super::SpeckleLaw;
 
 /// What is done to the light of a frame, and in which order.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,10 +1,10 @@
 //! Types of settings: what values one can have, read from YAML, written as JSON, told in words and as JSON Schema.
 
+use base::Words;
 use serde_json::{Value as Json, json};
 
 use crate::asset::{Asset, BuiltIn};
 use crate::asset_source::{AssetRequest, AssetSource};
-use base::Words;
 use optical_bench::settings::{Channel, SensorStack};
 use yaml::{NumberRange, YamlNode, YamlReader, YamlValue, nearest_spelling, number_text};
 

@@ -3,6 +3,7 @@
 //! A row says meaning, key, type, default, source and what the setting needs to mean something. Reading, refusal, JSON
 //! Schema, reference and canonical form follow from it, and so does the struct of its section.
 
+use base::Words;
 use serde_json::Value as Json;
 
 use super::idle::{Idle, Wording};
@@ -12,7 +13,6 @@ use super::setting_type::{
 use crate::asset::Asset;
 use crate::asset_source::AssetSource;
 use crate::built_in::{GRAN_1, MESHES, PICTURES, STACKS};
-use base::Words;
 use optical_bench::settings::{
     Channel, Extraction, Fan, Filter, FirstRow, Hdr, LaserLine, LensModel, LineShape, LogSource, Movement, Optics,
     Order, Output, PeakChoice, PeakMethod, PeakMethodName, PictureDepth, PictureEncoding, Postprocess, RangeForm,

@@ -1,8 +1,7 @@
 //! Samples of each law against its density, mean, symmetry and limits; statistics with one error in a thousand a test.
 
-use base::Stream;
-
 use super::*;
+use base::Stream;
 use transport::stack::WOOD_DISPERSION;
 
 const DRAWS: usize = 200_000;
