@@ -12,7 +12,7 @@
 //! docs/theory/wood.md says what is not modelled.
 //!
 //! A new defect has a file with its numbers, which are a group of [`Wood`]. What lowers the face makes
-//! [`openings`] and stands in [`OPENINGS`]; what changes the wood of a stem is as `zones` or `inclusions`, what lies on
+//! `openings` and stands in `OPENINGS`; what changes the wood of a stem is as `zones` or `inclusions`, what lies on
 //! the face as `coats`. It has a row in the test `wood_defects`, and may have a class of samples in
 //! recipes/wood-grading.yaml.
 

@@ -5,8 +5,8 @@
 //!     -> ClassificationMetrics, slices, misclassifications -> CheckReport
 //! ```
 //!
-//! [`accuracy`], [`metrics`], [`slices`], [`sampling`], [`window`], `prediction` and `evaluation_plan`
-//! are plain functions of numbers. Only [`model`] and [`onnxruntime`] know onnxruntime, `external_data` knows the files
+//! `accuracy`, `metrics`, `slices`, `sampling`, `window`, `prediction` and `evaluation_plan`
+//! are plain functions of numbers. Only `model` and `onnxruntime` know onnxruntime, `external_data` knows the files
 //! that a model names, and `split_samples` those of a dataset. docs/guide/check.md says what is measured.
 
 mod accuracy;
@@ -45,7 +45,7 @@ pub struct CheckOptions {
     pub dir: PathBuf,
     /// The ONNX file.
     pub model: PathBuf,
-    /// The sidecar; `None` for the file of the model's name beside it that ends in one of [`sidecar::ENDINGS`].
+    /// The sidecar; `None` for the file of the model's name beside it that ends in one of `sidecar::ENDINGS`.
     pub sidecar: Option<PathBuf>,
     /// One split; `None` for all.
     pub split: Option<Split>,

@@ -8,7 +8,7 @@
 //! | correlation | artanh x (Fisher 1915) | so do correlations near 1 |
 //! | plain | x | |
 //!
-//! Noise is measured with second differences as in [`super::noise`], here as the standard deviation of those within
+//! Noise is measured with second differences as in `noise`, here as the standard deviation of those within
 //! `EDGE_DEVIATIONS` (4) robust deviations: steps of digital numbers then don't show. Noise of Reflectance and Scatter
 //! is measured apart where Reflectance is below and above its median, since light noise rises with light and dark noise
 //! does not. What all pixels of a profile (or column) have in common is the deviation of the means of such differences
