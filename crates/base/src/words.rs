@@ -1,4 +1,5 @@
-//! Closed lists of words: an enum, the name of each of its variants and the way back, declared once by [`crate::words!`].
+//! Closed lists of words: an enum, the name of each of its variants and the way back, declared once by
+//! [`crate::words!`].
 
 /// An enum whose variants recipes and files call by a word each.
 pub trait Words: Copy + PartialEq + 'static {
