@@ -11,6 +11,8 @@ RECIPE ?= recipes/wood.yaml
 INDEX ?= 0
 N ?= 2
 FUZZ_SECONDS ?= 600
+REAL ?= real
+PART ?= all
 # Of `make gap`: fresh boards and packs, and photons that the reference walks in each of their profiles.
 GAP_BOARDS ?= 40
 GAP_PACKS ?= 40
@@ -33,7 +35,7 @@ FIRST_TESTS = $(ALL) --lib $(FIRST:%=--test %)
 # What stands in square brackets in documentation and is no link: units, and letters of sources. Any other link that leads nowhere fails `check`.
 UNITS = 1|mm|um|px|DN|rad|deg|s|Hz|bytes|characters|i|[A-Z]
 
-.PHONY: help defect-maps build dist wheel test-wheel test-scale test-long test-python test-installed test-alone environments quick prepare lint check check-rest check-all bench same-bytes same-values size wood wood-small blister blister-small sawtooth sawtooth-small mesh-small preview validate report bench-check check-onnx baselines gap closed-loop gallery schema kernel-table film-table bless reference fuzz doc site clean venv
+.PHONY: help defect-maps build dist wheel test-wheel test-scale test-long test-python test-installed test-alone environments quick prepare lint check check-rest check-all bench same-bytes same-values size wood wood-small blister blister-small sawtooth sawtooth-small mesh-small preview validate report bench-check check-onnx baselines gap real-fibres closed-loop gallery schema kernel-table film-table bless reference fuzz doc site clean venv
 
 help: ## print this help
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1\t/' | expand -t 14
@@ -193,6 +195,9 @@ baselines: check-onnx ## train all of docs/theory/baselines.md anew, controls an
 	$(ABLATE) --task wood --train out/train/wood --fresh out/fresh/wood --patches 6000 --shuffles 10
 	$(ABLATE) --task presence --train out/train/packs --fresh out/fresh/packs --seeds 1 --shuffles 10
 	$(ABLATE) --task grading --train out/train/grading --fresh out/fresh/grading --patches 3000 --shuffles 5
+
+real-fibres: ## every bar of docs/real.md on the photographs of REAL=folder with a truth.json; PART=open or sealed takes half of them
+	REAL=$(abspath $(REAL)) PART=$(PART) cargo test --release --locked -p wood_picture --test pictures real_boards -- --ignored --nocapture
 
 gap: build venv ## what networks lose from the kernel to the reference Monte Carlo, on boards and packs in out/gap: an hour; goes on where it was stopped
 	$(GEN) --recipe recipes/gap/wood.yaml --n 2000 --seed 1 --out out/gap/wood/train

@@ -1,12 +1,13 @@
 //! `gen fibres`: fibre directions, knots and absorption of a board from a picture of it.
 
-use std::f32::consts::{FRAC_PI_2, PI};
+use std::f32::consts::PI;
 use std::fmt::Write;
-use std::io::{BufRead, BufReader, Cursor, Seek};
+use std::io::{BufRead, BufReader, Cursor, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits, Rgb, RgbImage};
+use glam::Vec2;
+use image::{DynamicImage, ImageDecoder, ImageReader, Limits, Rgb, RgbImage};
 use serde_json::{Value, json};
 
 use super::output::{self, Written};
@@ -15,27 +16,33 @@ use crate::generate::MemoryEstimate;
 use dataset::{ExrChannel, Fault, write_exr};
 use output_schema::SampleType;
 use procedural::wood::Wood;
-use wood_picture::{Encoding, Face, FibreMap, PictureAnalysis, face_absorption, fibre_map};
+use wood_picture::{
+    BoardPart, Encoding, Face, FibreMap, Findings, PictureAnalysis, analyse, face_absorption, palest_per_mm,
+};
 
+/// Directions are drawn so far apart [mm].
+const STROKE_MM: f32 = 3.0;
 /// Version of the document's layout.
 const SCHEMA_VERSION: u32 = 1;
 /// Longest side of a picture [px]: a board of 6 m at 0.37 mm.
 const MAX_SIDE: u32 = 16_384;
+/// Most pixels for each byte of a file [1]: photographs have 30 at most, and headers that promise more are broken.
+const MOST_PIXELS_A_BYTE: u64 = 500;
 /// Rows of a picture that are taken over at a time.
 const STRIP_ROWS: usize = 64;
-/// Most bytes of a PNG: four numbers of 16 bits a pixel, and what stands around them.
+/// Most bytes of a picture: four numbers of 16 bits a pixel, and what stands around them.
 const MAX_FILE_BYTES: u64 = 8 * (MAX_SIDE as u64).pow(2) + (16 << 20);
 
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
-  gen fibres board.png --pixel-mm 0.1 --encoding srgb                    board.fibres.exr and board.fibres.png
+  gen fibres board.jpg --pixel-mm 0.08,0.05 --encoding srgb              board.fibres.exr and board.fibres.png
   gen fibres reflectance.png --pixel-mm 0.068,0.092 --encoding linear    a scan: rows are 0.068 mm, columns 0.092 mm
   gen fibres board.png --pixel-mm 0.1 --encoding srgb --json | jq .knots
 
 docs/theory/boards-from-pictures.md says how it works, how good it is, and when not to trust it.")]
 pub(super) struct FibresArgs {
-    /// PNG with 8 or 16 bits, - for standard input; of a colour picture the red channel counts, which is nearest to the
-    /// laser
+    /// JPEG, PNG, TIFF or BMP, - for standard input; of a colour picture the red channel counts, nearest to the laser.
+    /// A dark belt around the board is cut off
     picture: PathBuf,
     /// Size of a pixel, or down the rows and across them [mm]
     #[arg(long, value_name = "MM[,MM]", value_parser = pixel_sides)]
@@ -46,6 +53,9 @@ pub(super) struct FibresArgs {
     /// The power of light that a number to 1 is turned into, for `--encoding gamma`
     #[arg(long, value_name = "POWER", required_if_eq("encoding", "gamma"))]
     gamma: Option<f32>,
+    /// Which way the length of the board lies in it; fibres run within 45 degrees of that
+    #[arg(long, value_enum, default_value_t = LengthName::Down)]
+    length: LengthName,
     /// Which side of the board it shows
     #[arg(long, value_enum, default_value_t = FaceName::Bark)]
     face: FaceName,
@@ -74,6 +84,14 @@ enum EncodingName {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum LengthName {
+    /// Down the rows
+    Down,
+    /// Along the rows
+    Across,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum FaceName {
     /// The pith lies below it
     Bark,
@@ -98,16 +116,22 @@ pub(super) fn run(arguments: &FibresArgs) -> CommandResult {
     }
     output::check_replaceable(&out, Written::Exr)?;
     output::check_replaceable(&view, Written::Png)?;
-    let (grey, size) = read(&arguments.picture)?;
+    let (grey, whole) = read(&arguments.picture)?;
+    let part = BoardPart::of(&grey, whole, settings.encoding);
+    let size = part.size;
+    let grey = if size == whole { grey } else { part.cut(&grey, whole[1]) };
     let told = |fault: wood_picture::PictureFault| format!("{}: {fault}", arguments.picture.display());
-    let fibres = fibre_map(&grey, size, arguments.pixel_mm, &settings).map_err(told)?;
+    let (fibres, findings) = analyse(&grey, size, arguments.pixel_mm, &settings).map_err(told)?;
     // The kinds of wood of the class table: what a picture without a scale of reflectance is held to.
     let wood = Wood::from_values(&mut |parameter| parameter.default);
     let mu_a = face_absorption(&grey, &fibres, &wood.media, wood.log.latewood_share, &settings).map_err(told)?;
+    let picture = output::png(&directions(&grey, &fibres))?;
     drop(grey);
-    let document = document(&fibres, &mu_a);
-    let told = if arguments.json { format!("{document:#}\n") } else { text(&fibres, &out, &view) };
-    let picture = output::png(&directions(&fibres))?;
+    let palest = palest_per_mm(&wood.media);
+    let glossy = mu_a.iter().filter(|mu_a| **mu_a <= palest).count() as f64 / mu_a.len() as f64;
+    let report = Report { fibres: &fibres, findings, part, glossy };
+    let document = report.document(&mu_a);
+    let told = if arguments.json { format!("{document:#}\n") } else { report.text(&out, &view) };
     output::write(&out, &maps(fibres, mu_a, &document))?;
     output::write(&view, &picture)?;
     print(&told)?;
@@ -151,8 +175,15 @@ fn settings(arguments: &FibresArgs) -> Result<PictureAnalysis, UsageError> {
         FaceName::Bark => Face::Bark,
         FaceName::Pith => Face::Pith,
     };
-    let (board_mm, least_knot_mm) = (arguments.board_mm, arguments.least_knot_mm);
-    Ok(PictureAnalysis { encoding, full_scale: 1.0, board_mm, face, least_knot_mm, ..PictureAnalysis::default() })
+    Ok(PictureAnalysis {
+        encoding,
+        full_scale: 1.0,
+        board_mm: arguments.board_mm,
+        lies_across: arguments.length == LengthName::Across,
+        face,
+        least_knot_mm: arguments.least_knot_mm,
+        ..PictureAnalysis::default()
+    })
 }
 
 /// Numbers of a picture from 0 to 1, its rows and columns.
@@ -168,13 +199,15 @@ fn read(path: &Path) -> Result<(Vec<f32>, [usize; 2]), String> {
     };
     decoded.map_err(|error| match error.downcast::<Fault>() {
         Ok(fault) => fault.to_string(),
-        Err(error) => told(&error, &format!("give a PNG of at most {MAX_SIDE} pixels a side")),
+        Err(error) => told(&error, &format!("give a JPEG, PNG, TIFF or BMP of at most {MAX_SIDE} pixels a side")),
     })
 }
 
-/// The same of the bytes of a PNG.
-fn decode(bytes: impl BufRead + Seek) -> CommandResult<(Vec<f32>, [usize; 2])> {
-    let mut reader = ImageReader::with_format(bytes, ImageFormat::Png);
+/// The same of the bytes of a picture.
+fn decode(mut bytes: impl BufRead + Seek) -> CommandResult<(Vec<f32>, [usize; 2])> {
+    let length = bytes.seek(SeekFrom::End(0))?;
+    bytes.rewind()?;
+    let mut reader = ImageReader::new(bytes).with_guessed_format()?;
     let mut limits = Limits::default();
     (limits.max_image_width, limits.max_image_height) = (Some(MAX_SIDE), Some(MAX_SIDE));
     // Memory is asked for below, all of it together.
@@ -182,6 +215,9 @@ fn decode(bytes: impl BufRead + Seek) -> CommandResult<(Vec<f32>, [usize; 2])> {
     reader.limits(limits);
     let decoder = reader.into_decoder()?;
     let (cols, rows) = decoder.dimensions();
+    if u64::from(cols) * u64::from(rows) > MOST_PIXELS_A_BYTE * length {
+        return Err(format!("{length} bytes are too few for its {cols} x {rows} pixels").into());
+    }
     MemoryEstimate::of_picture(u64::from(cols) * u64::from(rows)).check()?;
     let picture = DynamicImage::from_decoder(decoder)?;
     let mut grey = Vec::with_capacity(cols as usize * rows as usize);
@@ -216,73 +252,171 @@ fn maps(fibres: FibreMap, mu_a: Vec<f32>, document: &Value) -> Vec<u8> {
     write_exr(channels, size[1], (across, down), document)
 }
 
-/// Azimuth as hue over half a turn, confidence as its strength; knots' outlines in black.
-fn directions(fibres: &FibreMap) -> RgbImage {
+/// Directions drawn over the picture, yellow where they are sure and grey where they are not; knots outlined, sound
+/// ones in green and dead ones in red.
+fn directions(grey: &[f32], fibres: &FibreMap) -> RgbImage {
     let [rows, cols] = fibres.size;
-    RgbImage::from_fn(cols as u32, rows as u32, |x, y| {
-        let pixel = y as usize * cols + x as usize;
-        let place = fibres.place_mm(pixel);
-        let line = fibres.pixel_mm[0].max(fibres.pixel_mm[1]);
-        let on_outline =
-            |knot: &wood_picture::PictureKnot| (knot.within(place) - 1.0).abs() * knot.half_axes_mm[1] < line;
-        if fibres.knots.iter().any(on_outline) {
-            return Rgb([0; 3]);
+    let mut picture = RgbImage::from_fn(cols as u32, rows as u32, |x, y| {
+        Rgb([(255.0 * grey[y as usize * cols + x as usize].clamp(0.0, 1.0)) as u8; 3])
+    });
+    let pixel_mm = Vec2::new(fibres.pixel_mm[1], fibres.pixel_mm[0]);
+    let mut draw = |place: Vec2, colour: [u8; 3]| {
+        let at = (place / pixel_mm).floor();
+        if at.cmpge(Vec2::ZERO).all() && at.x < cols as f32 && at.y < rows as f32 {
+            picture.put_pixel(at.x as u32, at.y as u32, Rgb(colour));
         }
-        let turn = (fibres.azimuth_rad[pixel] + FRAC_PI_2) / PI;
-        let strength = fibres.confidence[pixel].clamp(0.0, 1.0);
-        Rgb([0.0, 1.0 / 3.0, 2.0 / 3.0].map(|phase| {
-            let wave = 0.5 + 0.5 * libm::cosf(2.0 * PI * (turn - phase));
-            (255.0 * (1.0 + strength * (wave - 1.0))) as u8
-        }))
-    })
+    };
+    let step = 0.5 * pixel_mm.min_element();
+    let line = |count: f32| (0..=(2.0 * count / step) as usize).map(move |i| i as f32 * step - count);
+    let extent = Vec2::new(cols as f32, rows as f32) * pixel_mm;
+    for row in 0..(extent.y / STROKE_MM) as usize {
+        for col in 0..(extent.x / STROKE_MM) as usize {
+            let middle = STROKE_MM * Vec2::new(col as f32 + 0.5, row as f32 + 0.5);
+            let at = middle / pixel_mm;
+            let pixel = at.y as usize * cols + at.x as usize;
+            let along = fibres.fibre(pixel).truncate();
+            let sure = fibres.confidence[pixel].clamp(0.0, 1.0);
+            let colour = [255.0, 220.0, 0.0].map(|full: f32| (sure * full + (1.0 - sure) * 128.0) as u8);
+            line(0.4 * STROKE_MM).for_each(|off| draw(middle + off * along, colour));
+        }
+    }
+    for knot in &fibres.knots {
+        let colour = if knot.dead { [230, 0, 0] } else { [0, 200, 0] };
+        let (sin, cos) = libm::sincosf(knot.azimuth_rad);
+        let [long, short] = knot.half_axes_mm;
+        let turns = (2.0 * PI * long / step) as usize;
+        for turn in 0..turns {
+            let (y, x) = libm::sincosf(2.0 * PI * turn as f32 / turns as f32);
+            let off = Vec2::new(long * x * sin + short * y * cos, long * x * cos - short * y * sin);
+            for wide in [0.99, 1.0, 1.01] {
+                draw(knot.centre_mm + wide * off, colour);
+            }
+        }
+    }
+    picture
 }
 
-fn document(fibres: &FibreMap, mu_a: &[f32]) -> Value {
-    let knots: Vec<Value> = fibres
-        .knots
-        .iter()
-        .map(|knot| {
-            json!({
-                "x_mm": knot.centre_mm.x, "y_mm": knot.centre_mm.y,
-                "length_mm": 2.0 * knot.half_axes_mm[0], "width_mm": 2.0 * knot.half_axes_mm[1],
-                "azimuth_deg": knot.azimuth_rad.to_degrees(), "dive_deg": knot.dive_rad().to_degrees(),
-                "end_confidence": knot.end_confidence, "brightness": knot.brightness, "dead": knot.dead,
+/// What is told of a board.
+struct Report<'a> {
+    fibres: &'a FibreMap,
+    findings: Findings,
+    /// Where it lies in the picture.
+    part: BoardPart,
+    /// Share of its pixels that are brighter than wood [1].
+    glossy: f64,
+}
+
+impl Report<'_> {
+    fn document(&self, mu_a: &[f32]) -> Value {
+        let Self { fibres, findings, part, glossy } = self;
+        let knots: Vec<Value> = fibres
+            .knots
+            .iter()
+            .map(|knot| {
+                json!({
+                    "x_mm": knot.centre_mm.x, "y_mm": knot.centre_mm.y,
+                    "length_mm": 2.0 * knot.half_axes_mm[0], "width_mm": 2.0 * knot.half_axes_mm[1],
+                    "azimuth_deg": knot.azimuth_rad.to_degrees(), "dive_deg": knot.dive_rad().to_degrees(),
+                    "end_confidence": knot.end_confidence, "brightness": knot.brightness, "dead": knot.dead,
+                })
             })
+            .collect();
+        let marks = findings.marks.map(|marks| json!({"pitch_mm": marks.pitch_mm, "strength": marks.strength}));
+        json!({
+            "schema_version": SCHEMA_VERSION, "rows": fibres.size[0], "columns": fibres.size[1],
+            "first_row": part.first[0], "first_column": part.first[1],
+            "pixel_mm": fibres.pixel_mm, "azimuth_deg": findings.azimuth_rad.to_degrees(),
+            "azimuth_error_deg": findings.error_rad.to_degrees(), "marks": marks,
+            "mean_confidence": mean(&fibres.confidence), "mean_absorption_per_mm": mean(mu_a),
+            "glossy_share": glossy, "knots": knots,
         })
-        .collect();
-    json!({
-        "schema_version": SCHEMA_VERSION, "rows": fibres.size[0], "columns": fibres.size[1],
-        "pixel_mm": fibres.pixel_mm, "mean_confidence": mean(&fibres.confidence),
-        "mean_absorption_per_mm": mean(mu_a), "knots": knots,
-    })
+    }
+
+    fn text(&self, out: &Path, view: &Path) -> String {
+        let Self { fibres, findings, part, glossy } = self;
+        let [rows, cols] = fibres.size;
+        let mut text = format!(
+            "{cols} x {rows} px; azimuth {:.1} deg +- {:.1}, confidence {:.2} (mean); {} knots\n",
+            findings.azimuth_rad.to_degrees(),
+            findings.error_rad.to_degrees(),
+            mean(&fibres.confidence),
+            fibres.knots.len()
+        );
+        if part.first != [0, 0] {
+            _ = writeln!(text, "  the board begins at column {}, row {}", part.first[1], part.first[0]);
+        }
+        if let Some(marks) = findings.marks {
+            _ = writeln!(text, "  marks across the grain every {:.1} mm were taken out", marks.pitch_mm);
+        }
+        if *glossy > 0.0 {
+            _ = writeln!(text, "  {:.1} % of it are brighter than wood: gloss or torn fibres", 100.0 * glossy);
+        }
+        for knot in &fibres.knots {
+            let kind = if knot.dead { "dead" } else { "sound" };
+            let [long, wide] = knot.half_axes_mm.map(|half| 2.0 * half);
+            let (at, dive) = (knot.centre_mm, knot.dive_rad().to_degrees());
+            _ = writeln!(
+                text,
+                "  {kind} knot at {:.1}, {:.1} mm: {long:.1} x {wide:.1} mm, dive {dive:.0} deg",
+                at.x, at.y
+            );
+        }
+        _ = writeln!(text, "{}: maps\n{}: directions and knots over the picture", out.display(), view.display());
+        text
+    }
 }
 
 fn mean(numbers: &[f32]) -> f64 {
     numbers.iter().map(|&number| f64::from(number)).sum::<f64>() / numbers.len().max(1) as f64
 }
 
-fn text(fibres: &FibreMap, out: &Path, view: &Path) -> String {
-    let mut azimuths: Vec<f32> = fibres.azimuth_rad.iter().map(|azimuth| azimuth.to_degrees()).collect();
-    let middle = azimuths.len() / 2;
-    let azimuth = *azimuths.select_nth_unstable_by(middle, f32::total_cmp).1;
-    let mut text = format!(
-        "{} x {} px; azimuth {:.1} deg (median), confidence {:.2} (mean); {} knots\n",
-        fibres.size[1],
-        fibres.size[0],
-        azimuth,
-        mean(&fibres.confidence),
-        fibres.knots.len()
-    );
-    for knot in &fibres.knots {
-        let kind = if knot.dead { "dead" } else { "sound" };
-        let [long, wide] = knot.half_axes_mm.map(|half| 2.0 * half);
-        let (at, dive) = (knot.centre_mm, knot.dive_rad().to_degrees());
-        _ = writeln!(
-            text,
-            "  {kind} knot at {:.1}, {:.1} mm: {long:.1} x {wide:.1} mm, dive {dive:.0} deg",
-            at.x, at.y
-        );
+#[cfg(test)]
+mod tests {
+    use image::{DynamicImage, ImageFormat};
+
+    use super::*;
+
+    /// Three hundred broken files: a fault or a picture, and no panic.
+    #[test]
+    fn broken_pictures_are_told() {
+        let board = image::load_from_memory(include_bytes!("../../recipes/pictures/board.png")).expect("a picture");
+        let board: DynamicImage = image::imageops::crop_imm(&board, 0, 0, 160, 160).to_image().into();
+        let board: DynamicImage = board.into_rgb8().into();
+        let settings = PictureAnalysis { encoding: Encoding::Srgb, ..PictureAnalysis::default() };
+        let (mut state, mut told, mut read) = (7_u64, 0, 0);
+        let mut draw = |below: usize| {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 33) as usize % below
+        };
+        for format in [ImageFormat::Jpeg, ImageFormat::Tiff, ImageFormat::Bmp] {
+            let mut file = Cursor::new(Vec::new());
+            board.write_to(&mut file, format).expect("encoded");
+            let file = file.into_inner();
+            let whole = decode(Cursor::new(&file)).expect("a picture");
+            assert!(whole.1 == [160, 160] && analyse(&whole.0, whole.1, [0.15; 2], &settings).is_ok());
+            for number in 0..100 {
+                let mut broken = file.clone();
+                // Headers first: they say how large all the rest is.
+                let among = if number % 2 == 0 { broken.len().min(700) } else { broken.len() };
+                for _ in 0..1 + draw(4) {
+                    let at = draw(among);
+                    broken[at] = draw(256) as u8;
+                }
+                if number % 5 == 0 {
+                    broken.truncate(1 + draw(file.len()));
+                }
+                match decode(Cursor::new(&broken)) {
+                    Err(error) => told += usize::from(!error.to_string().is_empty()),
+                    Ok((grey, size)) => {
+                        assert_eq!(grey.len(), size[0] * size[1]);
+                        read += 1;
+                        if number % 4 == 0 {
+                            _ = analyse(&grey, size, [0.15; 2], &settings);
+                        }
+                    }
+                }
+            }
+        }
+        assert!(told + read == 300 && told > 50 && read > 50, "{told} told, {read} read");
     }
-    _ = writeln!(text, "{}: maps\n{}: directions as hue", out.display(), view.display());
-    text
 }

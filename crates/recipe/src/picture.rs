@@ -1,4 +1,4 @@
-//! Pictures that boards are cut from: PNG of a face, maps of fibres, pictures of classes ->
+//! Pictures that boards are cut from: picture of a face, maps of fibres, pictures of classes ->
 //! `wood_picture::BoardPicture`.
 //!
 //! Everything is read and analysed once, with the recipe, and the fibres of a picture are kept for the next run, so
@@ -6,7 +6,7 @@
 //! order of the scan: the first row of a photograph from above is the far end. Colours of directions are those of the
 //! thesis (section 3.2.3, Figure 3.9): between red and green the slope is R / G, rising, between blue and green B / G,
 //! falling; as a vector (G, R - B), right and up as the map is looked at. Limits: memory is 20 bytes a pixel, and some
-//! times that while the picture is analysed; PNG alone is read.
+//! times that while the picture is analysed.
 
 use std::io::Cursor;
 
@@ -14,8 +14,8 @@ use base::Class;
 use exr::meta::MetaData;
 use exr::prelude::{ReadChannels, ReadLayers, read};
 use files::Cache;
-use image::{DynamicImage, ImageFormat, ImageReader, ImageResult, Limits};
-use wood_picture::{BoardPicture, Depth, Encoding, FibreMap, PictureAnalysis, PictureFault};
+use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader, ImageResult, Limits};
+use wood_picture::{BoardPart, BoardPicture, Depth, Encoding, FibreMap, PictureAnalysis, PictureFault};
 
 use crate::asset::{Asset, AssetFault};
 use crate::keys::settings::PictureSettings;
@@ -55,8 +55,9 @@ pub(crate) fn read_picture(own: &PictureSettings) -> Result<Option<BoardPicture>
         ..PictureAnalysis::default()
     };
     let lens = RowOrder { is_far: own.first_row == FirstRow::Far };
-    let read = |file| grey(file, own.dark as f32, &lens).map(|grey| (file, grey));
+    let read = |file| grey(file, own.dark as f32, analysis.encoding, &lens).map(|grey| (file, grey));
     let grey = own.file.asset().map(read).transpose().map_err(|fault| (FILE, fault))?;
+    let board = grey.as_ref().map(|(_, (_, whole, part))| (*whole, *part));
     let read = |file| fibres(file, pixel_mm, own.least_knot_mm as f32, &lens).map(|fibres| (file, fibres));
     let drawn = own.fibres.asset().map(read).transpose().map_err(|fault| (FIBRES, fault))?;
     let told = |key: &'static str, file: &Asset| {
@@ -64,7 +65,7 @@ pub(crate) fn read_picture(own: &PictureSettings) -> Result<Option<BoardPicture>
         move |fault: PictureFault| (key, AssetFault::told(&name, &fault, "give another picture"))
     };
     let picture = match (grey, drawn) {
-        (Some((file, (grey, size))), drawn) => {
+        (Some((file, (grey, _, BoardPart { size, .. }))), drawn) => {
             let map = match drawn {
                 Some((_, (map, _))) if map.size != size => return Err((FIBRES, other_size(map.size, size))),
                 Some((_, (map, _))) => Ok(map),
@@ -79,7 +80,9 @@ pub(crate) fn read_picture(own: &PictureSettings) -> Result<Option<BoardPicture>
         (None, None) => return Ok(None),
     };
     let Some(file) = own.labels.asset() else { return Ok(Some(picture)) };
-    let classes = labels(file, picture.fibres().size, &lens).map_err(|fault| (LABELS, fault))?;
+    let size = picture.fibres().size;
+    let (whole, part) = board.unwrap_or((size, BoardPart { first: [0, 0], size }));
+    let classes = labels(file, whole, part, &lens).map_err(|fault| (LABELS, fault))?;
     Ok(Some(picture.labelled(classes).map_err(told(LABELS, file))?))
 }
 
@@ -113,16 +116,23 @@ pub(crate) fn limited_png(file: &Asset, most: u32) -> ImageResult<DynamicImage> 
     reader.decode()
 }
 
-/// Pixels of a PNG of a board.
-fn png(file: &Asset) -> Result<DynamicImage, AssetFault> {
-    let picture = limited_png(file, MAX_SIDE).map_err(|error| {
+/// Pixels of a PNG, JPEG, TIFF or BMP.
+fn pixels(file: &Asset) -> Result<DynamicImage, AssetFault> {
+    let bytes = Cursor::new(file.bytes());
+    let mut reader = ImageReader::new(bytes).with_guessed_format().expect("memory can be read");
+    let mut limits = Limits::default();
+    (limits.max_image_width, limits.max_image_height) = (Some(MAX_SIDE), Some(MAX_SIDE));
+    reader.limits(limits);
+    let unreadable = |error: ImageError| {
         AssetFault::new(
             format!("`{}` is no picture that can be read: {error}", file.name()),
-            format!("save it as PNG of at most {MAX_SIDE} pixels a side"),
+            format!("save it as PNG or JPEG of at most {MAX_SIDE} pixels a side"),
         )
-    })?;
-    check_size(file, picture.width() as usize, picture.height() as usize)?;
-    Ok(picture)
+    };
+    let decoder = reader.into_decoder().map_err(unreadable)?;
+    let (cols, rows) = decoder.dimensions();
+    check_size(file, cols as usize, rows as usize)?;
+    DynamicImage::from_decoder(decoder).map_err(unreadable)
 }
 
 fn check_size(file: &Asset, cols: usize, rows: usize) -> Result<(), AssetFault> {
@@ -133,9 +143,15 @@ fn check_size(file: &Asset, cols: usize, rows: usize) -> Result<(), AssetFault> 
     Ok(())
 }
 
-/// Numbers of a picture from 0 to 1 less the dark level; of colours red.
-fn grey(file: &Asset, dark: f32, rows: &RowOrder) -> Result<(Vec<f32>, [usize; 2]), AssetFault> {
-    let picture = png(file)?;
+/// Numbers of a picture's board from 0 to 1 less the dark level, of colours red; the picture's size, and where in it
+/// the board lies.
+fn grey(
+    file: &Asset,
+    dark: f32,
+    encoding: Encoding,
+    rows: &RowOrder,
+) -> Result<(Vec<f32>, [usize; 2], BoardPart), AssetFault> {
+    let picture = pixels(file)?;
     let size = [picture.height() as usize, picture.width() as usize];
     let number = |raw: u16| (f32::from(raw) / 65535.0 - dark).max(0.0) / (1.0 - dark);
     let grey: Vec<f32> = if picture.color().has_color() {
@@ -143,12 +159,13 @@ fn grey(file: &Asset, dark: f32, rows: &RowOrder) -> Result<(Vec<f32>, [usize; 2
     } else {
         picture.into_luma16().into_raw().into_iter().map(number).collect()
     };
-    Ok((rows.sorted(grey, size[1]), size))
+    let part = BoardPart::of(&grey, size, encoding);
+    Ok((rows.sorted(part.cut(&grey, size[1]), part.size[1]), size, part))
 }
 
-/// Classes of a grey PNG of 8 bits; 0 is clear wood.
-fn labels(file: &Asset, wanted: [usize; 2], rows: &RowOrder) -> Result<Vec<Class>, AssetFault> {
-    let picture = png(file)?;
+/// Classes of a board in a grey PNG of 8 bits; 0 is clear wood.
+fn labels(file: &Asset, wanted: [usize; 2], part: BoardPart, rows: &RowOrder) -> Result<Vec<Class>, AssetFault> {
+    let picture = pixels(file)?;
     let DynamicImage::ImageLuma8(picture) = picture else {
         let problem = format!("`{}` has {:?} pixels, and classes are grey of 8 bits", file.name(), picture.color());
         return Err(AssetFault::new(problem, "save it as PNG with 8 bits and one grey channel, without a palette"));
@@ -178,7 +195,7 @@ fn labels(file: &Asset, wanted: [usize; 2], rows: &RowOrder) -> Result<Vec<Class
         })
         };
     let classes = picture.into_raw().into_iter().enumerate().map(class).collect::<Result<Vec<_>, _>>()?;
-    Ok(rows.sorted(classes, size[1]))
+    Ok(rows.sorted(part.cut(&classes, size[1]), part.size[1]))
 }
 
 /// A map of fibres, and the share of clear wood's light in each pixel.
@@ -202,7 +219,7 @@ fn colours(
     least_knot_mm: f32,
     rows: &RowOrder,
 ) -> Result<(FibreMap, Vec<f32>), AssetFault> {
-    let picture = png(file)?;
+    let picture = pixels(file)?;
     if !picture.color().has_color() {
         let problem = format!("`{}` is grey, and directions are told by colours", file.name());
         return Err(AssetFault::new(problem, "give a PNG with red, green and blue, or an EXR of `gen fibres`"));

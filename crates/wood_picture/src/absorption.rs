@@ -8,13 +8,15 @@
 //! the logarithm of absorption is that of the face under a Gaussian of standard deviation d / 2. In a knot the colour
 //! of the face follows the branch's axis and does not fade. Sources: docs/theory/physics.md for the reflectance,
 //! docs/theory/wood.md for the media. Limits: scattering that differs from the mean counts as absorption; light spreads
-//! by a millimetre below the face, so that fine streaks are stronger in the wood than in the picture; gloss and uneven
-//! lamps count as well.
+//! by a millimetre below the face, so that fine streaks are stronger in the wood than in the picture. Light that
+//! changes over 20 mm and more by a fifth is that of lamps and is taken off; what is paler than half of earlywood's
+//! absorption is gloss or torn fibres, and has that absorption.
 
 use base::Medium;
 use glam::Vec2;
 use procedural::wood::Media;
 
+use crate::background::evened;
 use crate::raster::{Beyond, around, quantile, smooth};
 use crate::{FibreMap, HalfSpace, PictureAnalysis, PictureFault, picture};
 
@@ -22,8 +24,13 @@ use crate::{FibreMap, HalfSpace, PictureAnalysis, PictureFault, picture};
 const DIVE_STEP_DEG: f32 = 2.0;
 /// Entries of the inverse over reflectances from 0 to 1.
 const ENTRIES: usize = 1024;
-/// Least absorption that is told [mm^-1]: a tenth of the palest wood's.
-const LEAST_MU_A: f32 = 0.005;
+/// Least absorption that is told over earlywood's [1]: what is brighter is gloss, or torn fibres.
+const PALEST: f64 = 0.5;
+/// Spread of the middle nine tenths of lamps over their median that is no longer even [1]: the tone of even boards
+/// wanders by as much.
+const UNEVEN: f32 = 0.2;
+/// Clear wood around whose mean light is that of the lamps [mm].
+const LAMPS_MM: f32 = 20.0;
 /// Depths of the levels [mm]; light of 660 nm goes a millimetre or two deep.
 const DEPTHS_MM: [f32; 5] = [0.0, 0.5, 1.0, 2.0, 4.0];
 /// All of them.
@@ -94,26 +101,29 @@ impl AbsorptionMap {
 }
 
 /// Half spaces of one medium at all dives, each turned about: absorption over reflectance.
-struct Inverse(Vec<Vec<f32>>);
+struct Inverse {
+    tables: Vec<Vec<f32>>,
+    least: f32,
+}
 
 impl Inverse {
-    fn new(medium: &Medium) -> Self {
+    fn new(medium: &Medium, least: f32) -> Self {
         let steps = (90.0 / DIVE_STEP_DEG) as usize;
         let table = |step: usize| {
             let space = HalfSpace::new(medium, (step as f32 * DIVE_STEP_DEG).to_radians());
             (0..=ENTRIES).map(|i| space.absorption(i as f64 / ENTRIES as f64) as f32).collect()
         };
-        Self((0..=steps).map(table).collect())
+        Self { tables: (0..=steps).map(table).collect(), least }
     }
 
     fn at(&self, reflectance: f32, dive_rad: f32) -> f32 {
-        let step = (dive_rad.abs().to_degrees() / DIVE_STEP_DEG).clamp(0.0, (self.0.len() - 1) as f32);
-        let below = (step as usize).min(self.0.len() - 2);
+        let step = (dive_rad.abs().to_degrees() / DIVE_STEP_DEG).clamp(0.0, (self.tables.len() - 1) as f32);
+        let below = (step as usize).min(self.tables.len() - 2);
         let place = [step, reflectance.clamp(0.0, 1.0) * ENTRIES as f32];
         let entry = (place[1] as usize).min(ENTRIES - 1);
         let (v, u) = (step - below as f32, place[1] - entry as f32);
         let line = |table: &[f32]| table[entry] + u * (table[entry + 1] - table[entry]);
-        ((1.0 - v) * line(&self.0[below]) + v * line(&self.0[below + 1])).max(LEAST_MU_A)
+        ((1.0 - v) * line(&self.tables[below]) + v * line(&self.tables[below + 1])).max(self.least)
     }
 }
 
@@ -156,10 +166,30 @@ fn relative_light(
     fibres: &FibreMap,
     settings: &PictureAnalysis,
 ) -> Result<(Vec<f32>, f64), PictureFault> {
-    let mut light = picture::light(grey, fibres.size, fibres.pixel_mm, settings)?;
+    let light = picture::light(grey, fibres.size, fibres.pixel_mm, settings)?;
+    let whole = clear_light(&light, fibres);
+    let mut light = without_lamps(light, fibres);
     let mean = clear_light(&light, fibres);
     light.iter_mut().for_each(|light| *light = (f64::from(*light) / mean) as f32);
-    Ok((light, mean))
+    Ok((light, whole))
+}
+
+/// Light without what uneven lamps do to it, where they are uneven.
+pub(crate) fn without_lamps(light: Vec<f32>, fibres: &FibreMap) -> Vec<f32> {
+    let even = evened(&light, fibres.size, fibres.pixel_mm, LAMPS_MM);
+    // Every hundredth pixel is enough for quantiles.
+    let mut lamps: Vec<f32> = light.iter().zip(&even).step_by(97).map(|(light, even)| light / even).collect();
+    lamps.retain(|lamp| lamp.is_finite());
+    if lamps.is_empty() {
+        return light;
+    }
+    let [low, middle, high] = [0.05, 0.5, 0.95].map(|part| quantile(&mut lamps, part));
+    if high - low > UNEVEN * middle { even } else { light }
+}
+
+/// Absorption of the palest wood of these media [mm^-1]: what looks paler has gloss.
+pub fn palest_per_mm(media: &Media) -> f32 {
+    (PALEST * media.earlywood_mu_a_per_mm) as f32
 }
 
 /// Mean light of clear wood [1].
@@ -248,7 +278,7 @@ fn face(light: &[f32], inside: &[bool], fibres: &FibreMap, media: &Media, latewo
         early.2 * media.latewood_k_ratio,
     );
     let mean_reflectance = (1.0 - latewood_share) * kind(early.0, early.1, early.2) + latewood_share * late;
-    let inverses = [&clear, &knotted].map(Inverse::new);
+    let inverses = [&clear, &knotted].map(|medium| Inverse::new(medium, palest_per_mm(media)));
     let mu_a = |i: usize| inverses[usize::from(inside[i])].at(light[i] * mean_reflectance as f32, fibres.dive_rad[i]);
     ((0..light.len()).map(mu_a).collect(), mean_reflectance)
 }

@@ -18,7 +18,7 @@ use base::{Class, Instance, Medium};
 use glam::{Vec2, Vec3};
 use procedural::wood::{GivenMatter, GivenWood, Wood};
 
-use crate::absorption::{LEVELS, absorption_of, clear_light, means};
+use crate::absorption::{LEVELS, absorption_of, clear_light, means, without_lamps};
 use crate::components::{Patch, patches};
 use crate::raster::{around, quantile};
 use crate::{AbsorptionMap, Face, FibreMap, PictureAnalysis, PictureFault, PictureKnot, fibre_map, picture};
@@ -78,6 +78,7 @@ impl BoardPicture {
         depth: Depth,
     ) -> Result<Self, PictureFault> {
         let light = picture::light(grey, fibres.size, fibres.pixel_mm, settings)?;
+        let light = without_lamps(light, &fibres);
         Ok(Self::with_light(light, fibres, settings.face, depth))
     }
 

@@ -1,40 +1,59 @@
 //! The fibre map: what the texture says, what knots do to fibres, and how sure both are.
 //!
-//! Model: a first azimuth, the median of the board in windows of 8 mm. Knots part the fibres as streams around Rankine
-//! ovals and bend the layers in which they lie ([`procedural::wood::KnotSurroundings`], stretched from each knot's
-//! circle to its ellipse), which gives a guess of azimuth and the dive; the texture then says how far the azimuth is
-//! off ([`crate::orientation`]). Guess and texture are weighed by their variances: that of the guess is 3 degrees in
-//! clear wood and half of what the knots add to it. In a knot fibres follow the branch. Dive: of a living knot whose
-//! face lies on the bark's side, fibres rise to its outline from both ends by up to 21 degrees; with the pith's side up
-//! they sink; around a dead knot they do neither, since layers after its death bend the other way. Confidence: the
-//! expected cosine of twice the azimuth's error, exp(-2 se^2). Limits: beside the tips of a knot, where fibres part,
-//! streaks may turn more than fibres; a dive of clear wood does not show in a picture and is 0; the pith's tilt makes
-//! it a degree.
+//! Model: fibres run within 45 degrees of the board's length ([`crate::length`]). A first azimuth is the median of the
+//! board in windows of 8 mm. Boards with marks across the grain ([`crate::marks`]) are averaged along that direction by
+//! 2 mm, which leaves the marks out, and are read by their rings alone, strong ones above weak ones; the streaks
+//! between rings are lost under marks. Knots part the fibres as streams around Rankine ovals and bend the layers in
+//! which they lie ([`procedural::wood::KnotSurroundings`], stretched from each knot's circle to its ellipse), which
+//! gives a guess of azimuth and the dive; the texture then says how far the azimuth is off ([`crate::orientation`]).
+//! Guess and texture are weighed by their variances: that of the guess is 3 degrees in clear wood and half of what the
+//! knots add to it. In a knot fibres follow the branch. Dive: of a living knot whose face lies on the bark's side,
+//! fibres rise to its outline from both ends by up to 21 degrees; with the pith's side up they sink; around a dead knot
+//! they do neither, since layers after its death bend the other way. Confidence: the expected cosine of twice the
+//! azimuth's error, exp(-2 se^2). Limits: beside the tips of a knot, where fibres part, streaks may turn more than
+//! fibres. Rings of marked boards turn from their fibres by what dive and spiral grain do, which no picture of one face
+//! shows. A dive of clear wood does not show in a picture and is 0; the pith's tilt makes it a degree.
 
 use std::borrow::Cow;
+use std::f32::consts::FRAC_PI_2;
 
 use glam::{Vec2, Vec2Swizzles, Vec3};
 use procedural::wood::KnotSurroundings;
 
 use crate::knots::{self, PictureKnot, azimuth, direction};
+use crate::length::direction_of_length;
+use crate::marks::{self, SawMarks};
 use crate::orientation::{LOST_RAD, in_window, orientation, wrap};
 use crate::raster::{around, quantile, quantile_of};
 use crate::rings::{along_lines, without_rings};
-use crate::texture::{CellTexture, Cells, RINGS_MM, RINGS_RAD, STREAKS_MM, texture};
+use crate::texture::{CellTexture, Cells, Look, RINGS_MM, RINGS_RAD, STREAKS_MM, texture};
 use crate::{Face, PictureAnalysis, PictureFault, grain_scale};
 use crate::{picture, ripple};
 
 /// Pixels up to this are put together [mm]: the finest scale has 0.2 mm.
 const FINE_MM: f32 = 0.15;
 /// Means along the fibre [mm]: half a short streak to either side, and their step.
-const STREAK_MM: f32 = 2.0;
-const STREAK_STEP_MM: f32 = 0.6;
+const STREAK_MM: [f32; 2] = [2.0, 0.6];
 /// Grain of a camera or a laser from which rings stay in [mm]: weak streaks alone would then turn by more than rings
 /// do. Noise of 2 % at 0.15 mm is 0.003, speckle of scans 0.01.
 const GRAINY_MM: f32 = 0.006;
 /// What rings and grain turn together [rad], an engineering estimate (2 deg): medians of ten rendered scans were 0.6 to
 /// 3, one 6.
 const GRAINY_RAD: f32 = 0.035;
+/// Means along the grain that leave no marks [mm], and their step.
+const UNMARKED_MM: [f32; 2] = [2.0, 0.35];
+/// Scale of the texture of marked boards [mm].
+const MARKED_MM: f32 = 0.3;
+/// What stays of the error of marked boards [rad], 0.9 deg: twenty photographs of sawn spruce and pine (docs/real.md).
+const MARKED_RAD: f32 = 0.015;
+/// Side of the squares that speak independently of a board's direction [mm].
+const BLOCK_MM: f32 = 12.0;
+/// Least coherence of a marked board's texture [1].
+const LEAST_COHERENCE: f32 = 0.03;
+/// Texture that runs farther from the board's length is not its grain [rad]: 30 deg.
+const MOST_OFF_RAD: f32 = 0.52;
+/// Squares whose texture runs farther from the median of all tell of knots, torn fibres and arches [rad]: 17 deg.
+const ALIKE_RAD: f32 = 0.3;
 /// Window of the first azimuth [mm].
 const BASE_MM: f32 = 8.0;
 /// Standard deviation of the guess in clear wood [rad]: how fibres vary over a board (3 deg).
@@ -112,7 +131,7 @@ impl FibreMap {
             return Err(PictureFault::Pixel { pixel_mm });
         }
         let light: Vec<f32> = alpha.iter().map(|&share| share as f32).collect();
-        let knots = knots::find(&light, size, pixel_mm, least_knot_mm);
+        let knots = knots::find(&light, size, pixel_mm, 0.0, least_knot_mm);
         let turned = |told: &Option<[f64; 2]>| told.map(|[x, y]| wrap(azimuth(Vec2::new(x as f32, y as f32))));
         let azimuths: Vec<Option<f32>> = directions.iter().map(turned).collect();
         let mut map = Self {
@@ -166,49 +185,49 @@ pub fn fibre_map(
     pixel_mm: [f32; 2],
     settings: &PictureAnalysis,
 ) -> Result<FibreMap, PictureFault> {
+    Ok(analyse(grey, size, pixel_mm, settings)?.0)
+}
+
+/// The same, with what was found of the board as a whole.
+///
+/// # Errors
+/// As [`fibre_map`].
+pub fn analyse(
+    grey: &[f32],
+    size: [usize; 2],
+    pixel_mm: [f32; 2],
+    settings: &PictureAnalysis,
+) -> Result<(FibreMap, Findings), PictureFault> {
     let light = picture::light(grey, size, pixel_mm, settings)?;
     let (light, coarse, coarse_mm) = binned(light, size, pixel_mm);
-    let knots = knots::find(&light, coarse, coarse_mm, settings.least_knot_mm);
     let median = quantile_of(&light, 0.5);
-    let mut log_light = light;
-    log_light.iter_mut().for_each(|value| *value = libm::logf(value.max(DARKEST * median)));
-    let cells = Cells::over(coarse, coarse_mm);
+    let log_light: Vec<f32> = light.iter().map(|value| libm::logf(value.max(DARKEST * median))).collect();
+    let lies_across = settings.lies_across;
+    let length = direction_of_length(&log_light, coarse, coarse_mm, None, lies_across);
+    let knots = knots::find(&light, coarse, coarse_mm, length, settings.least_knot_mm);
+    drop(light);
     let clear = clear_pixels(&knots, coarse, coarse_mm);
-    grain_scale::check(&log_light, coarse, coarse_mm, &clear)?;
+    let length = direction_of_length(&log_light, coarse, coarse_mm, Some(&clear), lies_across);
+    let cells = Cells::over(coarse, coarse_mm);
+    let looked = Looked { size: coarse, pixel_mm: coarse_mm, cells: &cells, clear: &clear, length };
     let mut even = log_light.clone();
-    ripple::take_out(&mut even, coarse, coarse_mm, &clear);
-    // Fibres that run along the rows are no ripple.
-    if runs_down(&even, coarse, coarse_mm, &cells, &clear) {
-        log_light = even;
+    if !lies_across {
+        ripple::take_out(&mut even, coarse, coarse_mm, &clear);
     }
-    let grainy = grain_mm(&log_light, coarse, coarse_mm) > GRAINY_MM;
-    let streaks = if grainy {
-        Cow::Borrowed(&log_light)
+    let across = looked.averaged(&even, &vec![length + FRAC_PI_2; cells.count()], marks::ACROSS_MM);
+    let marks = marks::marks(&across, coarse, coarse_mm, &clear, lies_across);
+    drop(across);
+    let guessed = |base: [f32; 2]| Guess::new(base, &knots, &cells, settings);
+    let read = if marks.is_some() {
+        drop(even);
+        looked.by_rings(&log_light, guessed)?
     } else {
-        Cow::Owned(without_rings(&log_light, coarse, coarse_mm, &cells, &clear))
+        drop(log_light);
+        grain_scale::check(&even, coarse, coarse_mm, &clear)?;
+        looked.by_streaks(&even, guessed)?
     };
-    let seen = |light: &[f32], scale: f32, bias: f32| texture(light, coarse, coarse_mm, &cells, scale, bias, &clear);
-    let mut textures = [
-        seen(&streaks, STREAKS_MM[0], STREAKS_RAD),
-        seen(&streaks, STREAKS_MM[1], STREAKS_RAD),
-        seen(&streaks, STREAKS_MM[2], STREAKS_RAD),
-        seen(&log_light, RINGS_MM, RINGS_RAD),
-    ];
-    let mut guess = Guess::new(base(&textures, &cells)?, &knots, &cells, settings);
-    if grainy {
-        // Grain that is no streak has all directions: means along the fibre leave little of it.
-        let lines: Vec<Vec2> = guess.azimuth.iter().map(|&azimuth| direction(azimuth)).collect();
-        let along = along_lines(&streaks, coarse, coarse_mm, &cells, &lines, &clear, [STREAK_MM, STREAK_STEP_MM]);
-        for (i, scale) in STREAKS_MM.into_iter().enumerate() {
-            textures[i] = seen(&along, scale, STREAKS_RAD);
-            textures[i].correlated *= (1.0 + (STREAK_MM / scale).powi(2)).sqrt();
-        }
-        guess = Guess::new(base(&textures, &cells)?, &knots, &cells, settings);
-    }
-    drop(streaks);
-    drop(log_light);
+    let Read { textures, guess, lasting } = read;
     let seen = orientation(&textures, &cells, &guess.azimuth, &guess.spread);
-    let lasting = if grainy { GRAINY_RAD } else { STREAKS_RAD };
     let twice: Vec<Vec2> = guess.azimuth.iter().zip(&seen.delta).map(|(a, d)| direction(2.0 * (a + d)).yx()).collect();
     let mut map = FibreMap {
         size,
@@ -227,7 +246,96 @@ pub fn fibre_map(
         map.confidence[pixel] = libm::expf(-2.0 * (variance + lasting * lasting));
     }
     map.follow_branches();
-    Ok(map)
+    let [azimuth_rad, error_rad] = of_board(&twice, &textures, &cells, lasting);
+    Ok((map, Findings { azimuth_rad, error_rad, marks }))
+}
+
+/// The grain as it is read, before knots and neighbours say more.
+struct Read {
+    textures: Vec<CellTexture>,
+    guess: Guess,
+    /// Error that stays however much texture there is [rad].
+    lasting: f32,
+}
+
+/// Which pixels are looked at, in which cells, and the direction of the board's length.
+struct Looked<'a> {
+    size: [usize; 2],
+    pixel_mm: [f32; 2],
+    cells: &'a Cells,
+    clear: &'a [bool],
+    length: f32,
+}
+
+impl Looked<'_> {
+    fn texture(&self, light: &[f32], look: Look) -> CellTexture {
+        texture(light, self.size, self.pixel_mm, self.cells, look, self.clear)
+    }
+
+    /// Means along lines of these azimuths in cells; the lengths are those of [`along_lines`].
+    fn averaged(&self, light: &[f32], azimuths: &[f32], lengths_mm: [f32; 2]) -> Vec<f32> {
+        let lines: Vec<Vec2> = azimuths.iter().map(|&azimuth| direction(azimuth)).collect();
+        along_lines(light, self.size, self.pixel_mm, self.cells, &lines, self.clear, lengths_mm)
+    }
+
+    /// What was found, where it is the board's grain.
+    fn along_the_board(&self, [azimuth, error]: [f32; 2]) -> [f32; 2] {
+        [if wrap(azimuth - self.length).abs() < MOST_OFF_RAD { azimuth } else { self.length }, error]
+    }
+
+    /// Boards with marks across the grain: rings alone, averaged along the grain.
+    fn by_rings(&self, log_light: &[f32], guessed: impl Fn([f32; 2]) -> Guess) -> Result<Read, PictureFault> {
+        let look = Look { scale_mm: MARKED_MM, bias_rad: MARKED_RAD, by_size: true };
+        let along = self.averaged(log_light, &vec![self.length; self.cells.count()], UNMARKED_MM);
+        let first = whole(&self.texture(&along, look), self.cells)?;
+        let along = self.averaged(log_light, &guessed(self.along_the_board(first)).azimuth, UNMARKED_MM);
+        let mut rings = self.texture(&along, look);
+        rings.correlated *= (1.0 + (UNMARKED_MM[0] / MARKED_MM).powi(2)).sqrt();
+        let guess = guessed(self.along_the_board(whole(&rings, self.cells)?));
+        Ok(Read { textures: vec![rings], guess, lasting: MARKED_RAD })
+    }
+
+    /// Boards without: streaks, at several scales, and rings.
+    fn by_streaks(&self, log_light: &[f32], guessed: impl Fn([f32; 2]) -> Guess) -> Result<Read, PictureFault> {
+        let grainy = grain_mm(log_light, self.size, self.pixel_mm) > GRAINY_MM;
+        let streaks = if grainy {
+            Cow::Borrowed(log_light)
+        } else {
+            Cow::Owned(without_rings(log_light, self.size, self.pixel_mm, self.cells, self.clear))
+        };
+        let seen = |light: &[f32], scale_mm: f32, bias_rad: f32| {
+            self.texture(light, Look { scale_mm, bias_rad, by_size: false })
+        };
+        let mut textures = [
+            seen(&streaks, STREAKS_MM[0], STREAKS_RAD),
+            seen(&streaks, STREAKS_MM[1], STREAKS_RAD),
+            seen(&streaks, STREAKS_MM[2], STREAKS_RAD),
+            seen(log_light, RINGS_MM, RINGS_RAD),
+        ];
+        let mut guess = guessed(self.along_the_board(base(&textures, self.cells)?));
+        if grainy {
+            // Grain that is no streak has all directions: means along the fibre leave little of it.
+            let along = self.averaged(&streaks, &guess.azimuth, STREAK_MM);
+            for (i, scale) in STREAKS_MM.into_iter().enumerate() {
+                textures[i] = seen(&along, scale, STREAKS_RAD);
+                textures[i].correlated *= (1.0 + (STREAK_MM[0] / scale).powi(2)).sqrt();
+            }
+            guess = guessed(self.along_the_board(base(&textures, self.cells)?));
+        }
+        let lasting = if grainy { GRAINY_RAD } else { STREAKS_RAD };
+        Ok(Read { textures: textures.into(), guess, lasting })
+    }
+}
+
+/// What was found of a board as a whole.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Findings {
+    /// Azimuth of its grain [rad].
+    pub azimuth_rad: f32,
+    /// Standard error of that [rad].
+    pub error_rad: f32,
+    /// Marks across the grain, if there are any.
+    pub marks: Option<SawMarks>,
 }
 
 /// Means of so many rows and columns that pixels stay finer than the finest scale needs.
@@ -262,11 +370,6 @@ fn clear_pixels(knots: &[PictureKnot], [rows, cols]: [usize; 2], pixel_mm: [f32;
     clear
 }
 
-/// Whether fine texture runs down the rows rather than along them.
-fn runs_down(light: &[f32], size: [usize; 2], pixel_mm: [f32; 2], cells: &Cells, clear: &[bool]) -> bool {
-    texture(light, size, pixel_mm, cells, STREAKS_MM[0], 0.0, clear).sums[1].iter().sum::<f32>() > 0.0
-}
-
 /// Noise of a pixel over the mean, times the root of its area, from second differences down the rows [mm].
 fn grain_mm(log_light: &[f32], [rows, cols]: [usize; 2], pixel_mm: [f32; 2]) -> f32 {
     let bend = |i: usize| (log_light[i - cols] - 2.0 * log_light[i] + log_light[i + cols]).abs();
@@ -295,6 +398,49 @@ fn base(textures: &[CellTexture], cells: &Cells) -> Result<[f32; 2], PictureFaul
         return Err(PictureFault::NoWood { significance, least: LEAST_SIGNIFICANCE });
     }
     Ok(base)
+}
+
+/// The median azimuth of cells outside of knots, with its error: squares of some size speak independently [rad].
+fn of_board(twice: &[Vec2], textures: &[CellTexture], cells: &Cells, lasting: f32) -> [f32; 2] {
+    let clear = |cell: &usize| textures[0].pixels[*cell] > 0.0;
+    let all: Vec2 = (0..cells.count()).filter(clear).map(|cell| twice[cell]).sum();
+    let mean = 0.5 * base::atan2(all.y, all.x);
+    let off = |cell: usize| wrap(0.5 * base::atan2(twice[cell].y, twice[cell].x) - mean);
+    let mut offs: Vec<f32> = (0..cells.count()).filter(clear).map(off).collect();
+    if offs.is_empty() {
+        return [mean, LOST_RAD];
+    }
+    let [low, middle, high] = [0.25, 0.5, 0.75].map(|part| quantile(&mut offs, part));
+    let squares = offs.len() as f32 * (cells.side_mm / BLOCK_MM).powi(2);
+    // Quartiles of a Gaussian lie 1.35 deviations apart; its median has 1.25 of its mean's error.
+    let error = 1.25 * (high - low) / 1.35 / squares.max(1.0).sqrt();
+    [wrap(mean + middle), libm::hypotf(error, lasting)]
+}
+
+/// The board's direction from all of a texture, with its error [rad]: strong rings say more than weak ones, and squares
+/// of 12 mm speak independently.
+fn whole(texture: &CellTexture, cells: &Cells) -> Result<[f32; 2], PictureFault> {
+    let blocks = Cells {
+        size: cells.size.map(|count| ((count as f32 * cells.side_mm / BLOCK_MM).ceil() as usize).max(1)),
+        side_mm: BLOCK_MM,
+    };
+    let mut sums = vec![Vec2::ZERO; blocks.count()];
+    let mut length = 0.0;
+    for cell in 0..cells.count() {
+        sums[blocks.of_place(cells.middle(cell))] += Vec2::new(texture.sums[2][cell], texture.sums[1][cell]);
+        length += texture.sums[0][cell];
+    }
+    let all: Vec2 = sums.iter().sum();
+    let significance = LEAST_SIGNIFICANCE * all.length() / length.max(f32::MIN_POSITIVE) / LEAST_COHERENCE;
+    if significance < LEAST_SIGNIFICANCE {
+        return Err(PictureFault::NoWood { significance, least: LEAST_SIGNIFICANCE });
+    }
+    let mean = 0.5 * azimuth(all);
+    let mut offs: Vec<f32> =
+        sums.iter().filter(|sum| **sum != Vec2::ZERO).map(|sum| wrap(0.5 * azimuth(*sum) - mean)).collect();
+    let middle = mean + quantile(&mut offs, 0.5);
+    let alike: Vec2 = sums.iter().filter(|sum| wrap(0.5 * azimuth(**sum) - middle).abs() < ALIKE_RAD).sum();
+    Ok([0.5 * azimuth(alike), MARKED_RAD])
 }
 
 /// What is expected of fibres before the texture is asked.

@@ -1,22 +1,27 @@
 //! Knots in a picture: dark ellipses on clear wood, and how their branches lean.
 //!
-//! Model: light in cells of 0.3 mm under a Gaussian of 0.5 mm, over its median, is cut at levels from 0.4 to 0.85. A
-//! patch below a level is a knot where it fills the ellipse of its moments, is darker inside than outside all around (a
-//! closed contour; bands of latewood are open or fill no ellipse), and is wide enough. Of patches that overlap, the one
-//! with the most contrast whose level lies midway between inside and outside stays; it is then cut at midway itself,
-//! where blur does not move an outline. Lean: a round branch cut at the angle `dive` to its axis shows an ellipse with
-//! minor / major = sin(dive), its major axis along the lean. Outlines wobble; an elongation e = 1 - minor / major
-//! counts as sqrt(e^2 - 0.07^2). Which end leans out: away from the pith, where rings follow each other more closely
-//! (across), and to the lower side of the branch, which compression wood makes darker (along; branches of the scanned
-//! log of Larsson et al. 2022 droop by 10 degrees). Limits: even light to a fifth; knots that the picture's edge cuts
-//! are no knots; two that touch are one or none; rot in round patches is a knot. Levels, shares and cues are
-//! engineering estimates, tested on boards of `procedural`.
+//! Model: light over that of the clear wood around it ([`crate::background`]), in cells of 0.3 mm under a Gaussian of
+//! 0.5 mm, is cut at levels from 0.3 to 0.9. A patch below a level is a knot where it fills the ellipse of its moments
+//! and is darker inside than outside all around, as far as the picture shows it (a closed contour; bands of latewood
+//! are open or fill no ellipse). It has a dark core or much contrast (stains have neither), is wide enough, and does
+//! not lie along the grain as resin pockets, cracks and the pith do. Of patches that overlap, the one with the most
+//! contrast whose level lies midway between inside and outside stays; it is then cut at midway itself, where blur does
+//! not move an outline. Of a knot that the picture's edge cuts the ellipse is that of the part that is seen. Lean: a
+//! round branch cut at the angle `dive` to its axis shows an ellipse with minor / major = sin(dive), its major axis
+//! along the lean. Outlines wobble; an elongation e = 1 - minor / major counts as sqrt(e^2 - 0.07^2). Which end leans
+//! out: away from the pith, where rings follow each other more closely (across), and to the lower side of the branch,
+//! which compression wood makes darker (along; branches of the scanned log of Larsson et al. 2022 droop by 10 degrees).
+//! Dead is what is dark as a whole or has the black of bark or of a hole in it. Limits: two that touch are one or none;
+//! rot in round patches is a knot. Levels, shares and cues are engineering estimates, tested on boards of `procedural`
+//! and on twenty photographs.
 
 use std::f32::consts::PI;
 
 use glam::{Mat2, Vec2, Vec3};
 
+use crate::background::evened;
 use crate::components::flood;
+use crate::orientation::wrap;
 use crate::raster::{Beyond, around, quantile, smooth};
 use crate::texture::Cells;
 
@@ -26,21 +31,35 @@ const CELL_MM: f32 = 0.3;
 const BLUR_MM: f32 = 0.5;
 /// Levels over the median light [1]: bark lies at 0.1, dead knots at 0.3, sound ones at 0.5 to 0.75, wide latewood at
 /// 0.85.
-const LEVELS: [f32; 10] = [0.4, 0.45, 0.5, 0.55, 0.6, 0.65, 0.7, 0.75, 0.8, 0.85];
+const LEVELS: [f32; 13] = [0.3, 0.35, 0.4, 0.45, 0.5, 0.55, 0.6, 0.65, 0.7, 0.75, 0.8, 0.85, 0.9];
 /// Least part of the ellipse of its moments that a patch fills [1]: an ellipse has 1, an arc 0.6.
-const LEAST_FILL: f32 = 0.88;
-/// Longest ellipse over its width [1]: dives under 12 degrees are spike knots, which this does not find.
+const LEAST_FILL: f32 = 0.8;
+/// Longest ellipse over its width [1]: dives under 12 degrees, spike knots, are found where an edge cuts them.
 const MOST_ASPECT: f32 = 5.0;
 /// Places around the contour that are looked at.
 const CONTOUR: usize = 48;
 /// Where inside and outside are looked at, in half axes [1].
 const INSIDE_OUTSIDE: [f32; 2] = [0.65, 1.35];
 /// Share of the contour that must be darker inside by a third of the contrast [1].
-const LEAST_CLOSED: f32 = 0.85;
+const LEAST_CLOSED: f32 = 0.8;
 /// Least difference of light between outside and inside over clear wood's [1].
-const LEAST_CONTRAST: f32 = 0.12;
+const LEAST_CONTRAST: f32 = 0.25;
+/// With less contrast than this, the darkest twentieth of a knot has less light than that [1]: stains have no core.
+const SURE_CONTRAST: f32 = 0.3;
+const DARK: f32 = 0.55;
 /// Below this light over clear wood's a knot is dead [1]: sound ones of the class table have 0.52, dead ones 0.27.
-const DEAD: f32 = 0.38;
+const DEAD: f32 = 0.4;
+/// The same of the darkest twentieth of it: bark and cracks around a branch that had died [1].
+const DEAD_RIM: f32 = 0.12;
+/// A level this far from midway between inside and outside, over half of the contrast, is no outline's [1].
+const MOST_OFF: f32 = 0.6;
+/// Clear wood around whose mean light counts [mm].
+const AROUND_MM: f32 = 10.0;
+/// Resin pockets, pith and cracks lie along the grain: within this of it and so much longer than wide [rad], [1].
+const ALONG_RAD: f32 = 0.52;
+const ALONG_ASPECT: f32 = 2.2;
+/// Least places of a contour that lie in the picture [1].
+const LEAST_SEEN: usize = CONTOUR / 4;
 /// Elongation of an upright knot by its outline's wobble [1]: harmonics of 3.5 % of the radius in all, the oval the
 /// largest.
 const WOBBLE: f32 = 0.07;
@@ -121,10 +140,20 @@ impl Ground {
     }
 }
 
-/// Knots at least `least_mm` wide, by their place down the picture.
-pub(crate) fn find(light: &[f32], size: [usize; 2], pixel_mm: [f32; 2], least_mm: f32) -> Vec<PictureKnot> {
-    let ground = ground(light, size, pixel_mm);
+/// Knots at least `least_mm` wide in a board whose grain has the azimuth `length_rad`, by their place down the picture.
+pub(crate) fn find(
+    light: &[f32],
+    size: [usize; 2],
+    pixel_mm: [f32; 2],
+    length_rad: f32,
+    least_mm: f32,
+) -> Vec<PictureKnot> {
+    let ground = ground(&evened(light, size, pixel_mm, AROUND_MM), size, pixel_mm);
     let mut patches: Vec<LevelPatch> = LEVELS.iter().flat_map(|&level| patches(&ground, level, least_mm)).collect();
+    patches.retain(|patch| {
+        let off = wrap(patch.azimuth - length_rad).abs();
+        off > ALONG_RAD || patch.half_axes[0] < ALONG_ASPECT * patch.half_axes[1]
+    });
     patches.sort_by(|a, b| b.score.total_cmp(&a.score));
     let mut kept: Vec<LevelPatch> = Vec::new();
     for patch in patches {
@@ -156,7 +185,17 @@ fn ground(light: &[f32], [rows, cols]: [usize; 2], pixel_mm: [f32; 2]) -> Ground
         sums[cell] += value;
         counts[cell] += 1.0;
     }
-    let mean: Vec<f32> = sums.iter().zip(&counts).map(|(sum, count)| sum / count.max(1.0)).collect();
+    let mut mean: Vec<f32> = sums.iter().zip(&counts).map(|(sum, count)| sum / count.max(1.0)).collect();
+    // The last row and column may hold less than a pixel.
+    let [_, wide] = cells.size;
+    for cell in (0..cells.count()).filter(|&cell| counts[cell] == 0.0) {
+        let inner = if cell % wide + 1 == wide && cell >= 1 && counts[cell - 1] > 0.0 {
+            cell - 1
+        } else {
+            cell.saturating_sub(wide)
+        };
+        mean[cell] = mean[inner];
+    }
     let mut light = smooth(&mean, cells.size, [BLUR_MM / cells.side_mm; 2], Beyond::Same);
     let clear = quantile(&mut light.clone(), 0.5).max(f32::MIN_POSITIVE);
     light.iter_mut().for_each(|value| *value /= clear);
@@ -183,8 +222,7 @@ fn patches(ground: &Ground, level: f32, least_mm: f32) -> Vec<LevelPatch> {
         for (row, col) in patch.iter().map(|cell| (cell / cols, cell % cols)) {
             (low, high) = ([low[0].min(row), low[1].min(col)], [high[0].max(row), high[1].max(col)]);
         }
-        let cut = low[0] == 0 || low[1] == 0 || high[0] + 1 == rows || high[1] + 1 == cols;
-        if !cut && patch.len() as f32 * ground.cells.side_mm.powi(2) >= least_area {
+        if patch.len() as f32 * ground.cells.side_mm.powi(2) >= least_area {
             let filled = filled(&patch, cols, low, high);
             found.extend(shaped(ground, &filled, level, least_mm));
         }
@@ -228,20 +266,32 @@ fn shaped(ground: &Ground, patch: &[usize], level: f32, least_mm: f32) -> Option
         return None;
     }
     let (long, short) = (direction(azimuth), direction(azimuth).perp());
-    let mut around = [[0.0_f32; CONTOUR]; 2];
-    for (ring, part) in around.iter_mut().zip(INSIDE_OUTSIDE) {
-        for (i, light) in ring.iter_mut().enumerate() {
-            let (sin, cos) = libm::sincosf(2.0 * PI * i as f32 / CONTOUR as f32);
-            *light = ground.at(centre + part * (half_axes[0] * cos * long + half_axes[1] * sin * short));
+    let mut around = Vec::with_capacity(CONTOUR);
+    let extent = ground.cells.side_mm * Vec2::new(ground.cells.size[1] as f32, ground.cells.size[0] as f32);
+    for i in 0..CONTOUR {
+        let (sin, cos) = libm::sincosf(2.0 * PI * i as f32 / CONTOUR as f32);
+        let places =
+            INSIDE_OUTSIDE.map(|part| centre + part * (half_axes[0] * cos * long + half_axes[1] * sin * short));
+        if places.iter().all(|place| place.cmpgt(Vec2::ZERO).all() && place.cmplt(extent).all()) {
+            around.push(places.map(|place| ground.at(place)));
         }
     }
-    let [inside, outside] = around.map(|ring| ring.iter().sum::<f32>() / CONTOUR as f32);
+    if around.len() < LEAST_SEEN {
+        return None;
+    }
+    let seen = around.len() as f32;
+    let [inside, outside] = [0, 1].map(|i| around.iter().map(|pair| pair[i]).sum::<f32>() / seen);
     let contrast = outside - inside;
-    let closed = (0..CONTOUR).filter(|&i| around[1][i] - around[0][i] > contrast / 3.0).count() as f32;
-    if contrast < LEAST_CONTRAST || closed < LEAST_CLOSED * CONTOUR as f32 {
+    let closed = around.iter().filter(|[inside, outside]| outside - inside > contrast / 3.0).count() as f32;
+    let mut lights: Vec<f32> = patch.iter().map(|&cell| ground.light[cell]).collect();
+    let is_dark = contrast > SURE_CONTRAST || quantile(&mut lights, 0.05) < DARK;
+    if !is_dark || contrast < LEAST_CONTRAST || closed < LEAST_CLOSED * seen {
         return None;
     }
     let off = 2.0 * (level - 0.5 * (inside + outside)).abs() / contrast;
+    if off > MOST_OFF {
+        return None;
+    }
     let score = contrast * half_axes[1] * (1.0 - off).max(0.1);
     Some(LevelPatch { centre, half_axes, azimuth, inside, outside, score })
 }
@@ -277,7 +327,7 @@ fn knot(ground: &Ground, patch: &LevelPatch, all: &[LevelPatch]) -> PictureKnot 
     }
     if !lights.is_empty() {
         knot.brightness = quantile(&mut lights, 0.5);
-        knot.dead = knot.brightness < DEAD;
+        knot.dead = knot.brightness < DEAD || quantile(&mut lights, 0.05) < DEAD_RIM;
         let darker = -slope / squares.max(f32::MIN_POSITIVE) / knot.brightness.max(f32::MIN_POSITIVE);
         let rings = rings_beside(ground, patch, all);
         // A tenth of the light over a half length, or half as much ring again on one side, is sure.

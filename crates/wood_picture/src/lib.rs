@@ -13,6 +13,8 @@
 //! Frame: x along a row, y down the rows, z out of the face; row 0 is at the smallest y. Units: mm, mm^-1, rad.
 
 mod absorption;
+mod background;
+mod belt;
 mod board;
 mod components;
 mod density_law;
@@ -21,6 +23,8 @@ mod fibre;
 mod grain_scale;
 mod half_space;
 mod knots;
+mod length;
+mod marks;
 mod orientation;
 mod picture;
 mod raster;
@@ -31,13 +35,15 @@ mod volume;
 
 use base::words;
 
-pub use absorption::{AbsorptionMap, absorption_map, face_absorption};
+pub use absorption::{AbsorptionMap, absorption_map, face_absorption, palest_per_mm};
+pub use belt::BoardPart;
 pub use board::{BoardPicture, Depth, PicturedWood};
 pub use density_law::{DensityLaw, KindDensities};
 pub use fault::{PictureFault, VolumeFault};
-pub use fibre::{FibreMap, fibre_map};
+pub use fibre::{FibreMap, Findings, analyse, fibre_map};
 pub use half_space::HalfSpace;
 pub use knots::PictureKnot;
+pub use marks::SawMarks;
 pub use picture::{Encoding, red_channel};
 pub use volume::{DensityStack, FibreAxis, SlicedWood, StackPlace, WoodVolume};
 
@@ -60,6 +66,8 @@ pub struct PictureAnalysis {
     pub full_scale: f32,
     /// Length (down the rows) and width of the board, if the picture shows all of it [mm].
     pub board_mm: Option<[f32; 2]>,
+    /// Whether the board's length lies along the rows, not down them.
+    pub lies_across: bool,
     /// Which side of the board it shows.
     pub face: Face,
     /// Least width of a knot [mm].
@@ -69,14 +77,15 @@ pub struct PictureAnalysis {
 }
 
 impl Default for PictureAnalysis {
-    /// A picture to 1 whose encoding was not stated (which is refused), of the bark's side, with knots from 4 mm.
+    /// A picture to 1 whose encoding was not stated (which is refused), of the bark's side, with knots from 2 mm.
     fn default() -> Self {
         Self {
             encoding: Encoding::Unknown,
             full_scale: 1.0,
             board_mm: None,
+            lies_across: false,
             face: Face::Bark,
-            least_knot_mm: 4.0,
+            least_knot_mm: 2.0,
             flow_ratio: 1.0,
         }
     }

@@ -6,7 +6,8 @@
 //! Gaussian of 8 mm, which is taken away. Neither pitch nor phase is asked for: both drift along a board, and ridges
 //! under gloss are no sine. Source: the ridges of `procedural`'s sawn surface (docs/theory/wood.md). The law and its
 //! sizes are engineering estimates. Limits: only ridges within 7 degrees of a row; where rings cross the board for 20
-//! mm and more they go too. Tooth marks with a pitch under 1.5 mm stay.
+//! mm and more they go too. Boards that lie across the picture keep their ridges. Marks closer than 4 mm are those of
+//! `marks`.
 
 use crate::raster::{Beyond, around, smooth};
 use crate::texture::Cells;

@@ -95,16 +95,27 @@ pub(crate) struct CellTexture {
     pub correlated: f32,
 }
 
+/// What of a texture is looked at.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Look {
+    /// Scale of the derivative [mm].
+    pub scale_mm: f32,
+    /// Error that no window averages out [rad].
+    pub bias_rad: f32,
+    /// Large gradients count by their size, not less.
+    pub by_size: bool,
+}
+
 /// Texture of the logarithm of light at one scale; `counts` says which pixels count.
 pub(crate) fn texture(
     log_light: &[f32],
     size: [usize; 2],
     pixel_mm: [f32; 2],
     cells: &Cells,
-    scale_mm: f32,
-    bias_rad: f32,
+    look: Look,
     counts: &[bool],
 ) -> CellTexture {
+    let Look { scale_mm, bias_rad, by_size } = look;
     let sigma = pixel_mm.map(|pixel| (scale_mm / pixel).max(LEAST_PIXELS));
     let [smooth_down, smooth_across] = sigma.map(gaussian);
     let [slope_down, slope_across] = sigma.map(gaussian_slope);
@@ -127,7 +138,7 @@ pub(crate) fn texture(
             }
             let (gx, gy) = (across[i] / pixel_mm[1], down[i] / pixel_mm[0]);
             let square = square(i);
-            let weight = 4.0 * knee / (square.max(energy[i]) + knee).powi(2);
+            let weight = if by_size { 1.0 / knee } else { 4.0 * knee / (square.max(energy[i]) + knee).powi(2) };
             let (length, re, im) = (weight * square, weight * (gx * gx - gy * gy), -2.0 * weight * gx * gy);
             let cell = cells.of([row, col], pixel_mm);
             pixels[cell] += 1.0;

@@ -318,9 +318,9 @@ settings! {
 
     picture: PictureSettings at "picture" {
         all needs(While log.source in [LogSource::Picture]);
-        /// PNG of a board's face with 8 or 16 bits, the board's length down the rows; of a colour picture the red
-        /// channel counts, which is nearest to the laser. `none` beside `fibres`: every pixel has the light of clear
-        /// wood, or in the thesis' colours what alpha leaves of it.
+        /// PNG, JPEG, TIFF or BMP of a board's face, the board's length down the rows; of a colour picture the red
+        /// channel counts, which is nearest to the laser. A dark belt around the board is cut off. `none` beside
+        /// `fibres`: every pixel has the light of clear wood, or in the thesis' colours what alpha leaves of it.
         file: File(256, &PICTURES, FileForm::Optional) = NamedFile::NONE, "docs/guide/pictures.md";
         /// Size of a pixel down the rows.
         pixel_mm: Number(0.01, 0.4, "mm") = 0.1, "free; 0.1 to 0.2 is best";

@@ -4,6 +4,8 @@ mod board;
 mod boards;
 mod cut;
 mod faults;
+mod photographs;
+mod real;
 mod textures;
 
 /// The value at a part of the sorted values.
