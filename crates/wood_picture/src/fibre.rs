@@ -50,6 +50,9 @@ const MARKED_RAD: f32 = 0.015;
 const BLOCK_MM: f32 = 12.0;
 /// Least coherence of a marked board's texture [1].
 const LEAST_COHERENCE: f32 = 0.03;
+/// Least deviation of means along the grain over that of means of noise [1]: noise has 1, lattices of numbers that are
+/// no good noise 4, three photographs of boards 51 to 78.
+const LEAST_OVER_NOISE: f32 = 8.0;
 /// Texture that runs farther from the board's length is not its grain [rad]: 30 deg.
 const MOST_OFF_RAD: f32 = 0.52;
 /// Squares whose texture runs farther from the median of all tell of knots, torn fibres and arches [rad]: 17 deg.
@@ -283,10 +286,32 @@ impl Looked<'_> {
         [if wrap(azimuth - self.length).abs() < MOST_OFF_RAD { azimuth } else { self.length }, error]
     }
 
+    /// Refuses a picture whose means along the grain vary no more than those of noise, which is what marks are if there
+    /// is no grain: the deviation of independent pixels is that of their second differences.
+    fn check_rings(&self, log_light: &[f32], along: &[f32]) -> Result<(), PictureFault> {
+        let [sigma, step] = UNMARKED_MM;
+        let weights =
+            (1..=(2.0 * sigma / step).round() as i32).map(|i| libm::expf(-0.5 * (i as f32 * step / sigma).powi(2)));
+        let (sum, squares) = weights.fold((1.0, 1.0), |(sum, squares), w| (sum + 2.0 * w, squares + 2.0 * w * w));
+        let pixel_mm = (self.pixel_mm[0] * self.pixel_mm[1]).sqrt();
+        let of_noise = grain_mm(log_light, self.size, self.pixel_mm) / pixel_mm * squares.sqrt() / sum;
+        let seen: Vec<f64> =
+            along.iter().zip(self.clear).filter(|(_, clear)| **clear).map(|(mean, _)| f64::from(*mean)).collect();
+        let middle = seen.iter().sum::<f64>() / seen.len().max(1) as f64;
+        let variance = seen.iter().map(|mean| (mean - middle).powi(2)).sum::<f64>() / seen.len().max(1) as f64;
+        let over = variance.sqrt() as f32 / of_noise.max(f32::MIN_POSITIVE);
+        let significance = LEAST_SIGNIFICANCE * over / LEAST_OVER_NOISE;
+        if significance < LEAST_SIGNIFICANCE {
+            return Err(PictureFault::NoWood { significance, least: LEAST_SIGNIFICANCE });
+        }
+        Ok(())
+    }
+
     /// Boards with marks across the grain: rings alone, averaged along the grain.
     fn by_rings(&self, log_light: &[f32], guessed: impl Fn([f32; 2]) -> Guess) -> Result<Read, PictureFault> {
         let look = Look { scale_mm: MARKED_MM, bias_rad: MARKED_RAD, by_size: true };
         let along = self.averaged(log_light, &vec![self.length; self.cells.count()], UNMARKED_MM);
+        self.check_rings(log_light, &along)?;
         let first = whole(&self.texture(&along, look), self.cells)?;
         let along = self.averaged(log_light, &guessed(self.along_the_board(first)).azimuth, UNMARKED_MM);
         let mut rings = self.texture(&along, look);
