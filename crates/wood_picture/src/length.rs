@@ -52,11 +52,11 @@ pub(crate) fn direction_of_length(
     left.iter_mut().for_each(|value| *value = value.clamp(-most, most));
     let energy = |turn: i32| {
         let angle = (turn as f32 * STEP_DEG).to_radians();
-        let sheared = sheared(&left, &cells, angle.tan());
-        let along = smooth(&sheared, cells.size, [ALONG_MM * angle.cos() / cells.side_mm, 0.0], Beyond::Zero);
+        let sheared = sheared(&left, &cells, libm::tanf(angle));
+        let along = smooth(&sheared, cells.size, [ALONG_MM * libm::cosf(angle) / cells.side_mm, 0.0], Beyond::Zero);
         let change = along.windows(2).map(|pair| f64::from(pair[1] - pair[0]).powi(2)).sum::<f64>();
         let expected = libm::exp(-0.5 * f64::from(turn as f32 * STEP_DEG / EXPECTED_DEG).powi(2));
-        change / f64::from(angle.cos()).powi(2) * expected
+        change / f64::from(libm::cosf(angle)).powi(2) * expected
     };
     let energies: Vec<f64> = (-TURNS..=TURNS).map(energy).collect();
     let best = (0..energies.len()).max_by(|&a, &b| energies[a].total_cmp(&energies[b])).unwrap_or_default();
