@@ -14,7 +14,7 @@ use base::Class;
 use exr::meta::MetaData;
 use exr::prelude::{ReadChannels, ReadLayers, read};
 use files::Cache;
-use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader, ImageResult, Limits};
+use image::{DynamicImage, ImageDecoder, ImageError, ImageReader, Limits};
 use wood_picture::{BoardPart, BoardPicture, Depth, Encoding, FibreMap, PictureAnalysis, PictureFault};
 
 use crate::asset::{Asset, AssetFault};
@@ -107,29 +107,24 @@ fn other_size(found: [usize; 2], wanted: [usize; 2]) -> AssetFault {
     )
 }
 
-/// Pixels of a PNG of at most so many rows and columns.
-pub(crate) fn limited_png(file: &Asset, most: u32) -> ImageResult<DynamicImage> {
-    let mut reader = ImageReader::with_format(Cursor::new(file.bytes()), ImageFormat::Png);
+/// A reader that refuses pictures of more rows or columns than `most`.
+pub(crate) fn limited(mut reader: ImageReader<Cursor<&[u8]>>, most: u32) -> ImageReader<Cursor<&[u8]>> {
     let mut limits = Limits::default();
     (limits.max_image_width, limits.max_image_height) = (Some(most), Some(most));
     reader.limits(limits);
-    reader.decode()
+    reader
 }
 
 /// Pixels of a PNG, JPEG, TIFF or BMP.
 fn pixels(file: &Asset) -> Result<DynamicImage, AssetFault> {
-    let bytes = Cursor::new(file.bytes());
-    let mut reader = ImageReader::new(bytes).with_guessed_format().expect("memory can be read");
-    let mut limits = Limits::default();
-    (limits.max_image_width, limits.max_image_height) = (Some(MAX_SIDE), Some(MAX_SIDE));
-    reader.limits(limits);
+    let reader = ImageReader::new(Cursor::new(file.bytes())).with_guessed_format().expect("memory can be read");
     let unreadable = |error: ImageError| {
         AssetFault::new(
             format!("`{}` is no picture that can be read: {error}", file.name()),
             format!("save it as PNG or JPEG of at most {MAX_SIDE} pixels a side"),
         )
     };
-    let decoder = reader.into_decoder().map_err(unreadable)?;
+    let decoder = limited(reader, MAX_SIDE).into_decoder().map_err(unreadable)?;
     let (cols, rows) = decoder.dimensions();
     check_size(file, cols as usize, rows as usize)?;
     DynamicImage::from_decoder(decoder).map_err(unreadable)
