@@ -197,8 +197,11 @@ impl ShardWriter {
         }
         let root = self.dataset.root().to_path_buf();
         let mut files = Vec::new();
-        for table in self.tables.iter_mut().chain([&mut self.stack]).filter_map(Option::take) {
-            files.push(table.finish()?);
+        let tables: Vec<_> = self.tables.iter_mut().chain([&mut self.stack]).filter_map(Option::take).collect();
+        // What tables still hold in memory goes to the disk only now.
+        let needed = tables.iter().map(TableWriter::unwritten_bytes).sum::<u64>() + TABLES_BYTES;
+        for table in tables {
+            files.push(table.finish().map_err(|error| Fault::of_file(error, Some(needed)))?);
         }
         files.append(&mut self.exr);
         if !self.dataset.head().images.exr.is_empty() {

@@ -51,6 +51,11 @@ impl TableWriter {
         Ok(())
     }
 
+    /// About what is still in memory [bytes].
+    pub(super) fn unwritten_bytes(&self) -> u64 {
+        self.writer.in_progress_size() as u64
+    }
+
     /// Writes the footer, syncs, and gives the file its name.
     pub(super) fn finish(self) -> Result<ManifestFile, FileError> {
         let file = self.writer.into_inner().map_err(refused(&self.partial))?;
