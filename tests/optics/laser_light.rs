@@ -73,6 +73,7 @@ fn shown(scene: &Scene, z: f64) -> f64 {
 
 /// The integral of the irradiance over a plane is the laser's power, whatever the line looks like.
 #[test]
+#[ignore = "long"]
 fn power_is_kept() {
     type Change = fn(&mut Scene);
     // A hard end of the line lies somewhere in a column, 5e-4 of it.

@@ -156,6 +156,7 @@ fn walls_mirror_the_line_onto_the_film_at_their_feet() {
 /// Through clear film Range is the tablet's height, and the foil's where the tablet is missing, raised as refraction in
 /// the film raises it (Snell's law); both to 10 um.
 #[test]
+#[ignore = "long"]
 fn clear_film_shows_tablet_and_foil() {
     for missing in [0.0, 9.0] {
         let blister = blister(|b| {

@@ -65,6 +65,7 @@ fn correlations(series: &[f64]) -> Vec<f64> {
 }
 
 #[test]
+#[ignore = "long"]
 fn the_spread_of_rows_and_columns_does_not_repeat() {
     let records: Vec<Record> = (0..BOARDS).map(board).collect();
     type Map = fn(&Record) -> &[f32];

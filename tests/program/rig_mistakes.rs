@@ -45,6 +45,7 @@ fn no_shipped_recipe_is_suspected() {
 
 /// Numbers that data sheets of lasers, cameras and sensors have, drawn each on its own.
 #[test]
+#[ignore = "long"]
 fn no_ordinary_bench_is_suspected() {
     const ORDINARY: [&str; 21] = [
         "motion.step_mm={log_uniform: [0.02, 0.3]}",

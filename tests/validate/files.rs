@@ -73,6 +73,7 @@ fn files() {
 }
 
 #[test]
+#[ignore = "long"]
 fn damage_that_the_manifest_agrees_with_never_panics() {
     let place = tempfile::tempdir().expect("a folder");
     write_dataset(place.path(), 4, &output());

@@ -101,6 +101,7 @@ fn no_pack_is_higher_than_was_told() {
 }
 
 #[test]
+#[ignore = "long"]
 fn anything_that_the_recipe_allows_is_sane() {
     for seed in 0..120 {
         let mut rng = Stream::root(seed).child("extremes").rng();

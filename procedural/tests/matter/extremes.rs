@@ -50,6 +50,7 @@ fn without_fine_structure(mut wood: Wood) -> Wood {
 }
 
 #[test]
+#[ignore = "long"]
 fn every_draw_gives_finite_matter_and_a_fitting_label() {
     for seed in 0..BOARDS {
         let mut rng = Stream::root(seed).child("extremes").rng();
@@ -146,6 +147,7 @@ fn every_draw_of_a_stem_gives_finite_matter_and_a_fitting_label() {
 
 /// Nothing of the upper face stands out of the box of the board.
 #[test]
+#[ignore = "long"]
 fn every_face_lies_within_its_bounds() {
     let mut torn = 0.0_f32;
     for seed in 0..40 {

@@ -464,6 +464,7 @@ fn sunk_decay_stays_above_the_conveyor_and_knots_stay() {
 
 /// The depth of a loose knot is that of its deepest place, in the gap or on its face.
 #[test]
+#[ignore = "long"]
 fn the_depth_of_a_loose_knot_is_its_greatest() {
     // Gap and sinking: the gap is deepest, the face is, and a gap wider than the knot.
     for (seed, (gap, sunk)) in [(0.3, 0.2), (0.05, 2.0), (3.0, 0.0)].into_iter().enumerate() {

@@ -21,6 +21,7 @@ fn every_knot_shows_with_its_class_and_number() {
 }
 
 #[test]
+#[ignore = "long"]
 fn the_visible_area_is_that_of_the_leaning_branch() {
     let step = 0.2_f32;
     for seed in 0..12 {

@@ -243,6 +243,7 @@ fn near_knot(knots: &[Instance], x: f32, y: f32) -> bool {
 }
 
 #[test]
+#[ignore = "long"]
 fn statistics_do_not_depend_on_the_place_along_the_stem() {
     let stems = 120;
     let mut numbers = Wood::from_values(&mut |p| p.default);

@@ -33,6 +33,7 @@ fn erased_objects() {
 }
 
 #[test]
+#[ignore = "long"]
 fn maps_that_moved() {
     let place = format!("{}.exr", boards().samples[0].id);
     let height = |samples: &mut Vec<Encoded>| exr(&mut samples[0], |channels, _| raise(channels, "Height", 0.5));

@@ -31,6 +31,7 @@ fn moved(numbers: &[u16], columns: usize, rows: usize, mirrored: bool) -> Vec<u1
 }
 
 #[test]
+#[ignore = "long"]
 fn masks() {
     let (a, b) = (of_class("rot"), of_class("knot"));
     let swap = |samples: &mut Vec<Encoded>| {
@@ -91,6 +92,7 @@ fn masks_of_overexposed_packs() {
 /// Moved by one pixel, the mask of an object that ends within the image is found exactly: every row crosses its sides,
 /// and the rows at its ends are made again. Nothing on the object, no truth map and no picture helps.
 #[test]
+#[ignore = "long"]
 fn masks_moved_by_a_pixel() {
     let bare = ["truth_maps: true", "truth_maps: false"];
     let wood = include_str!("../../../recipes/wood-small.yaml");
@@ -121,6 +123,7 @@ fn masks_moved_by_a_pixel() {
 /// Where the recipe cannot be drawn again, a knot whose fibres lie flat is looked at; of a hole, which shows the wood
 /// below, nothing is expected.
 #[test]
+#[ignore = "long"]
 fn fibres_of_knots() {
     let wood = include_str!("../../../recipes/wood-small.yaml").replacen(
         "bin: {columns: 1, profiles: 1}",
@@ -147,6 +150,7 @@ fn fibres_of_knots() {
 }
 
 #[test]
+#[ignore = "long"]
 fn labels_of_pixels_and_objects() {
     let [a, _] = pair();
     let id = format!("sample {a}");
@@ -202,6 +206,7 @@ fn labels_of_pixels_and_objects() {
 }
 
 #[test]
+#[ignore = "long"]
 fn rows() {
     with(|samples| samples[1].draws[2].1 = samples[1].draws[2].1.next_up(), &[DrawDiffers], "sample 1", "a last bit");
     with(|samples| samples[1].draws[2].1 = f64::NAN, &[NumberMissing], "data/", "a number left out");
@@ -248,6 +253,7 @@ fn rows() {
 }
 
 #[test]
+#[ignore = "long"]
 fn images() {
     let lit = |n: &[u16]| n.iter().position(|&n| n > 0).expect("light");
     let cut = |samples: &mut Vec<Encoded>| samples[2].png[1].1.truncate(60);
@@ -291,6 +297,7 @@ fn images() {
 }
 
 #[test]
+#[ignore = "long"]
 fn sensor_frames() {
     let frames = "stacks/00000.parquet";
     with(|samples| _ = samples[1].stack.pop(), &[StackDiffers], frames, "a frame that was left out");

@@ -84,6 +84,7 @@ fn told(samples: Vec<Encoded>, code: Code, place: &str, what: &str) -> String {
 }
 
 #[test]
+#[ignore = "long"]
 fn copies_are_found() {
     let (from, to) = pair();
     let place = format!("samples {from} and {to}");

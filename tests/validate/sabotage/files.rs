@@ -71,6 +71,7 @@ fn gone_cut_or_more() {
 }
 
 #[test]
+#[ignore = "long"]
 fn files_that_manifests_agree_with() {
     let put = |path: String, bytes: Vec<u8>| {
         move |root: &Path| {
@@ -105,6 +106,7 @@ fn rewrite(change: impl Fn(Vec<RecordBatch>) -> Vec<RecordBatch>, codes: &[Code]
 }
 
 #[test]
+#[ignore = "long"]
 fn rows() {
     rewrite(|rows| rows[1..].to_vec(), &[RowCount, IndexOrder], "a row that was left out");
     rewrite(|rows| rows[..1].to_vec(), &[RowCount], "a table that ends early");

@@ -254,6 +254,7 @@ fn parts_are_told_as_often_as_promised() {
 
 /// What is told says where: sample, rows, map, column, the number on disk and the one that is made.
 #[test]
+#[ignore = "long"]
 fn faults_say_where() {
     let subject = subjects(&[]).swap_remove(0);
     let mut forged = subject.samples.clone();

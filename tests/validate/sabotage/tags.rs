@@ -66,6 +66,7 @@ fn tags_are_what_pixels_show() {
 }
 
 #[test]
+#[ignore = "long"]
 fn tags_are_held_to_images_and_body() {
     let (head, samples) = boards();
     let has_both = |sample: &Encoded| !sample.defects.is_empty() && !sample.unseen.is_empty();

@@ -138,6 +138,7 @@ fn attribute(file: &[u8], name: &str, kind: &str) -> usize {
 }
 
 #[test]
+#[ignore = "long"]
 fn headers() {
     let place = format!("{}.exr", boards().samples[1].id);
     let patch = |name: &'static str, kind: &'static str, skip: usize, change: fn(&mut [u8])| {

@@ -46,6 +46,7 @@ fn line<'a>(body: &'a Body, x: &'a [f32], power: &'a [f32]) -> LineSource<'a> {
 
 /// Purpose: total reflectance and line spread of a half space, with the error falling as the square of the pitch.
 #[test]
+#[ignore = "long"]
 fn half_space_has_its_closed_form_and_converges() {
     let medium = medium(0.5, 3.0, 10.0, DVec3::Y);
     let d = diffusive(&medium);
