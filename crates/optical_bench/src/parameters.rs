@@ -242,8 +242,8 @@ parameters! {
         fill: 0.0, 1.0, 0.1, "[M] 0.05 to 0.3", needs [LAMPS];
         /// Standard deviation on the object of what lens, pixel and movement blur.
         blur_mm: 0.0, 0.2, 0.04, "[M] half a pixel", needs [LAMPS];
-        /// Mean digital number of a level white surface less the dark level; clear wood has half of it or more.
-        white_dn: 1.0, 5000.0, 300.0, "[M] clear wood at 160", needs [LAMPS];
+        /// Mean digital number of a level white surface less the dark level; clear wood has 0.7 of it.
+        white_dn: 1.0, 5000.0, 230.0, "[M] clear wood at 160", needs [LAMPS];
         /// Electrons at the end of the scale.
         full_well_e: 500.0, 1000000.0, 15000.0, "[M] 10000 to 40000", needs [LAMPS];
         /// Mean digital number without light.
