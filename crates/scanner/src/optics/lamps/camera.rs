@@ -105,34 +105,18 @@ impl GreyCamera {
 
     /// Radiance of `profiles` before the lens, a row for each; 1 is white.
     fn radiance(&self, lines: &LampLines<'_>, profiles: Range<isize>, columns: usize) -> Vec<Vec<f32>> {
-        let mut direct = vec![0.0; columns];
-        let mut light: Vec<Vec<f32>> = profiles
-            .clone()
-            .map(|profile| {
-                let line = lines.of(profile);
-                let mut out = line.surface.clone();
-                // Shadows darken the surface as they do what lies below it.
-                for tile in self.irradiance(lines, profile, self.shadows[1], &mut direct) {
-                    let mut open = [0.0; TILE];
-                    self.lamps.unshaded(line, tile.clone(), &mut open[..tile.len()]);
-                    for (column, open) in tile.zip(open) {
-                        out[column] *= direct[column] / open.max(1e-3);
-                    }
-                }
-                enters(&line.roots[0], &line.roots[0], &direct, &mut out);
-                out
-            })
-            .collect();
-        for (spread, group) in self.spreads.iter().zip(1..) {
-            let sources: Vec<Vec<f32>> = spread
-                .sources(profiles.clone())
-                .map(|profile| {
-                    self.irradiance(lines, profile, self.shadows[0], &mut direct);
-                    let roots = &lines.of(profile).roots[group];
-                    roots.iter().zip(&direct).map(|(root, light)| root * light).collect()
-                })
-                .collect();
-            let left = spread.spread(&sources, profiles.clone(), columns);
+        let ranges = self.spreads.each_ref().map(|spread| spread.sources(profiles.clone()));
+        let all = ranges.iter().fold(profiles.clone(), |all, own| all.start.min(own.start)..all.end.max(own.end));
+        // What enters below the surface, on every line whose light may come out here.
+        let entering: Vec<Vec<f32>> = all.clone().map(|profile| self.irradiance(lines, profile, columns)).collect();
+        let at = |profile: isize| &entering[(profile - all.start) as usize];
+        let mut light: Vec<Vec<f32>> =
+            profiles.clone().map(|profile| self.direct(lines, profile, at(profile).clone())).collect();
+        for ((spread, range), group) in self.spreads.iter().zip(ranges).zip(1..) {
+            let enters = |profile: isize| -> Vec<f32> {
+                lines.of(profile).roots[group].iter().zip(at(profile)).map(|(root, light)| root * light).collect()
+            };
+            let left = spread.spread(&range.map(enters).collect::<Vec<_>>(), profiles.clone(), columns);
             for ((out, left), profile) in light.iter_mut().zip(left).zip(profiles.clone()) {
                 let roots = &lines.of(profile).roots[group];
                 out.iter_mut().zip(roots.iter().zip(left)).for_each(|(out, (root, left))| *out += root * left);
@@ -141,20 +125,42 @@ impl GreyCamera {
         light
     }
 
-    /// Irradiance on the line of a profile, shaded by `reach` lines to either side; the tiles where shadows may lie.
-    fn irradiance(&self, lines: &LampLines<'_>, profile: isize, reach: usize, out: &mut [f32]) -> Vec<Range<usize>> {
-        let line = lines.of(profile);
-        self.lamps.unshaded(line, 0..out.len(), out);
-        let mut shaded = Vec::new();
-        for tile in (0..out.len().div_ceil(TILE)).filter(|&tile| lines.is_steep(profile, reach, tile)) {
-            let columns = tile * TILE..((tile + 1) * TILE).min(out.len());
-            let rises = [-1, 1].map(|side| lines.rises(profile, side, reach, columns.clone(), self.step));
-            for (n, column) in columns.clone().enumerate() {
-                out[column] = self.lamps.shaded(line.slope[column], line.up[column], rises.map(|rise| rise[n]));
-            }
-            shaded.push(columns);
+    /// Irradiance on the line of a profile, as far as it enters below the surface.
+    fn irradiance(&self, lines: &LampLines<'_>, profile: isize, columns: usize) -> Vec<f32> {
+        let mut out = vec![0.0; columns];
+        self.lamps.unshaded(lines.of(profile), 0..columns, &mut out);
+        for tile in lines.steep_tiles(profile, self.shadows[0]) {
+            self.shade(lines, profile, self.shadows[0], tile, &mut out);
         }
-        shaded
+        out
+    }
+
+    /// Radiance of what leaves where it came in: from the surface, and from the first group of widths.
+    fn direct(&self, lines: &LampLines<'_>, profile: isize, mut light: Vec<f32>) -> Vec<f32> {
+        let line = lines.of(profile);
+        let mut out = line.surface.clone();
+        for tile in lines.steep_tiles(profile, self.shadows[1]) {
+            self.shade(lines, profile, self.shadows[1], tile.clone(), &mut light);
+            // Shadows darken the surface as they do what lies below it.
+            let mut open = [0.0; TILE];
+            self.lamps.unshaded(line, tile.clone(), &mut open[..tile.len()]);
+            for (column, open) in tile.zip(open) {
+                out[column] *= light[column] / open.max(1e-3);
+            }
+        }
+        for ((out, root), light) in out.iter_mut().zip(&line.roots[0]).zip(&light) {
+            *out += root * root * light;
+        }
+        out
+    }
+
+    /// Shades the irradiance of some columns by horizons within `reach` lines.
+    fn shade(&self, lines: &LampLines<'_>, profile: isize, reach: usize, columns: Range<usize>, out: &mut [f32]) {
+        let line = lines.of(profile);
+        let rises = [-1, 1].map(|side| lines.rises(profile, side, reach, columns.clone(), self.step));
+        for (n, column) in columns.enumerate() {
+            out[column] = self.lamps.shaded(line.slope[column], line.up[column], rises.map(|rise| rise[n]));
+        }
     }
 }
 
@@ -208,10 +214,12 @@ impl<'a> LampLines<'a> {
         &self.band.lines[self.place(profile)].lamps
     }
 
-    /// Whether a horizon within `reach` lines can hide light from a tile.
-    fn is_steep(&self, profile: isize, reach: usize, tile: usize) -> bool {
-        let place = self.place(profile);
-        self.steep[place - reach..place + reach].iter().any(|steep| steep[tile])
+    /// Columns of the tiles that a horizon within `reach` lines can hide light from.
+    fn steep_tiles(&self, profile: isize, reach: usize) -> impl Iterator<Item = Range<usize>> {
+        let (place, columns) = (self.place(profile), self.of(profile).up.len());
+        let is_steep = move |tile: &usize| self.steep[place - reach..place + reach].iter().any(|steep| steep[*tile]);
+        let tiles = (0..columns.div_ceil(TILE)).filter(is_steep);
+        tiles.map(move |tile| tile * TILE..((tile + 1) * TILE).min(columns))
     }
 
     /// Greatest rise of heights over the distance on one side of `columns`, the low horizon's at least [1].
@@ -232,13 +240,6 @@ impl<'a> LampLines<'a> {
 /// Greatest difference of heights from a line to the next [mm].
 fn greatest_step(line: &[f32], next: &[f32]) -> f32 {
     line.iter().zip(next).fold(0.0, |most: f32, (a, b)| most.max((b - a).abs()))
-}
-
-/// Adds light that leaves where it entered.
-fn enters(roots: &[f32], exits: &[f32], light: &[f32], out: &mut [f32]) {
-    for (((out, root), exit), light) in out.iter_mut().zip(roots).zip(exits).zip(light) {
-        *out += root * exit * light;
-    }
 }
 
 /// Weights of a Gaussian of `sigma` pixels, from the middle to at most `reach` away; they sum to 1 on both sides.

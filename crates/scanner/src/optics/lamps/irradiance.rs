@@ -12,7 +12,7 @@
 //!
 //! Valid for lamps that are long against their distance and far against the object. Neglected: rises along the line.
 
-use base::Gloss;
+use base::{BLOCK, Gloss};
 use glam::Vec3;
 use multiversion::multiversion;
 
@@ -20,7 +20,6 @@ use crate::optics::light::LampLine;
 use crate::specimen::Hit;
 use optical_bench::parameters::Bench;
 use optical_bench::settings;
-use transport::fresnel;
 use transport::kernel::DIFFUSE_GROUPS;
 
 /// Rise of a horizon up to which it hides nothing: tan(20 degrees), where the lowest lamp ends [1].
@@ -36,8 +35,11 @@ struct Lamp {
     /// Sine and cosine of the zenith angles at which it begins and ends.
     from: [f32; 2],
     to: [f32; 2],
-    /// Unit vector to its middle.
+    /// Unit vector to its middle, and between that and the one to the lens.
     towards: Vec3,
+    half: Vec3,
+    /// Part of the way from normal incidence to grazing that Fresnel's law goes between them, by Schlick's fit [1].
+    grazing: f32,
     /// Share of all light [1].
     share: f32,
 }
@@ -64,26 +66,32 @@ impl Lamps {
             settings::Lamps::Two => own.second_share,
         };
         let half = 0.5 * own.width_deg;
+        let (sin, cos) = libm::sincos(bench.camera.tilt_deg.to_radians());
+        let view = Vec3::new(0.0, -sin as f32, cos as f32);
         let lamp = |tilt_deg: f64, share: f64| {
             let at = |deg: f64| libm::sincos(deg.to_radians());
             let pair = |(sin, cos): (f64, f64)| [sin as f32, cos as f32];
             let (sin, cos) = at(tilt_deg);
+            let towards = Vec3::new(0.0, sin as f32, cos as f32);
+            let half = (towards + view).normalize();
+            let c = 1.0 - half.dot(view);
             Lamp {
                 side: if tilt_deg < 0.0 { -1.0 } else { 1.0 },
                 from: pair(at(tilt_deg.abs() - half)),
                 to: pair(at(tilt_deg.abs() + half)),
-                towards: Vec3::new(0.0, sin as f32, cos as f32),
+                towards,
+                half,
+                grazing: c * c * c * c * c,
                 share: (share * (1.0 - own.fill)) as f32,
             }
         };
         let lamps = [lamp(own.tilt_deg, 1.0 - second), lamp(own.second_tilt_deg, second)];
         let apart = bench.laser.wavelength_nm - own.wavelength_nm;
-        let (sin, cos) = libm::sincos(bench.camera.tilt_deg.to_radians());
         Some(Self {
             lamps: lamps.into_iter().filter(|lamp| lamp.share > 0.0).collect(),
             fill: own.fill as f32,
             absorption: libm::exp(apart / own.absorption_decay_nm) as f32,
-            view: Vec3::new(0.0, -sin as f32, cos as f32),
+            view,
         })
     }
 
@@ -96,31 +104,27 @@ impl Lamps {
         }
         seen.clear();
         seen.extend(hits.iter().map(|hit| hit.seen));
-        for (column, hit) in hits.iter().enumerate() {
-            let normal = Vec3::new(-hit.surface.slope_x, -hit.surface.slope_y, 1.0).normalize();
-            (height[column], slope[column], up[column]) = (hit.surface.z, hit.surface.slope_y, normal.z);
-            surface[column] =
-                if hit.is_bare() { conveyor } else { self.surface(&hit.matter.medium.gloss, normal, slope[column]) };
+        let mut facets = Facets::default();
+        for (block, hits) in hits.chunks(BLOCK).enumerate() {
+            let columns = block * BLOCK..block * BLOCK + hits.len();
+            for (n, hit) in hits.iter().enumerate() {
+                height[columns.start + n] = hit.surface.z;
+                facets.put(n, hit, conveyor);
+            }
+            facets.shine(self);
+            slope[columns.clone()].copy_from_slice(&facets.slope[1][..hits.len()]);
+            up[columns.clone()].copy_from_slice(&facets.up[..hits.len()]);
+            surface[columns].copy_from_slice(&facets.light[..hits.len()]);
         }
         for (roots, diffuse) in roots.iter_mut().zip(diffuse) {
             roots.clear();
-            roots.extend(hits.iter().enumerate().map(|(column, hit)| {
-                if hit.is_bare() { 0.0 } else { diffuse.get(column).map_or(0.0, |share| share.sqrt()) }
-            }));
+            roots.extend(diffuse.iter().map(|share| share.sqrt()));
+            // Empty where a line shows no body.
+            roots.resize(hits.len(), 0.0);
         }
-    }
-
-    /// Radiance factor of a surface itself, without shadows [1].
-    fn surface(&self, gloss: &Gloss, normal: Vec3, slope: f32) -> f32 {
-        if gloss.share == 0.0 && gloss.matte == 0.0 {
-            return 0.0;
+        for (column, _) in hits.iter().enumerate().filter(|(_, hit)| hit.is_bare()) {
+            roots.iter_mut().for_each(|roots| roots[column] = 0.0);
         }
-        let of = |lamp: &Lamp| {
-            let lobe = fresnel::gloss(gloss, normal, lamp.towards, self.view);
-            lamp.share * lobe * lamp.unshaded(slope, normal.z)
-        };
-        let even = 0.5 * (1.0 + normal.z) * (gloss.matte + gloss.share * gloss.reflectance);
-        self.lamps.iter().map(of).sum::<f32>() + self.fill * even
     }
 
     /// Irradiance in `columns` of a line without shadows, into `out`.
@@ -141,15 +145,68 @@ impl Lamps {
     }
 }
 
+/// Surfaces of some columns, structure of arrays, and what they throw back themselves.
+#[derive(Debug, Default)]
+struct Facets {
+    /// Slopes along the line and along the motion [1].
+    slope: [[f32; BLOCK]; 2],
+    /// Share of facets, their reflectance, and what is matte [1].
+    share: [f32; BLOCK],
+    reflectance: [f32; BLOCK],
+    matte: [f32; BLOCK],
+    /// Roughness along the line and along the motion [1].
+    roughness: [[f32; BLOCK]; 2],
+    /// Cosine of the normal against upright [1].
+    up: [f32; BLOCK],
+    /// Radiance factor without shadows [1].
+    light: [f32; BLOCK],
+}
+
+impl Facets {
+    #[inline(always)]
+    fn put(&mut self, n: usize, hit: &Hit, conveyor: f32) {
+        let gloss = if hit.is_bare() { Gloss { matte: conveyor, ..Gloss::NONE } } else { hit.matter.medium.gloss };
+        (self.slope[0][n], self.slope[1][n]) = (hit.surface.slope_x, hit.surface.slope_y);
+        (self.share[n], self.reflectance[n], self.matte[n]) = (gloss.share, gloss.reflectance, gloss.matte);
+        (self.roughness[0][n], self.roughness[1][n]) = (gloss.roughness[0], gloss.roughness[1]);
+    }
+
+    fn shine(&mut self, lamps: &Lamps) {
+        shine(self, lamps);
+    }
+}
+
+/// Fills cosines and light of facets: [`transport::fresnel::gloss`] with half vectors that are the same for all.
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
+fn shine(facets: &mut Facets, lamps: &Lamps) {
+    let Facets { slope: [across, along], share, reflectance, matte, roughness: [ax, ay], up, light } = facets;
+    for n in 0..BLOCK {
+        up[n] = 1.0 / (1.0 + across[n] * across[n] + along[n] * along[n]).sqrt();
+        light[n] = lamps.fill * 0.5 * (1.0 + up[n]) * (matte[n] + share[n] * reflectance[n]);
+    }
+    for lamp in &lamps.lamps {
+        let lean = lamp.side * lamp.lean();
+        for n in 0..BLOCK {
+            let normal = [-across[n] * up[n], -along[n] * up[n]];
+            let cosine = |to: Vec3| to.y * normal[1] + to.z * up[n];
+            let middle = cosine(lamp.half);
+            // Parts of the half vector along the surface's tangents nearest to x and y, squared.
+            let level = 1.0 - normal[0] * normal[0];
+            let tx = middle * middle * normal[0] * normal[0] / level;
+            let ty = (1.0 - middle * middle - tx).max(0.0);
+            let d = tx / (ax[n] * ax[n]) + ty / (ay[n] * ay[n]) + middle * middle;
+            let fresnel = reflectance[n] + (1.0 - reflectance[n]) * lamp.grazing;
+            let facing = cosine(lamp.towards).max(0.05) * cosine(lamps.view).max(0.05);
+            let lobe = share[n] * fresnel / (ax[n] * ay[n] * d * d * 4.0 * facing);
+            light[n] += lamp.share * (matte[n] + lobe) * ((1.0 - lean * along[n]) * up[n]).max(0.0);
+        }
+    }
+}
+
 impl Lamp {
     /// Tangent of the angle at which it stands, in the mean [1].
     fn lean(&self) -> f32 {
         (self.from[1] - self.to[1]) / (self.to[0] - self.from[0])
-    }
-
-    /// Irradiance without shadows.
-    fn unshaded(&self, slope: f32, up: f32) -> f32 {
-        ((1.0 - self.side * self.lean() * slope) * up).max(0.0)
     }
 
     /// Irradiance where the horizon stands at a zenith angle of this sine and cosine.
@@ -172,5 +229,35 @@ fn unshaded(lamps: &[[f32; 2]], fill: f32, slope: &[f32], up: &[f32], out: &mut 
             sum += share * ((1.0 - lean * slope) * up).max(0.0);
         }
         *out = sum;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use transport::fresnel;
+
+    /// Gloss is that of the laser's model, slope by slope.
+    #[test]
+    fn facets_shine_as_under_the_laser() {
+        let mut bench = Bench::default();
+        bench.optics.lamps = settings::Lamps::One;
+        bench.lamps.fill = 0.0;
+        let lamps = Lamps::new(&bench).expect("a lamp");
+        let gloss = Gloss { share: 0.7, reflectance: 0.3, roughness: [0.2, 0.4], matte: 0.1 };
+        let mut facets = Facets::default();
+        for n in 0..BLOCK {
+            let slopes = [0.05 * n as f32 - 0.4, 0.3 - 0.04 * n as f32];
+            (facets.slope[0][n], facets.slope[1][n], facets.share[n], facets.matte[n]) =
+                (slopes[0], slopes[1], 0.7, 0.1);
+            (facets.reflectance[n], facets.roughness[0][n], facets.roughness[1][n]) = (0.3, 0.2, 0.4);
+        }
+        facets.shine(&lamps);
+        for n in 0..BLOCK {
+            let normal = Vec3::new(-facets.slope[0][n], -facets.slope[1][n], 1.0).normalize();
+            let lit = (1.0 - lamps.lamps[0].lean() * facets.slope[1][n]) * normal.z;
+            let expected = lit * fresnel::gloss(&gloss, normal, lamps.lamps[0].towards, lamps.view);
+            assert!((facets.light[n] / expected - 1.0).abs() < 1e-4, "{n}: {} for {expected}", facets.light[n]);
+        }
     }
 }
