@@ -65,7 +65,7 @@ impl Lamps {
             settings::Lamps::One => 0.0,
             settings::Lamps::Two => own.second_share,
         };
-        let half = 0.5 * own.width_deg;
+        let half_deg = 0.5 * own.width_deg;
         let (sin, cos) = libm::sincos(bench.camera.tilt_deg.to_radians());
         let view = Vec3::new(0.0, -sin as f32, cos as f32);
         let lamp = |tilt_deg: f64, share: f64| {
@@ -77,8 +77,8 @@ impl Lamps {
             let c = 1.0 - half.dot(view);
             Lamp {
                 side: if tilt_deg < 0.0 { -1.0 } else { 1.0 },
-                from: pair(at(tilt_deg.abs() - half)),
-                to: pair(at(tilt_deg.abs() + half)),
+                from: pair(at(tilt_deg.abs() - half_deg)),
+                to: pair(at(tilt_deg.abs() + half_deg)),
                 towards,
                 half,
                 grazing: c * c * c * c * c,
