@@ -138,7 +138,7 @@ fn level_matter_shows_its_albedo() {
         let got = mean(&rows(&scene, endless(matter(mu_a))));
         let expected: f64 = spread_of(mu_a).iter().map(|square| f64::from(*square)).sum();
         println!("absorption {mu_a}: {got:.4} for {expected:.4}");
-        assert!((got / expected - 1.0).abs() < 0.01, "absorption {mu_a}: {got} for {expected}");
+        assert!((got / expected - 1.0).abs() < 0.02, "absorption {mu_a}: {got} for {expected}");
         let mut other = scene.clone();
         other.bench.lamps.wavelength_nm = 660.0 - 110.0 * std::f64::consts::LN_2;
         let darker = mean(&rows(&other, endless(matter(mu_a))));
