@@ -191,7 +191,7 @@ fn shine(facets: &mut Facets, lamps: &Lamps) {
             let cosine = |to: Vec3| to.y * normal[1] + to.z * up[n];
             let middle = cosine(lamp.half);
             // Parts of the half vector along the surface's tangents nearest to x and y, squared.
-            let level = 1.0 - normal[0] * normal[0];
+            let level = (1.0 - normal[0] * normal[0]).max(1e-6);
             let tx = middle * middle * normal[0] * normal[0] / level;
             let ty = (1.0 - middle * middle - tx).max(0.0);
             let d = tx / (ax[n] * ax[n]) + ty / (ay[n] * ay[n]) + middle * middle;
