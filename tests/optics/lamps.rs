@@ -7,7 +7,7 @@ use optical_bench::settings::Lamps;
 use pipeline::{derived, render_profiles, set_up};
 use recipe::Scene;
 use test_support::target::{moments, patterns, plate, render, scene};
-use transport::kernel::{BASIS, SPREAD_MM, SpreadRow, SurfacePoint, WidthShares, line_spread};
+use transport::kernel::{BASIS, SPREAD_MM, SpreadRow, SurfacePoint, WidthShares, gaussians, line_spread};
 
 /// A plate that changes its height and its matter at one place of the scan.
 #[derive(Debug)]
@@ -92,7 +92,7 @@ fn slopes_shade_by_lamberts_law() {
             (scene.bench.lamps.tilt_deg, scene.bench.lamps.fill) = (tilt_deg, fill);
             let got = mean(&rows(&scene, plate(paint(), 20.0, 0.0, slope as f32)));
             let up = 1.0 / slope.hypot(1.0);
-            let lamp = up * (1.0 - slope * tilt_deg.to_radians().tan());
+            let lamp = up * (1.0 - slope * tilt_deg.to_radians().tan()).max(0.0);
             let expected = (1.0 - fill) * lamp + 0.5 * fill * (1.0 + up);
             assert!((got - expected).abs() < 0.003, "slope {slope} under {tilt_deg}: {got} for {expected}");
         }
@@ -136,9 +136,9 @@ fn level_matter_shows_its_albedo() {
     for mu_a in [0.02f32, 0.08, 0.5] {
         let scene = lamplit(8);
         let got = mean(&rows(&scene, endless(matter(mu_a))));
-        let expected: f64 = spread_of(mu_a).iter().map(|square| f64::from(*square)).sum();
+        let expected: f64 = spread_of(mu_a).iter().sum();
         println!("absorption {mu_a}: {got:.4} for {expected:.4}");
-        assert!((got / expected - 1.0).abs() < 0.02, "absorption {mu_a}: {got} for {expected}");
+        assert!((got / expected - 1.0).abs() < 0.005, "absorption {mu_a}: {got} for {expected}");
         let mut other = scene.clone();
         other.bench.lamps.wavelength_nm = 660.0 - 110.0 * std::f64::consts::LN_2;
         let darker = mean(&rows(&other, endless(matter(mu_a))));
@@ -147,8 +147,8 @@ fn level_matter_shows_its_albedo() {
     }
 }
 
-/// Weights of the fixed widths of level clear wood that absorbs so.
-fn spread_of(mu_a: f32) -> [f32; BASIS] {
+/// Weights of the fixed widths of level clear wood that absorbs so, the widest with all that is wider.
+fn spread_of(mu_a: f32) -> [f64; BASIS] {
     let wood = matter(mu_a);
     let point = SurfacePoint {
         mu_a,
@@ -163,11 +163,14 @@ fn spread_of(mu_a: f32) -> [f32; BASIS] {
     let point = point.facing(wood.fibre, Vec3::Z, Vec3::NEG_Z, Vec3::new(0.0, -tilt.sin(), tilt.cos()));
     let mut spread = SpreadRow::new(1);
     line_spread(&[point], &[0], &WidthShares::new(SPREAD_MM), None, &mut spread);
-    std::array::from_fn(|j| spread.enter[j][0] * spread.enter[j][0])
+    let mut weights: [f64; BASIS] = std::array::from_fn(|j| f64::from(spread.enter[j][0]).powi(2));
+    let all: f64 = gaussians(&point).iter().map(|gaussian| gaussian.weight).sum();
+    weights[BASIS - 1] += all - weights.iter().sum::<f64>();
+    weights
 }
 
 /// Between light and dark wood the light goes over as the eight widths of the kernel have it, each media's weights
-/// blended by their square roots: within 4 % of the lighter one.
+/// blended by their square roots: within 5 % of the lighter one.
 #[test]
 fn an_edge_is_as_soft_as_the_kernels_widths() {
     let media = [0.04f32, 0.6];
@@ -177,10 +180,10 @@ fn an_edge_is_as_soft_as_the_kernels_widths() {
     let body = Halves { edge_mm: edge_mm as f32, heights: [20.0; 2], media: media.map(matter) };
     let got = rows(&scene, Body::new(body));
     let weights = media.map(spread_of);
-    let lightest: f32 = weights[0].iter().sum();
+    let lightest: f64 = weights[0].iter().sum();
     let expected = |y: f64, own: usize| -> f64 {
         let width = |j: usize| {
-            let [own, other] = [weights[own][j], weights[1 - own][j]].map(f64::from);
+            let [own, other] = [weights[own][j], weights[1 - own][j]];
             let sigma = f64::from(SPREAD_MM[j]);
             let beyond = if sigma == 0.0 { 0.0 } else { 0.5 * libm::erfc(y / (sigma * std::f64::consts::SQRT_2)) };
             own * (1.0 - beyond) + (own * other).sqrt() * beyond
@@ -192,9 +195,9 @@ fn an_edge_is_as_soft_as_the_kernels_widths() {
         let away = row as f64 * step - edge_mm;
         let expected = expected(away.abs(), usize::from(away > 0.0));
         println!("{away:.2} mm: {light:.4} for {expected:.4}");
-        off = off.max((light - expected).abs() / f64::from(lightest));
+        off = off.max((light - expected).abs() / lightest);
     }
-    assert!(off < 0.04, "off by {off}");
+    assert!(off < 0.05, "off by {off}");
 }
 
 /// Photon noise of the electrons that a number stands for, beside dark noise and rounding.

@@ -237,16 +237,16 @@ fn surface_point_spread(
     let (mut w, mut variance, mut moved) = ([0.0f32; HALVES], [0.0f32; HALVES], [0.0f32; HALVES]);
     // What is left of light of lamps, and of that over what is left of the laser's.
     let (mut lit, mut more) = ([0.0f32; LANES], [1.0f32; HALVES]);
-    if let Some(ratio) = lamps {
-        for l in 0..LANES {
-            lit[l] = texel.enter * weight[l] * after_absorption(ratio * a * path[l]).0;
-            more[l] = exp((1.0 - ratio) * a * path[l]);
-        }
-    }
     for l in 0..LANES {
         let (left, narrower) = after_absorption(a * path[l]);
         variance[l] = narrower * (spread_along[l] * seen_along[l] + spread_across[l] * seen_across[l]);
         w[l] = texel.enter * weight[l] * left;
+    }
+    if let Some(ratio) = lamps {
+        for l in 0..LANES {
+            lit[l] = texel.enter * weight[l] * after_absorption(ratio * a * path[l]).0;
+            more[l] = lit[l] / w[l].max(1e-30);
+        }
     }
     for i in 0..SKEWED_BINS {
         let near = FIRST_SKEWED + i;
@@ -307,7 +307,8 @@ fn surface_point_spread(
 /// Diffuse reflectance by group of widths, `all` in sum: the widest group has what is wider than every width.
 #[inline(always)]
 fn in_groups(widths: &[f32; BASIS], all: f32) -> [f32; DIFFUSE_GROUPS] {
-    let near = widths[..DIFFUSE_FROM[0]].iter().sum::<f32>().max(0.0);
-    let middle = widths[DIFFUSE_FROM[0]..DIFFUSE_FROM[1]].iter().sum::<f32>().max(0.0);
-    [near, middle, (all - near - middle).max(0.0)]
+    // Not `clamp`: see above.
+    let near = widths[..DIFFUSE_FROM[0]].iter().sum::<f32>().max(0.0).min(all);
+    let middle = widths[DIFFUSE_FROM[0]..DIFFUSE_FROM[1]].iter().sum::<f32>().max(0.0).min(all - near);
+    [near, middle, all - near - middle]
 }

@@ -21,7 +21,7 @@ use optical_bench::settings::Readout;
 use transport::kernel::{DIFFUSE_GROUPS, DIFFUSE_SPREAD_MM};
 
 /// Share of a band's reach that spread below the surface has; the lens and shadows on what enters have the rest [1].
-const SPREAD_REACH: f64 = 0.7;
+const SPREAD_REACH: f64 = 0.8;
 /// Share of it that the lens has [1].
 const LENS_REACH: f64 = 0.12;
 /// Standard deviations to which the lens blurs.

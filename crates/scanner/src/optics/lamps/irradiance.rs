@@ -8,7 +8,8 @@
 //! ```
 //!
 //! so that E = 1 on a level surface; the horizon is the steepest rise of heights along the motion on the lamp's side.
-//! Light from all sides gives (1 + u) / 2, less what horizons above [`LOW_HORIZON`] hide of it.
+//! Light from all sides gives (1 + u) / 2, less what horizons above [`LOW_HORIZON`] and above the surface's own plane
+//! hide of it.
 //!
 //! Valid for lamps that are long against their distance and far against the object. Neglected: rises along the line.
 
@@ -54,6 +55,8 @@ pub(crate) struct Lamps {
     pub absorption: f32,
     /// Unit vector to the lens.
     view: Vec3,
+    /// What their width adds to the square of facets' roughness along the motion [1].
+    blunt: f32,
 }
 
 impl Lamps {
@@ -92,6 +95,8 @@ impl Lamps {
             fill: own.fill as f32,
             absorption: libm::exp(apart / own.absorption_decay_nm) as f32,
             view,
+            // A half vector goes along by half of an angle: twice the variance of an even law, as Beckmann's roughness.
+            blunt: (own.width_deg.to_radians().powi(2) / 24.0) as f32,
         })
     }
 
@@ -140,7 +145,12 @@ impl Lamps {
             [cos, rise * cos]
         });
         let of = |lamp: &Lamp| lamp.share * lamp.shaded(slope, up, horizons[usize::from(lamp.side > 0.0)]);
-        let hidden: f32 = horizons.iter().map(|[_, sin]| 0.5 * (sin - SIN_LOW).max(0.0) / (1.0 - SIN_LOW)).sum();
+        // What rises above the surface's own plane, which (1 + u) / 2 knows.
+        let hides = |side: usize| {
+            let own = if side == 0 { -slope } else { slope };
+            0.5 * (horizons[side][1] - SIN_LOW.max(own / (1.0 + own * own).sqrt())).max(0.0) / (1.0 - SIN_LOW)
+        };
+        let hidden = hides(0) + hides(1);
         self.lamps.iter().map(of).sum::<f32>() + self.fill * 0.5 * (1.0 + up) * (1.0 - hidden)
     }
 }
@@ -176,7 +186,8 @@ impl Facets {
     }
 }
 
-/// Fills cosines and light of facets: [`transport::fresnel::gloss`] with half vectors that are the same for all.
+/// Fills cosines and light of facets: [`transport::fresnel::gloss`] with half vectors that are the same for all, for
+/// lamps that are as wide as they are.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn shine(facets: &mut Facets, lamps: &Lamps) {
     let Facets { slope: [across, along], share, reflectance, matte, roughness: [ax, ay], up, light } = facets;
@@ -194,10 +205,11 @@ fn shine(facets: &mut Facets, lamps: &Lamps) {
             let level = (1.0 - normal[0] * normal[0]).max(1e-6);
             let tx = middle * middle * normal[0] * normal[0] / level;
             let ty = (1.0 - middle * middle - tx).max(0.0);
-            let d = tx / (ax[n] * ax[n]) + ty / (ay[n] * ay[n]) + middle * middle;
+            let ay = (ay[n] * ay[n] + lamps.blunt).sqrt();
+            let d = tx / (ax[n] * ax[n]) + ty / (ay * ay) + middle * middle;
             let fresnel = reflectance[n] + (1.0 - reflectance[n]) * lamp.grazing;
             let facing = cosine(lamp.towards).max(0.05) * cosine(lamps.view).max(0.05);
-            let lobe = share[n] * fresnel / (ax[n] * ay[n] * d * d * 4.0 * facing);
+            let lobe = share[n] * fresnel / (ax[n] * ay * d * d * 4.0 * facing);
             light[n] += lamp.share * (matte[n] + lobe) * ((1.0 - lean * along[n]) * up[n]).max(0.0);
         }
     }
@@ -244,7 +256,8 @@ mod tests {
         bench.optics.lamps = settings::Lamps::One;
         bench.lamps.fill = 0.0;
         let lamps = Lamps::new(&bench).expect("a lamp");
-        let gloss = Gloss { share: 0.7, reflectance: 0.3, roughness: [0.2, 0.4], matte: 0.1 };
+        let blunted = (0.4f32 * 0.4 + lamps.blunt).sqrt();
+        let gloss = Gloss { share: 0.7, reflectance: 0.3, roughness: [0.2, blunted], matte: 0.1 };
         let mut facets = Facets::default();
         for n in 0..BLOCK {
             let slopes = [0.05 * n as f32 - 0.4, 0.3 - 0.04 * n as f32];

@@ -1,7 +1,6 @@
 //! Spread of light of lamps: what leaves beside where it entered, of one group of widths.
 //!
-//! Lines and columns are put together to cells, whose sides are at most the group's width: [`CELL_SIDES`] lines or
-//! columns, or one. Cells count from the scan's first profile, so that what they hold depends on no band. They are
+//! Lines and columns are put together to cells, whose sides are at most the group's width ([`CELL_SIDES`]). Cells count from the scan's first profile, so that what they hold depends on no band. They are
 //! blurred along the line by boxes and along the motion by a Gaussian's weights, as far as lines are there, and read
 //! linearly in between; cells and reading have a variance of their own, which the blur lacks. Weights sum to 1: what
 //! would go further stays within reach. Beside the body nothing comes back.
@@ -11,8 +10,8 @@ use std::ops::Range;
 use crate::optics::light::blur;
 use transport::kernel::SPREAD_ACROSS_OVER_ALONG;
 
-/// Lines, or columns, of a cell.
-const CELL_SIDES: [usize; 2] = [4, 2];
+/// Lines, and columns, of a cell: the greatest that fits.
+const CELL_SIDES: [[usize; 2]; 2] = [[2, 1], [4, 2]];
 
 /// The spread of one group of widths.
 #[derive(Debug, Clone)]
@@ -31,7 +30,7 @@ impl Spread {
         let sigma = [f64::from(spread_mm), f64::from(spread_mm * SPREAD_ACROSS_OVER_ALONG)];
         let pixels = [sigma[0] / pitch[0], sigma[1] / pitch[1]];
         let fits = |axis: usize, side: &usize| *side as f64 <= pixels[axis] && (axis == 1 || 2 * side - 1 <= reach);
-        let cell = [0, 1].map(|axis| CELL_SIDES.into_iter().find(|side| fits(axis, side)).unwrap_or(1));
+        let cell = [0, 1].map(|axis| CELL_SIDES[axis].into_iter().find(|side| fits(axis, side)).unwrap_or(1));
         // Of cells as boxes, and of what is linear between their middles.
         let variance = |axis: usize| {
             let own = (pixels[axis] / cell[axis] as f64).powi(2);
