@@ -1,9 +1,10 @@
 //! Spread of light of lamps: what leaves beside where it entered, of one group of widths.
 //!
 //! Lines and columns are put together to cells, whose sides are at most the group's width ([`CELL_SIDES`]). Cells count
-//! from the scan's first profile, so that what they hold depends on no band. They are blurred along the line by boxes and along the motion by a Gaussian's weights, as far as lines are there, and read
-//! linearly in between; cells and reading have a variance of their own, which the blur lacks. Weights sum to 1: what
-//! would go further stays within reach. Beside the body nothing comes back.
+//! from the scan's first profile, so that what they hold depends on no band. They are blurred along the line by boxes
+//! and along the motion by a Gaussian's weights, as far as lines are there, and read linearly in between. Cells and
+//! reading have a variance of their own, which the blur lacks. Weights sum to 1: what would go further stays within
+//! reach. Beside the body nothing comes back.
 
 use std::ops::Range;
 
