@@ -25,7 +25,7 @@ from PIL import Image
 sys.path.append(str(Path(__file__).resolve().parent / "examples"))
 from sheetlight_schema import open_dataset
 
-DEPTH = {"range": np.uint16, "reflectance": np.uint8, "scatter": np.uint16, "label": np.uint8, "instance": np.uint16}
+DEPTH = {"range": np.uint16, "reflectance": np.uint8, "scatter": np.uint16, "grey": np.uint8, "label": np.uint8, "instance": np.uint16}
 
 TRUTH = {"wood": {"Height", "FibreAzimuth", "FibreDive"}, "blister": {"Height", "FilmThickness", "FilmGap"}}
 

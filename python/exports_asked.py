@@ -9,9 +9,9 @@ import numpy as np
 import pyarrow.parquet as pq
 from PIL import Image
 
-IMAGES = ["range", "reflectance", "scatter", "label", "instance"]
+IMAGES = ["range", "reflectance", "scatter", "grey", "label", "instance"]
 SPLITS = ["train", "validation", "test"]
-SHOWN = {name: [name] for name in IMAGES[:3]} | {"rgb": IMAGES[:3]}
+SHOWN = {name: [name] for name in IMAGES[:4]} | {"rgb": IMAGES[:3]}
 GOOD = {"wood": ["clear"], "blister": ["flange", "pocket"]}
 
 
@@ -123,7 +123,7 @@ def values(sample, name):
 def expected_ends(asked, head, rows, name):
     """The ends of a map's grey levels: those that were asked for, else the quantiles; and how far they may lie off."""
     given = {"range": asked.range_ends, "scatter": asked.scatter_ends}.get(name)
-    if given or name == "reflectance":
+    if given or name in ("reflectance", "grey"):
         return given or [1.0, max(255.0, 2.0 ** head["images"]["bits"] - 1)], 1e-9
     everything, count = list(rows.values()), min(64, len(rows))
     pixels = []

@@ -29,6 +29,37 @@ fn a_lean_dataset_holds_what_was_asked_for() {
     place.done("validate set --rerender 4");
 }
 
+/// Lamps add a map to tables and EXR files, the same by any number of threads, which validation exposes again and
+/// exports and reports show; nothing else of a sample changes.
+#[test]
+fn lamps_add_a_map() {
+    let lists = [PNG[0], "png: [range, reflectance, scatter, label, grey]"];
+    let exr = [EXR[0], "exr: [range, reflectance, scatter, label, instance, grey] "];
+    let place = Place::with(&[lists, exr, ["\nextraction:", "\nlamps: {number: two}\n\nextraction:"]]);
+    place.make("set", "--n 4 --threads 3");
+    place.make("again", "--n 4 --threads 1");
+    let dark = Place::with(&[]);
+    dark.make("set", "--n 4");
+    for ((index, lit), (_, other)) in place.samples("set").into_iter().zip(dark.samples("set")) {
+        let (width, height, grey) = lit.image("grey");
+        assert_eq!((width, height), (64, 48));
+        assert!(grey.iter().filter(|&&dn| dn == 0).count() * 10 < grey.len(), "sample {index} is dark");
+        for name in ["range", "reflectance", "scatter", "label"] {
+            assert_eq!(lit.image(name), other.image(name), "sample {index}: {name}");
+        }
+        assert_eq!(place.samples("again")[&index].image("grey"), (width, height, grey));
+    }
+    place.done("validate set --rerender 4");
+    place.done("export coco set --out coco --image grey");
+    place.done("report set --no-timing --frames 0");
+    let without = Place::with(&[lists]);
+    without.run("--recipe tiny.yaml --n 1 --out set").refused(&["lists `grey`", "there are no lamps", "number: one"]);
+    let unlisted = Place::with(&[["\nextraction:", "\nlamps: {number: two}\n\nextraction:"]]);
+    unlisted.run("--recipe tiny.yaml --n 1 --out set").refused(&["there are lamps", "has `grey`"]);
+    place.run("--recipe blister-small --set lamps.number=one --n 1 --out packs").refused(&["lamps", "film mirrors"]);
+    place.run("--recipe tiny.yaml --set transport=path --n 1 --out slow").refused(&["lamps.number", "the laser alone"]);
+}
+
 #[test]
 fn every_sensor_frame_can_be_kept() {
     let place = Place::with(&[

@@ -6,6 +6,8 @@
 //! | `window` | the lines that a profile looks at (a [`Band`]) | electrons in windows of sensor rows about the line |
 //! | `readout` | those electrons | digital numbers |
 //!
+//! `lamps` beside the laser have a way of their own, from what a line's columns see to the map `grey` of a band.
+//!
 //! Each line is worked out once and serves all profiles that look at it. Exposure runs over tiles of [`TILE`] columns,
 //! so that the window of rows stays in the cache while the profiles of a band pass by. `laser`, [`camera`] and
 //! [`speckle`] are what the phases ask; [`Sensor`] holds it all.
@@ -20,6 +22,7 @@ pub mod camera;
 pub mod encoder;
 mod expose;
 mod full_frame;
+mod lamps;
 mod laser;
 mod light;
 mod readout;
