@@ -2,15 +2,15 @@
 //! of the tooth that stands out.
 //!
 //! Models: u = y + x tan slant + b x^2 runs along the feed, x across. Dashes f of two sizes are lanes side by side along
-//! u (`Noise::fibres`); the fine ones lean against the scores. They come and go in patches p, wide across the board. A
+//! u (`Noise::fibres`); the fine ones lean against the scores. They come and go in patches p of two sizes. A
 //! tooth that stands out leaves one score g a pass: a ridge of raised fibre before a groove, somewhere in the middle
 //! half of its pass, of a depth of its own, in pieces that begin and end along it (`Noise::score`). The height is h n,
 //! n = sqrt(1 - q^2) (1 + 0.7 p)^2 f / 2.11 + q g, of root mean square h, with the share q of scores. Of light, each
-//! way, hollows take c (2 - n - 0.5 p), within 0 and 4 c: torn places are brighter. Fibre that stands above one root
+//! way, hollows take c (2 - n - 0.7 p), within 0 and 4 c: torn places are brighter. Fibre that stands above one root
 //! mean square throws light back before any enters, and mirrors less.
 //! Source: of the twenty open photographs of sawn spruce and pine (Kodytek et al. 2021), with marks between 0.15 and
 //! 1.5 mm: their spread when smoothed by 0.15 to 6 mm across (0.049 to 0.017 of ln tone) and 0.05 to 0.5 mm along (0.035
-//! to 0.017) gave sizes and balance of the dashes; tone along the board over 1 to 15 mm gave the patches; ridges over
+//! to 0.017) gave sizes and balance of the dashes; tone along the board over 1 to 60 mm gave the patches; ridges over
 //! three spreads (1575, width 0.30 mm, length 3 to 21 mm, slant 2.5 to 5.4 degrees) and their distances (2.2 mm and its
 //! multiples) the scores. Heights are an engineering estimate. Limits: one machine sawed them all; marks are alike in
 //! early- and latewood and in knots.
@@ -30,9 +30,10 @@ const DASH_SHARES: [f32; 2] = [0.793, 0.61];
 const DASH_LEAN: f64 = 0.15;
 /// Spread of the bend of all marks [mm^-1]: arcs of two metres.
 const BEND_PER_MM: f64 = 2.5e-4;
-/// Cells of the patches across and along the board [mm], how much they vary the dashes' root [1], and the root mean
-/// square that this makes [1].
-const PATCH_MM: Vec2 = Vec2::new(30.0, 7.0);
+/// Cells of narrow and wide patches across and along the board [mm], their shares of the root mean square, whose squares
+/// sum to 1, how much they vary the dashes' root, and the root mean square that this makes [1].
+const PATCHES_MM: [Vec2; 2] = [Vec2::new(30.0, 7.0), Vec2::new(70.0, 25.0)];
+const PATCH_SHARES: [f32; 2] = [0.6, 0.8];
 const PATCHES: f32 = 0.7;
 const PATCHED: f32 = 2.111;
 /// Half width of a score's ridge along the feed, at most this share of the pitch, and the mean length of its pieces
@@ -40,7 +41,7 @@ const PATCHED: f32 = 2.111;
 const SCORE_MM: Vec2 = Vec2::new(0.22, 14.0);
 const SCORE_OF_PITCH: f32 = 0.12;
 /// How much brighter a patch is, in heights [1], and the heights between which hollows take light [1].
-const PATCH_TONE: f32 = 0.5;
+const PATCH_TONE: f32 = 0.7;
 const SHADED: [f32; 2] = [-2.0, 2.0];
 /// Light that fibre throws back before any enters, for each root mean square above the first, of which there are at
 /// most this many [1].
@@ -64,7 +65,7 @@ pub(super) struct SawTeeth {
     bend: f32,
     shade: f32,
     dashes: [Noise; 2],
-    patches: Noise,
+    patches: [Noise; 2],
     scores: Noise,
 }
 
@@ -96,7 +97,7 @@ impl SawTeeth {
             bend: drawn("bend", BEND_PER_MM),
             shade: asked.teeth_shade as f32,
             dashes: ["fine", "coarse"].map(noise),
-            patches: noise("patches"),
+            patches: ["patches", "wide patches"].map(noise),
             scores: noise("scores"),
         })
     }
@@ -112,10 +113,15 @@ impl SawTeeth {
     fn mark(&self, d: Vec2) -> (f32, Vec2, f32) {
         // Along the feed, with its gradient.
         let (u, by) = (d.y + (self.slant + self.bend * d.x) * d.x, Vec2::new(self.slant + 2.0 * self.bend * d.x, 1.0));
-        let (patch, patch_slope) = self.patches.plane(d / PATCH_MM);
+        let (mut patch, mut patch_slope) = (0.0, Vec2::ZERO);
+        for i in 0..2 {
+            let (value, slope) = self.patches[i].plane(d / PATCHES_MM[i]);
+            patch += PATCH_SHARES[i] * value;
+            patch_slope += PATCH_SHARES[i] * slope / PATCHES_MM[i];
+        }
         let root = (1.0 + PATCHES * patch).max(0.0);
         let much = self.shares[0] * root * root;
-        let much_slope = 2.0 * self.shares[0] * root * PATCHES * patch_slope / PATCH_MM;
+        let much_slope = 2.0 * self.shares[0] * root * PATCHES * patch_slope;
         let (mut dash, mut dash_slope) = (0.0, Vec2::ZERO);
         for (i, lean) in [self.lean, 0.0].into_iter().enumerate() {
             let (value, slope) = self.dashes[i].fibres(Vec2::new(u + lean * d.x, d.x) / DASHES_MM[i]);
