@@ -5,7 +5,7 @@
 //! u (`Noise::fibres`); the fine ones lean against the scores. They come and go in patches p of two sizes. A
 //! tooth that stands out leaves one score g a pass: a ridge of raised fibre before a groove, somewhere in the middle
 //! half of its pass, of a depth of its own, in pieces that begin and end along it (`Noise::score`). The height is h n,
-//! n = sqrt(1 - q^2) (1 + 0.7 p)^2 f / 2.11 + q g, of root mean square h, with the share q of scores. Of light, each
+//! n = sqrt(1 - q^2) (1 + 0.7 p)^2 f / 2.14 + q g, of root mean square h, with the share q of scores. Of light, each
 //! way, hollows take c (2 - n - 0.7 p), within 0 and 4 c: torn places are brighter. Fibre that stands above one root
 //! mean square throws light back before any enters, and mirrors less.
 //! Source: of the twenty open photographs of sawn spruce and pine (Kodytek et al. 2021), with marks between 0.15 and
@@ -35,7 +35,7 @@ const BEND_PER_MM: f64 = 2.5e-4;
 const PATCHES_MM: [Vec2; 2] = [Vec2::new(30.0, 7.0), Vec2::new(70.0, 25.0)];
 const PATCH_SHARES: [f32; 2] = [0.6, 0.8];
 const PATCHES: f32 = 0.7;
-const PATCHED: f32 = 2.111;
+const PATCHED: f32 = 2.135;
 /// Half width of a score's ridge along the feed, at most this share of the pitch, and the mean length of its pieces
 /// [mm].
 const SCORE_MM: Vec2 = Vec2::new(0.22, 14.0);

@@ -79,6 +79,7 @@ fn slopes_of_fine_structure_match_differences() {
         base.machining.planer_um = draw(0.0, 10.0);
         base.machining.band_um = draw(0.0, 100.0);
         base.machining.circular_um = draw(0.0, 100.0);
+        base.machining.teeth_um = draw(0.0, 20.0);
         base.grain.torn_um = draw(0.0, 200.0);
         base.grain.fuzzy_um = draw(0.0, 50.0);
         // Walls of vessels are as steep as their differences are wide: few of them.
