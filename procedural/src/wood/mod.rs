@@ -6,9 +6,9 @@
 //! Models: the log as a field of growth times around a wandering pith (`pith`, `rings`, `growth`), branches in it
 //! (`knot`, `knot_placement`, `bulge`, `grain_flow`), or the branches of a whole stem (`stem`), and zones of the
 //! stem (`zones`). Then come decay (`decay`), resin and bark inside it (`inclusions`), the saw (`sawn_surface`), tools
-//! (`tool_marks`, `saw_teeth`), torn grain and loss by decay (`face_grain`), canals, vessels and rays (`anatomy`), cracks, holes and
-//! wane (`openings`), dirt and burns (`coats`), wet places (`moisture`), and what all of that means for light
-//! (`coefficients`). What is inside was sawn flat and then warped with the board. Sources stand in each file;
+//! (`tool_marks`, `saw_teeth`), torn grain and loss by decay (`face_grain`), canals, vessels and rays (`anatomy`),
+//! cracks, holes and wane (`openings`), dirt and burns (`coats`), wet places (`moisture`), and what all of that means
+//! for light (`coefficients`). What is inside was sawn flat and then warped with the board. Sources stand in each file;
 //! docs/theory/wood.md says what is not modelled.
 //!
 //! A new defect has a file with its numbers, which are a group of [`Wood`]. What lowers the face makes

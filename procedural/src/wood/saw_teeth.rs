@@ -1,19 +1,20 @@
-//! What single teeth of a band or circular saw leave on the face: torn fibre in dashes across the grain, and the scores
-//! of the tooth that stands out.
+//! What single teeth of a band or circular saw leave on the face: torn fibre in dashes across the grain, and scores of
+//! the tooth that stands out.
 //!
 //! Models: u = y + x tan slant + b x^2 runs along the feed, x across. Dashes f of two sizes are lanes side by side along
-//! u (`Noise::fibres`); the fine ones lean against the scores. They come and go in patches p of two sizes. A
-//! tooth that stands out leaves one score g a pass: a ridge of raised fibre before a groove, somewhere in the middle
-//! half of its pass, of a depth of its own, in pieces that begin and end along it (`Noise::score`). The height is h n,
-//! n = sqrt(1 - q^2) (1 + 0.7 p)^2 f / 2.14 + q g, of root mean square h, with the share q of scores. Of light, each
-//! way, hollows take c (2 - n - 0.7 p), within 0 and 4 c: torn places are brighter. Fibre that stands above one root
-//! mean square throws light back before any enters, and mirrors less.
-//! Source: of the twenty open photographs of sawn spruce and pine (Kodytek et al. 2021), with marks between 0.15 and
-//! 1.5 mm: their spread when smoothed by 0.15 to 6 mm across (0.049 to 0.017 of ln tone) and 0.05 to 0.5 mm along (0.035
-//! to 0.017) gave sizes and balance of the dashes; tone along the board over 1 to 60 mm gave the patches; ridges over
-//! three spreads (1575, width 0.30 mm, length 3 to 21 mm, slant 2.5 to 5.4 degrees) and their distances (2.2 mm and its
-//! multiples) the scores. Heights are an engineering estimate. Limits: one machine sawed them all; marks are alike in
-//! early- and latewood and in knots.
+//! u (`Noise::fibres`); fine ones lean against the scores. They come and go in patches p of two sizes. A tooth that
+//! stands out leaves one score g a pass: a ridge of raised fibre before a groove, somewhere in the middle half of its
+//! pass, of a depth of its own, in pieces that begin and end along it (`Noise::score`). The height is h n with n =
+//! sqrt(1 - q^2) (1 + 0.7 p)^2 f / 2.14 + q g, of root mean square h, where q is the scores' share. Of light, each way,
+//! hollows take c (2 - n - 0.7 p), within 0 and 4 c: torn places are brighter. Fibre that stands above one root mean
+//! square throws light back before any enters, and mirrors less.
+//!
+//! Source: the twenty open photographs of sawn spruce and pine (Kodytek et al. 2021). Their marks between 0.15 and 1.5
+//! mm spread by 0.049 to 0.017 of ln tone when smoothed by 0.15 to 6 mm across, and by 0.035 to 0.017 when smoothed by
+//! 0.05 to 0.5 mm along: these gave sizes and balance of the dashes. Tone along the board over 1 to 60 mm gave the
+//! patches. Ridges over three spreads (1575: 0.30 mm wide, 3 to 21 mm long, 2.5 to 5.4 degrees aslant) and their
+//! distances (2.2 mm and its multiples) gave the scores. Heights are an engineering estimate. Limits: one machine sawed
+//! them all; marks are alike in early- and latewood and in knots.
 
 use base::{BLOCK, Stream, Surface, normal};
 use glam::Vec2;
@@ -30,8 +31,8 @@ const DASH_SHARES: [f32; 2] = [0.793, 0.61];
 const DASH_LEAN: f64 = 0.15;
 /// Spread of the bend of all marks [mm^-1]: arcs of two metres.
 const BEND_PER_MM: f64 = 2.5e-4;
-/// Cells of narrow and wide patches across and along the board [mm], their shares of the root mean square, whose squares
-/// sum to 1, how much they vary the dashes' root, and the root mean square that this makes [1].
+/// Cells of narrow and wide patches across and along the board [mm], their shares of the root mean square, whose
+/// squares sum to 1, how much they vary the dashes' root, and the root mean square that this makes [1].
 const PATCHES_MM: [Vec2; 2] = [Vec2::new(30.0, 7.0), Vec2::new(70.0, 25.0)];
 const PATCH_SHARES: [f32; 2] = [0.6, 0.8];
 const PATCHES: f32 = 0.7;
