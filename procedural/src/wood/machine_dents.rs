@@ -1,5 +1,5 @@
 //! What machines leave lower: dents of a feed roller's teeth at a pitch, and places that the planer missed, where the
-//! sawn face lies lower and is rough. The teeth are worn each in its own way and come round again with the roller, whose
+//! sawn face lies lower and is rough. Teeth are worn each in its own way and come round again with the roller, whose
 //! pressure comes and goes: a dent is an oval that is smaller where it is shallower. Sizes are engineering estimates.
 
 use std::sync::Arc;

@@ -1,7 +1,7 @@
 //! What single teeth of a band or circular saw leave on the face: torn fibre in dashes across the grain, and scores of
 //! the tooth that stands out.
 //!
-//! Models: u = y + x tan slant + b x^2 runs along the feed, x across. Dashes f of two sizes are lanes side by side along
+//! Models: u = y + x tan slant + b x^2 runs along the feed, x across. Dashes f of two sizes are lanes side by side in
 //! u (`Noise::fibres`); fine ones lean against the scores. They come and go in patches p of two sizes. A tooth that
 //! stands out leaves one score g a pass: a ridge of raised fibre before a groove, somewhere in the middle half of its
 //! pass, of a depth of its own, in pieces that begin and end along it (`Noise::score`). The height is h n with n =
