@@ -399,7 +399,7 @@ parameters! {
         /// Share of the scores in the root mean square; the rest is torn fibre.
         teeth_scores: 0.0, 1.0, 0.3, "[P] 0.2 to 0.7", of [TEETH];
         /// Light that the hollows between torn fibres take, each way, for each root mean square of their depth.
-        teeth_shade: 0.0, 0.2, 0.03, "[P] 0.03 to 0.05", of [TEETH];
+        teeth_shade: 0.0, 0.2, 0.03, "[P] 0.035 to 0.06", of [TEETH];
     }
 }
 

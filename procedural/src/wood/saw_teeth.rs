@@ -1,12 +1,12 @@
 //! What single teeth of a band or circular saw leave on the face: torn fibre in dashes across the grain, and scores of
 //! the tooth that stands out.
 //!
-//! Models: u = y + x tan slant + b x^2 runs along the feed, x across. Dashes f of two sizes are lanes side by side in
-//! u (`Noise::fibres`); fine ones lean against the scores. They come and go in patches p of two sizes. A tooth that
-//! stands out leaves one score g a pass: a ridge of raised fibre before a groove, somewhere in the middle half of its
+//! Models: u = y + x tan slant + b x^2 runs along the feed, x across. Dashes f are noise of two
+//! sizes, stretched across (`Noise::plane`); fine ones lean against the scores. They come and go in patches p. A tooth
+//! that stands out leaves one score g a pass: a ridge of raised fibre before a groove, somewhere in the middle half of its
 //! pass, of a depth of its own, in pieces that begin and end along it (`Noise::score`). The height is h n with n =
-//! sqrt(1 - q^2) (1 + 0.7 p)^2 f / 2.14 + q g, of root mean square h, where q is the scores' share. Of light, each way,
-//! hollows take c (2 - n - 0.7 p), within 0 and 4 c: torn places are brighter. Fibre that stands above one root mean
+//! sqrt(1 - q^2) (1 + 0.7 p)^2 f / 2.11 + q g, of root mean square h, where q is the scores' share. Of light, each way,
+//! hollows take c (2 - n - 0.6 p), within 0 and 4 c: torn places are brighter. Fibre that stands above one root mean
 //! square throws light back before any enters, and mirrors less.
 //!
 //! Source: the twenty open photographs of sawn spruce and pine (Kodytek et al. 2021). Their marks between 0.15 and 1.5
@@ -23,7 +23,7 @@ use multiversion::multiversion;
 use super::Wood;
 use crate::noise::Noise;
 
-/// Half widths of fine and coarse dashes along the feed and the mean lengths over which they change [mm].
+/// Cells of fine and coarse dashes along the feed and across it [mm].
 const DASHES_MM: [Vec2; 2] = [Vec2::new(0.26, 1.2), Vec2::new(0.8, 3.0)];
 /// Their shares of the root mean square; squares sum to 1 [1].
 const DASH_SHARES: [f32; 2] = [0.793, 0.61];
@@ -31,18 +31,17 @@ const DASH_SHARES: [f32; 2] = [0.793, 0.61];
 const DASH_LEAN: f64 = 0.15;
 /// Spread of the bend of all marks [mm^-1]: arcs of two metres.
 const BEND_PER_MM: f64 = 2.5e-4;
-/// Cells of narrow and wide patches across and along the board [mm], their shares of the root mean square, whose
-/// squares sum to 1, how much they vary the dashes' root, and the root mean square that this makes [1].
-const PATCHES_MM: [Vec2; 2] = [Vec2::new(30.0, 7.0), Vec2::new(70.0, 25.0)];
-const PATCH_SHARES: [f32; 2] = [0.6, 0.8];
+/// Cells of the patches across and along the board [mm], how much they vary the dashes' root, and the root mean square
+/// that this makes [1].
+const PATCH_MM: Vec2 = Vec2::new(45.0, 13.0);
 const PATCHES: f32 = 0.7;
-const PATCHED: f32 = 2.135;
+const PATCHED: f32 = 2.111;
 /// Half width of a score's ridge along the feed, at most this share of the pitch, and the mean length of its pieces
 /// [mm].
 const SCORE_MM: Vec2 = Vec2::new(0.22, 14.0);
 const SCORE_OF_PITCH: f32 = 0.12;
 /// How much brighter a patch is, in heights [1], and the heights between which hollows take light [1].
-const PATCH_TONE: f32 = 0.7;
+const PATCH_TONE: f32 = 0.6;
 const SHADED: [f32; 2] = [-2.0, 2.0];
 /// Light that fibre throws back before any enters, for each root mean square above the first, of which there are at
 /// most this many [1].
@@ -66,7 +65,7 @@ pub(super) struct SawTeeth {
     bend: f32,
     shade: f32,
     dashes: [Noise; 2],
-    patches: [Noise; 2],
+    patches: Noise,
     scores: Noise,
 }
 
@@ -98,7 +97,7 @@ impl SawTeeth {
             bend: drawn("bend", BEND_PER_MM),
             shade: asked.teeth_shade as f32,
             dashes: ["fine", "coarse"].map(noise),
-            patches: ["patches", "wide patches"].map(noise),
+            patches: noise("patches"),
             scores: noise("scores"),
         })
     }
@@ -114,26 +113,25 @@ impl SawTeeth {
     fn mark(&self, d: Vec2) -> (f32, Vec2, f32) {
         // Along the feed, with its gradient.
         let (u, by) = (d.y + (self.slant + self.bend * d.x) * d.x, Vec2::new(self.slant + 2.0 * self.bend * d.x, 1.0));
-        let (mut patch, mut patch_slope) = (0.0, Vec2::ZERO);
-        for i in 0..2 {
-            let (value, slope) = self.patches[i].plane(d / PATCHES_MM[i]);
-            patch += PATCH_SHARES[i] * value;
-            patch_slope += PATCH_SHARES[i] * slope / PATCHES_MM[i];
-        }
+        let (patch, patch_slope) = self.patches.plane(d / PATCH_MM);
         let root = (1.0 + PATCHES * patch).max(0.0);
         let much = self.shares[0] * root * root;
-        let much_slope = 2.0 * self.shares[0] * root * PATCHES * patch_slope;
-        let (mut dash, mut dash_slope) = (0.0, Vec2::ZERO);
-        for (i, lean) in [self.lean, 0.0].into_iter().enumerate() {
-            let (value, slope) = self.dashes[i].fibres(Vec2::new(u + lean * d.x, d.x) / DASHES_MM[i]);
-            let slope = slope / DASHES_MM[i];
-            dash += DASH_SHARES[i] * value;
-            dash_slope += DASH_SHARES[i] * (slope.x * (by + Vec2::new(lean, 0.0)) + Vec2::new(slope.y, 0.0));
-        }
+        let much_slope = 2.0 * self.shares[0] * root * PATCHES * patch_slope / PATCH_MM;
+        let (fine, fine_slope) = self.dash(0, u + self.lean * d.x, d.x, by + Vec2::new(self.lean, 0.0));
+        let (coarse, coarse_slope) = self.dash(1, u, d.x, by);
         let (score, slope) = self.scores.score(Vec2::new(u * self.per_pitch, d.x / SCORE_MM.y), self.half);
         let score_slope = slope.x * self.per_pitch * by + Vec2::new(slope.y / SCORE_MM.y, 0.0);
-        let height = much * dash + self.shares[1] * score;
-        (height, much * dash_slope + much_slope * dash + self.shares[1] * score_slope, patch)
+        let height = much * (fine + coarse) + self.shares[1] * score;
+        let dash_slope = much * (fine_slope + coarse_slope) + much_slope * (fine + coarse);
+        (height, dash_slope + self.shares[1] * score_slope, patch)
+    }
+
+    /// Dashes of one size, and their gradient [mm^-1], at `u` along the feed, whose gradient is `by`, and `x` [mm].
+    #[inline(always)]
+    fn dash(&self, size: usize, u: f32, x: f32, by: Vec2) -> (f32, Vec2) {
+        let (value, slope) = self.dashes[size].plane(Vec2::new(u, x) / DASHES_MM[size]);
+        let slope = DASH_SHARES[size] * slope / DASHES_MM[size];
+        (DASH_SHARES[size] * value, slope.x * by + Vec2::new(slope.y, 0.0))
     }
 
     #[inline(always)]
