@@ -498,12 +498,14 @@ fn dents_of_a_roller_wear() {
         wood.marks.roller_width_mm = draw(12.0, 40.0);
         let (plank, pitch) = (grow(seed, &wood), wood.marks.roller_pitch_mm as f32);
         let dent = plank.instances().iter().find(|known| known.class == base::Class::RollerMark).expect("a roller");
-        let x = dent.x_mm as f32 + 0.25 * wood.marks.roller_width_mm as f32;
+        // The middle of the row that is nearer to the board's.
+        let x = dent.x_mm - 0.25 * wood.marks.roller_width_mm * dent.x_mm.signum();
         let first = (25.0 / pitch).ceil();
         // The deepest point of each tooth's cell.
         let deepest = |tooth: usize| {
             let y = |i: usize| pitch * (first + tooth as f32 + i as f32 / 60.0);
-            let depths = (0..60).flat_map(|i| heights(&plank, wood.board.thickness_mm, x, std::iter::once(y(i))));
+            let depths =
+                (0..60).flat_map(|i| heights(&plank, wood.board.thickness_mm, x as f32, std::iter::once(y(i))));
             -1.0e3 * depths.fold(0.0, f64::min) / wood.marks.roller_um
         };
         let depths: Vec<f64> = (0..20).map(deepest).collect();
