@@ -189,7 +189,9 @@ fn the_object_lies_in_the_field() {
                 (width, length, 0.0, c.offset_mm, c.lead_in_mm)
             }
         };
-        assert!(lead_in + length <= scene.size.profiles as f64 * scene.bench.motion.step_mm, "{name} {index}");
+        // Windows of a sawmill's boards cut them.
+        let scanned = scene.size.profiles as f64 * scene.bench.motion.step_mm;
+        assert_eq!(lead_in + length <= scanned, name != "wood-sawmill", "{name} {index}");
         // Pixel pitch on the upper surface, docs of the camera: (d - f - z cos a) / f times the pitch.
         let camera = scene.bench.camera;
         let height = height * camera.tilt_deg.to_radians().cos();
