@@ -96,9 +96,9 @@ impl OpeningForm for Roller {
         let row = i32::from(aside < 0.0);
         let turn = spot.y / pitch + 0.5 * row as f32;
         let tooth = turn.floor();
-        let [wear, sharp, left, before] = teeth.cell((tooth as i32).rem_euclid(ROLLER_TEETH), row);
+        let [wear, left, before, _] = teeth.cell((tooth as i32).rem_euclid(ROLLER_TEETH), row);
         let pressed = 1.0 + PRESSURE * pressure.line(spot.y / PRESSURE_MM).0;
-        let much = pressed * (1.0 - TOOTH_WEAR * wear * sharp);
+        let much = pressed * (1.0 - TOOTH_WEAR * wear * wear);
         let off =
             Vec2::new(2.0 * aside.abs() - 1.0, turn - tooth - 0.5) - TOOTH_ASIDE * (Vec2::new(left, before) - 0.5);
         // The deeper a tooth goes, the more of it goes in.
