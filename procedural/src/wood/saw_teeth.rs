@@ -1,13 +1,13 @@
 //! What single teeth of a band or circular saw leave on the face: torn fibre in dashes across the grain, and scores of
 //! the tooth that stands out.
 //!
-//! Models: u = y + x tan slant + b x^2 runs along the feed, x across. Dashes f are noise of two
-//! sizes, stretched across (`Noise::plane`); fine ones lean against the scores. They come and go in patches p. A tooth
-//! that stands out leaves one score g a pass: a ridge of raised fibre before a groove, somewhere in the middle half of its
-//! pass, of a depth of its own, in pieces that begin and end along it (`Noise::score`). The height is h n with n =
-//! sqrt(1 - q^2) (1 + 0.7 p)^2 f / 2.11 + q g, of root mean square h, where q is the scores' share. Of light, each way,
-//! hollows take c (2 - n - 0.6 p), within 0 and 4 c: torn places are brighter. Fibre that stands above one root mean
-//! square throws light back before any enters, and mirrors less.
+//! Models: u = y + x tan slant + b x^2 runs along the feed, x across. Dashes f are noise of two sizes, stretched across
+//! (`Noise::plane`); fine ones lean against the scores. They come and go in patches p. A tooth that stands out leaves
+//! one score g a pass: a ridge of raised fibre before a groove, somewhere in the middle half of its pass, of a depth of
+//! its own, in pieces that begin and end along it (`Noise::score`). The height is h n with n = sqrt(1 - q^2)
+//! (1 + 0.7 p)^2 f / 2.11 + q g, of root mean square h, where q is the scores' share. Of light, each way, hollows take
+//! c (2 - n - 0.6 p), within 0 and 4 c: torn places are brighter. Fibre that stands above one root mean square throws
+//! light back before any enters, and mirrors less.
 //!
 //! Source: the twenty open photographs of sawn spruce and pine (Kodytek et al. 2021). Their marks between 0.15 and 1.5
 //! mm spread by 0.049 to 0.017 of ln tone when smoothed by 0.15 to 6 mm across, and by 0.035 to 0.017 when smoothed by
