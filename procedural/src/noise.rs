@@ -8,6 +8,7 @@
 //! column of an image meets lattice points at equal phases, and no statistic of rows or columns repeats with the cell.
 //! `fibres` is sparse convolution (Lewis 1989) across and value noise along. Lanes with centres uniform in their cells
 //! have the profile (1 - d^2)^3, and each lane carries value noise of one dimension with a phase and a rate of its own.
+//! `score` is one such lane a cell.
 //! Uniform centres and phases make its mean and covariance the same at every place, without any lattice. `bundles` does
 //! so along the fibre; across it is turned value noise whose weights are scaled to equal variance everywhere.
 //! Hash: the two-multiply integer mixer "lowbias32" (Wellons 2018).
@@ -46,6 +47,11 @@ const SPACE_TURN: Mat3 = Mat3::from_cols(
 );
 /// Mean over uniform centres of the sum of squared lane profiles: the integral of (1 - d^2)^6 [1].
 const LANES: f32 = 2048.0 / 3003.0;
+/// Depth of a score's groove over the height of its ridge [1].
+const GROOVE: f32 = 0.8;
+/// Mean square of scores over the half width: that of the profile 1.0396, times 1/5 for their depths, squares of
+/// uniform numbers, times the half of each that is there [1].
+const SCORE_POWER: f32 = 0.103_96;
 /// Slowest rate of the noise along a lane, and how much faster others are [1].
 const RATES: [f32; 2] = [0.7, 0.6];
 
@@ -70,13 +76,13 @@ impl Noise {
     }
 
     /// Value [1] and gradient [1/cell] on a plane of unit cells.
-    #[inline]
+    #[inline(always)]
     pub fn plane(self, p: Vec2) -> (f32, Vec2) {
         let (value, gradient) = self.upright_plane(PLANE_TURN.rotate(p));
         (value, Vec2::new(PLANE_TURN.dot(gradient), PLANE_TURN.perp_dot(gradient)))
     }
 
-    #[inline]
+    #[inline(always)]
     fn upright_plane(self, p: Vec2) -> (f32, Vec2) {
         let ((i, u, du), (j, v, dv)) = (split(p.x), split(p.y));
         let (i1, j1) = (i.wrapping_add(1), j.wrapping_add(1));
@@ -137,6 +143,25 @@ impl Noise {
         }
         let scale = 1.0 / LANES.sqrt();
         (scale * value, scale * gradient)
+    }
+
+    /// Value [1] and gradient [1/pass, 1/cell] of scores, one a pass, in the middle half of it: `p` counts passes, and
+    /// cells along over which scores begin and end. `half` is the half width of a ridge, an eighth of a pass at most; a
+    /// groove lies behind it.
+    #[inline(always)]
+    pub fn score(self, p: Vec2, half: f32) -> (f32, Vec2) {
+        let (number, ..) = split(p.x);
+        let lane = self.lane(number, 1);
+        let d = (p.x - number as i32 as f32 - 0.25 - 0.5 * lane.place) / half;
+        let (along, slope) = lane.at(p.y);
+        let depth = (lane.rate - RATES[0]) / RATES[1];
+        let scale = if along > 0.0 { depth * depth / (half * SCORE_POWER).sqrt() } else { 0.0 };
+        let bump = |d: f32| {
+            let left = (1.0 - d * d).max(0.0);
+            Vec2::new(left * left * left, -6.0 * d * left * left)
+        };
+        let profile = bump(d) - GROOVE * bump(d - 1.0);
+        (scale * along * profile.x, scale * Vec2::new(along * profile.y / half, slope * profile.x))
     }
 
     /// [`Self::fibres`] at places that have `across` and `along` in common order: values, and both parts of the

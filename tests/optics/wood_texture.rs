@@ -11,13 +11,13 @@ const BOARDS: u64 = 50;
 /// Lags looked at [rows or columns].
 const LAGS: std::ops::RangeInclusive<usize> = 5..=60;
 
-/// A drawn board without knots and rot, and without the saw's ripple, whose period is real.
+/// A drawn board without knots and rot, and without the saw's ripple and teeth, whose periods are real.
 fn board(index: u64) -> Record {
     let mut scene = Recipe::load("wood-small.yaml").expect("the embedded recipe loads").draw(5, index);
     let Plan::Wood(wood) = &mut scene.plan else { panic!("boards") };
     (wood.knots.sound_count, wood.knots.dead_count) = (0.0, 0.0);
     wood.rot.reach_mm = 0.0;
-    wood.board.saw_ripple_um = 0.0;
+    (wood.board.saw_ripple_um, wood.machining.teeth_um) = (0.0, 0.0);
     scene.output.truth_maps = false;
     pipeline::render(&scene, patterns(), &|_| ())
 }

@@ -29,7 +29,7 @@ macro_rules! built_in {
 }
 
 /// The recipes that are built in.
-pub(super) const EMBEDDED: [BuiltInRecipe; 26] = [
+pub(super) const EMBEDDED: [BuiltInRecipe; 27] = [
     built_in!("wood", "the thesis' scan of boards at full size"),
     built_in!("wood-small", "a small one to try things with"),
     built_in!("blister", "the thesis' scan of packs at full size: white tablets under coloured, half clear film"),
@@ -41,6 +41,10 @@ pub(super) const EMBEDDED: [BuiltInRecipe; 26] = [
     built_in!(
         "wood-grading-train",
         "pieces of boards with every defect of wood, to train graders with: docs/theory/baselines.md"
+    ),
+    built_in!(
+        "wood-sawmill",
+        "windows of sawn boards as photographs of a production line have them: docs/theory/wood.md"
     ),
     built_in!("wood-stem", "boards sawn out of whole stems with whorls: docs/theory/wood.md"),
     built_in!("wood-log", "all boards of a log, sawn through and through, with wane: docs/theory/wood.md"),

@@ -108,7 +108,7 @@ const DRAWS: (&str, &str) = ("keys/draws.md", "Distributions, classes and sampli
 const SOURCES: &str = "\
 Sources: [T] Kihl and Källberg 2021, the thesis whose bench this is; [V] vendors' published figures; [M] and [E]
 engineering estimates; [C] computed or chosen so that the observables come out; [G] statistics of a scanned spruce log
-(Larsson et al. 2022); [L] literature named in the project's documentation.
+(Larsson et al. 2022); [P] photographs of sawn boards; [L] literature named in the project's documentation.
 ";
 
 const BOUNDS: &str = "

@@ -1,5 +1,6 @@
 //! What machines leave lower: dents of a feed roller's teeth at a pitch, and places that the planer missed, where the
-//! sawn face lies lower and is rough. Sizes are engineering estimates.
+//! sawn face lies lower and is rough. Teeth are worn each in its own way and come round again with the roller, whose
+//! pressure comes and goes: a dent is an oval that is smaller where it is shallower. Sizes are engineering estimates.
 
 use std::sync::Arc;
 
@@ -13,6 +14,15 @@ use super::openings::{LOG_SD, OpenedBoard, Opening, OpeningForm, Openings};
 use super::pith::Trunk;
 use crate::noise::{Noise, smoothstep};
 
+/// Teeth around a roller.
+const ROLLER_TEETH: i32 = 61;
+/// Most depth that a tooth has lost, that pressure takes or adds, root mean square [1], and the pressure's cell [mm].
+const TOOTH_WEAR: f32 = 0.8;
+const PRESSURE: f32 = 0.35;
+const PRESSURE_MM: f32 = 30.0;
+/// Half size of a whole dent: of the row's width and of the pitch; how far teeth stand aside, of the same [1].
+const DENT: Vec2 = Vec2::new(0.85, 0.3);
+const TOOTH_ASIDE: Vec2 = Vec2::new(0.3, 0.2);
 /// Wander of the outline of a place that the planer missed, over its size, root mean square [1].
 const SKIP_OUTLINE: f32 = 0.15;
 /// Strands of the rough wood there, across and along [mm], and their height over the depth, root mean square [1].
@@ -27,6 +37,8 @@ struct Roller {
     half_width: f32,
     pitch: f32,
     depth: f32,
+    teeth: Noise,
+    pressure: Noise,
 }
 
 /// A place that the planer missed.
@@ -45,11 +57,13 @@ pub(super) fn roll(openings: &mut Openings, board: &mut OpenedBoard) {
     if asked.roller_um == 0.0 {
         return;
     }
-    let x = face.spot([board.stream.child("roller").rng().random(), 0.5]).x;
+    let own = board.stream.child("roller");
+    let x = face.spot([own.rng().random(), 0.5]).x;
+    let [teeth, pressure] = ["teeth", "pressure"].map(|name| Noise::new(own.child(name)));
     let (half_width, depth) = (0.5 * asked.roller_width_mm as f32, 1.0e-3 * asked.roller_um as f32);
     let middle = Vec2::new(x, face.middle.y);
     let id = openings.note(board.instances, class, middle, [2.0 * face.half.y, depth], None);
-    let form = Arc::new(Roller { x, half_width, pitch: asked.roller_pitch_mm as f32, depth });
+    let form = Arc::new(Roller { x, half_width, pitch: asked.roller_pitch_mm as f32, depth, teeth, pressure });
     let room = Vec2::new(half_width, face.half.y);
     let (low, high) = (middle - room, middle + room);
     openings.add(Opening { class, id, low, high, labelled: 0.25 * depth, form });
@@ -76,13 +90,20 @@ pub(super) fn skip(openings: &mut Openings, board: &mut OpenedBoard) {
 
 impl OpeningForm for Roller {
     fn depth(&self, _: &BoardFace, spot: Vec2, _: &Trunk) -> (f32, Floor) {
-        let Self { x, half_width, pitch, depth } = self;
+        let Self { x, half_width, pitch, depth, teeth, pressure } = self;
         let aside = (spot.x - x) / half_width;
         // Teeth stand in two staggered rows.
-        let turn = spot.y / pitch + if aside < 0.0 { 0.5 } else { 0.0 };
-        let (along, across) = (4.0 * (turn - (turn + 0.5).floor()), 2.0 * aside.abs() - 1.0);
-        let inside = (1.0 - along * along).max(0.0) * (1.0 - across * across).max(0.0);
-        (depth * inside, Floor::Wood)
+        let row = i32::from(aside < 0.0);
+        let turn = spot.y / pitch + 0.5 * row as f32;
+        let tooth = turn.floor();
+        let [wear, left, before, _] = teeth.cell((tooth as i32).rem_euclid(ROLLER_TEETH), row);
+        let pressed = 1.0 + PRESSURE * pressure.line(spot.y / PRESSURE_MM).0;
+        let much = pressed * (1.0 - TOOTH_WEAR * wear * wear);
+        let off =
+            Vec2::new(2.0 * aside.abs() - 1.0, turn - tooth - 0.5) - TOOTH_ASIDE * (Vec2::new(left, before) - 0.5);
+        // The deeper a tooth goes, the more of it goes in.
+        let reach = (off / DENT).length_squared() / much.clamp(0.1, 1.0);
+        (depth * much.clamp(0.0, 1.0) * (1.0 - reach).max(0.0), Floor::Wood)
     }
 }
 

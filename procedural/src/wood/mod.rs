@@ -6,9 +6,9 @@
 //! Models: the log as a field of growth times around a wandering pith (`pith`, `rings`, `growth`), branches in it
 //! (`knot`, `knot_placement`, `bulge`, `grain_flow`), or the branches of a whole stem (`stem`), and zones of the
 //! stem (`zones`). Then come decay (`decay`), resin and bark inside it (`inclusions`), the saw (`sawn_surface`), tools
-//! (`tool_marks`), torn grain and loss by decay (`face_grain`), canals, vessels and rays (`anatomy`), cracks, holes and
-//! wane (`openings`), dirt and burns (`coats`), wet places (`moisture`), and what all of that means for light
-//! (`coefficients`). What is inside was sawn flat and then warped with the board. Sources stand in each file;
+//! (`tool_marks`, `saw_teeth`), torn grain and loss by decay (`face_grain`), canals, vessels and rays (`anatomy`),
+//! cracks, holes and wane (`openings`), dirt and burns (`coats`), wet places (`moisture`), and what all of that means
+//! for light (`coefficients`). What is inside was sawn flat and then warped with the board. Sources stand in each file;
 //! docs/theory/wood.md says what is not modelled.
 //!
 //! A new defect has a file with its numbers, which are a group of [`Wood`]. What lowers the face makes
@@ -44,6 +44,7 @@ mod outline_wane;
 mod parameters;
 mod pith;
 mod rings;
+mod saw_teeth;
 mod sawn_surface;
 pub mod stem;
 #[cfg(test)]
@@ -77,6 +78,7 @@ use self::outline_wane::OutlineWane;
 pub use self::parameters::{Board, EDGE_MOST, Log, Media, SlicesParameters, StemParameters};
 use self::pith::{LogPoint, Trunk};
 use self::rings::Rings;
+use self::saw_teeth::TornLight;
 use self::sawn_surface::{SawnProfile, SawnSurface};
 pub use self::stem::{LogRoom, Stem, StemBranch, StemError, least_pieces, sawn_at};
 use self::stem::{Sawing, StemCut};
@@ -246,6 +248,8 @@ impl Plank {
     /// is given. Of `wood`, what stands inside the wood (rings, knots, rot, zones, inclusions) has to be off.
     pub fn lay(stream: Stream, wood: &Wood, given: Arc<dyn GivenWood>) -> Self {
         let mut wood = *wood;
+        // What is given shows the marks of its own saw.
+        wood.machining.teeth_um = 0.0;
         wood.log.grain_angle_deg = f64::from(given.azimuth_deg());
         if given.pith_is_above() {
             wood.log.pith_depth_mm = -wood.log.pith_depth_mm;
@@ -502,7 +506,8 @@ impl Slice for PlankSlice<'_> {
                 self.grown(x, &place, &grown, self.plank.streak(&place, &grown))
             }
         };
-        self.on_face(x, wood)
+        let torn = self.cut.torn(&[x; BLOCK]).map(|torn| torn[0]);
+        self.on_face(x, wood, torn)
     }
 
     fn surfaces(&self, x: &[f32; BLOCK]) -> [Option<Surface>; BLOCK] {
@@ -518,7 +523,7 @@ impl Slice for PlankSlice<'_> {
     fn matters(&self, places: &[Option<Vec2>; BLOCK], put: &mut dyn FnMut(usize, Matter)) {
         if let Some(given) = &self.plank.given {
             for (n, place) in places.iter().enumerate().filter_map(|(n, place)| Some((n, (*place)?))) {
-                put(n, self.on_face(place.x, self.given(given.as_ref(), place.x, place.y)));
+                put(n, self.on_face(place.x, self.given(given.as_ref(), place.x, place.y), None));
             }
             return;
         }
@@ -529,9 +534,11 @@ impl Slice for PlankSlice<'_> {
             }
         }
         let streaks = self.plank.streaks(&grown);
+        let torn = self.cut.torn(&places.map(|place| place.map_or(0.0, |place| place.x)));
         for (n, grown) in grown.iter().enumerate() {
             if let (Some(place), Some((log, grown))) = (places[n], grown) {
-                put(n, self.on_face(place.x, self.grown(place.x, log, grown, streaks[n])));
+                let wood = self.grown(place.x, log, grown, streaks[n]);
+                put(n, self.on_face(place.x, wood, torn.map(|torn| torn[n])));
             }
         }
     }
@@ -649,12 +656,17 @@ impl PlankSlice<'_> {
         PointWood { coefficients, fibre, dispersion_deg, gloss, coat, class, instance }
     }
 
-    /// What openings and coats make of wood at the face.
+    /// What openings, coats and torn fibre make of wood at the face.
     #[inline]
-    fn on_face(&self, x: f32, wood: PointWood) -> Matter {
+    fn on_face(&self, x: f32, wood: PointWood, torn: Option<TornLight>) -> Matter {
         let plank = self.plank;
         let PointWood { mut coefficients, fibre, dispersion_deg, gloss, mut coat, mut class, mut instance } = wood;
         let spot = Vec2::new(x, self.y);
+        let mut gloss = Gloss::wood(gloss);
+        if let Some(torn) = torn {
+            coat *= torn.coat;
+            (gloss.share, gloss.matte) = (gloss.share * torn.gloss, torn.matte);
+        }
         if let Some(filled) = plank.wet.at(spot) {
             coefficients = moisture::wetted(coefficients, filled);
         }
@@ -679,7 +691,7 @@ impl PlankSlice<'_> {
         }
         let Coefficients { mu_a, sigma_i, k, n_eff } = coefficients;
         Matter {
-            medium: Medium { mu_a, sigma_i, k, n_eff, fibre, dispersion_deg, gloss: Gloss::wood(gloss), coat },
+            medium: Medium { mu_a, sigma_i, k, n_eff, fibre, dispersion_deg, gloss, coat },
             film: None,
             class,
             instance,

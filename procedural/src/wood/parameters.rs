@@ -2,7 +2,8 @@
 //! whole stem for boards that are sawn from one.
 //!
 //! Sources: [T] Kihl and Källberg 2021; [G] statistics of the scanned spruce log "Gran_1" (Larsson et al. 2022, MIT);
-//! [L] the literature named in docs/theory/wood.md; [C] chosen so that the observables of docs/theory/wood.md come out.
+//! [L] the literature named in docs/theory/wood.md; [C] chosen so that the observables of docs/theory/wood.md come out;
+//! [P] measured on the photographs that `saw_teeth` names.
 
 use base::Need::{self, Amount, Any, AnyOrLog, Factor, While};
 use base::{TANGLED, parameters};
@@ -49,6 +50,7 @@ const KNOTS_OR_BARK: Need = AnyOrLog(
     ],
     KNOTTY,
 );
+const TEETH: Need = Amount("machining.teeth_um");
 const ROT: Need = Any(&["rot.reach_mm", "rot.heart_mm", "rot.pocket_count"]);
 const COMPRESSION: Need = Amount("compression.severity");
 const STAIN: Need = Amount("stain.severity");
@@ -370,7 +372,7 @@ parameters! {
 
 parameters! {
     /// How the upper face was made, on top of the ripple and the roughness of `board`: marks of a planer's knives, of a
-    /// band or frame saw, of a circular saw.
+    /// band or frame saw, of a circular saw, of single teeth.
     machining: Machining {
         /// Height of a planer's knife marks, root mean square; 0 for a face that was not planed.
         planer_um: 0.0, 100.0, 0.0, "[E] 2 to 8";
@@ -388,6 +390,16 @@ parameters! {
         circular_pitch_mm: 0.4, 50.0, 3.0, "[E] 1 to 10", of [Amount("machining.circular_um")];
         /// Radius of the saw; one that is too small for the board is as large as it must be.
         circular_radius_mm: 40.0, 2000.0, 200.0, "[E] 100 to 500", of [Amount("machining.circular_um")];
+        /// Height of torn fibre and scores that single teeth of a saw leave, root mean square; 0 for none.
+        teeth_um: 0.0, 200.0, 0.0, "[E] 3 to 12", needs [GROWN];
+        /// Distance between two scores of the tooth that stands out.
+        teeth_pitch_mm: 0.8, 50.0, 2.2, "[P] 1.9 to 2.6", of [TEETH];
+        /// Slant of scores and torn fibre against the laser line.
+        teeth_slant_deg: -45.0, 45.0, 4.0, "[P] 2.5 to 5.4", of [TEETH];
+        /// Share of the scores in the root mean square; the rest is torn fibre.
+        teeth_scores: 0.0, 1.0, 0.3, "[P] 0.2 to 0.7", of [TEETH];
+        /// Light that the hollows between torn fibres take, each way, for each root mean square of their depth.
+        teeth_shade: 0.0, 0.2, 0.03, "[P] 0.035 to 0.06", of [TEETH];
     }
 }
 

@@ -4,7 +4,8 @@
 //! a turn that grows along it (twist). The band saw leaves a ripple sqrt2 rms a(y) sin(2 pi (y + q x) / pitch + p(y))
 //! whose amplitude a and phase p drift. Torn fibres leave raised strands and furrows of three sizes that run along the
 //! log, side by side at random places and of random length (`Noise::fibres`). The long edges leave straight lines by
-//! noise of two scales. Sources: sizes in docs/theory/wood.md. Marks of planers and other saws: `tool_marks`. Limits:
+//! noise of two scales. Sources: sizes in docs/theory/wood.md. Marks of planers, other saws
+//! and teeth: `tool_marks`, `saw_teeth`. Limits:
 //! chips pressed into the face are not modelled.
 
 use std::f32::consts::{PI, SQRT_2, TAU};
@@ -12,6 +13,7 @@ use std::f32::consts::{PI, SQRT_2, TAU};
 use base::{BLOCK, Mesh, Stream, Surface, normal};
 use glam::{Vec2, Vec3};
 
+use super::saw_teeth::{SawTeeth, TornLight};
 use super::tool_marks::{ToolMarks, sin_cos};
 use super::{EDGE_MOST, Wood};
 use crate::noise::Noise;
@@ -67,6 +69,7 @@ pub(super) struct SawnSurface {
     /// Cosine and sine of the log's turn [1].
     turn: Vec2,
     marks: ToolMarks,
+    teeth: Option<SawTeeth>,
 }
 
 /// The upper surface along one profile.
@@ -106,6 +109,7 @@ impl SawnSurface {
             strands: ["fine", "middle", "coarse"].map(noise),
             turn: Vec2::new(cos as f32, sin as f32),
             marks: ToolMarks::grow(stream.child("tool"), wood),
+            teeth: SawTeeth::grow(stream.child("teeth"), wood),
         }
     }
 
@@ -152,7 +156,7 @@ impl SawnSurface {
         // Beyond the nominal width, where edges wander, parabola and turn go on.
         let cup = (self.cup / 3.0).max(self.cup * (1.0 / 3.0 - (half.x / self.half.x).powi(2)));
         let warp = warp.max(cup + (self.twist * half.x * half.y).abs());
-        let rise = warp + 2.0 * self.ripple + self.marks.relief();
+        let rise = warp + 2.0 * self.ripple + self.marks();
         let (low, high) = (self.middle - half, self.middle + half);
         (low.extend(0.0), high.extend(self.thickness + rise + 4.0 * self.roughness))
     }
@@ -164,7 +168,12 @@ impl SawnSurface {
 
     /// How far ripple and roughness leave the warped face, but for the rarest strands [mm].
     pub fn relief(&self) -> f32 {
-        2.0 * self.ripple + 4.0 * self.roughness + self.marks.relief()
+        2.0 * self.ripple + 4.0 * self.roughness + self.marks()
+    }
+
+    /// How far marks of tools leave it [mm].
+    fn marks(&self) -> f32 {
+        self.marks.relief() + self.teeth.as_ref().map_or(0.0, SawTeeth::relief)
     }
 
     /// A closed hull without the roughness, down to the conveyor.
@@ -272,12 +281,13 @@ impl SawnProfile<'_> {
             let size = STRANDS_MM[i];
             self.sawn.strands[i].fibres_at(&log.map(|log| log.x / size.x), &log.map(|log| log.y / size.y))
         });
+        let teeth = self.sawn.teeth.as_ref().map(|teeth| teeth.surfaces(&dx, self.dy));
         std::array::from_fn(|n| {
             let strand = |i: usize| {
                 let [height, across, along] = &strands[i];
                 (height[n], Vec2::new(across[n], along[n]))
             };
-            inside[n].then(|| self.face(dx[n], self.roughness(strand)))
+            inside[n].then(|| self.face(dx[n], self.roughness(strand), teeth.map(|teeth| teeth[n])))
         })
     }
 
@@ -287,7 +297,8 @@ impl SawnProfile<'_> {
         let dx = x - self.sawn.middle.x;
         let log = self.across_strands(dx);
         let strand = |i: usize| self.sawn.strands[i].fibres(log / STRANDS_MM[i]);
-        self.is_inside(dx).then(|| self.face(dx, self.roughness(strand)))
+        let teeth = || Some(self.sawn.teeth.as_ref()?.surfaces(&[dx; BLOCK], self.dy)[0]);
+        self.is_inside(dx).then(|| self.face(dx, self.roughness(strand), teeth()))
     }
 
     /// Whether the board is there at `dx` from its middle [mm].
@@ -297,22 +308,29 @@ impl SawnProfile<'_> {
         (left..=right).contains(&dx)
     }
 
-    /// The upper surface at `dx` from the board's middle, where it is as rough as this [mm].
+    /// The upper surface at `dx` from the board's middle, where it is as rough as this and teeth left that [mm].
     #[inline]
-    fn face(&self, dx: f32, roughness: Surface) -> Surface {
+    fn face(&self, dx: f32, roughness: Surface, teeth: Option<Surface>) -> Surface {
         let (warp, ripple) = (self.warp(dx), self.ripple(dx));
         let mut face = Surface {
             z: self.sawn.thickness + warp.z + ripple.z + roughness.z,
             slope_x: warp.slope_x + ripple.slope_x + roughness.slope_x,
             slope_y: warp.slope_y + ripple.slope_y + roughness.slope_y,
         };
-        if !self.sawn.marks.is_empty() {
-            let marks = self.sawn.marks.at(Vec2::new(dx, self.dy));
-            face.z += marks.z;
-            face.slope_x += marks.slope_x;
-            face.slope_y += marks.slope_y;
+        let tools = &self.sawn.marks;
+        let marks = (!tools.is_empty()).then(|| tools.at(Vec2::new(dx, self.dy)));
+        for mark in marks.into_iter().chain(teeth) {
+            face.z += mark.z;
+            face.slope_x += mark.slope_x;
+            face.slope_y += mark.slope_y;
         }
         face
+    }
+
+    /// What torn fibre does to light above `x` [mm]; `None` where no tooth has torn any.
+    pub fn torn(&self, x: &[f32; BLOCK]) -> Option<[TornLight; BLOCK]> {
+        let teeth = self.sawn.teeth.as_ref()?;
+        Some(teeth.lights(&x.map(|x| x - self.sawn.middle.x), self.dy))
     }
 }
 

@@ -83,6 +83,7 @@ fn full() -> Wood {
     wood.anatomy.ray_share = 0.1;
     wood.machining.planer_um = 5.0;
     wood.machining.band_um = 30.0;
+    wood.machining.teeth_um = 8.0;
     wood.machining.circular_um = 20.0;
     wood.machining.circular_radius_mm = 400.0;
     wood

@@ -79,6 +79,7 @@ fn slopes_of_fine_structure_match_differences() {
         base.machining.planer_um = draw(0.0, 10.0);
         base.machining.band_um = draw(0.0, 100.0);
         base.machining.circular_um = draw(0.0, 100.0);
+        base.machining.teeth_um = draw(0.0, 20.0);
         base.grain.torn_um = draw(0.0, 200.0);
         base.grain.fuzzy_um = draw(0.0, 50.0);
         // Walls of vessels are as steep as their differences are wide: few of them.
@@ -486,5 +487,32 @@ fn the_depth_of_a_loose_knot_is_its_greatest() {
             let told = knot.depth_mm;
             assert!((deepest / told - 1.0).abs() < 0.06, "seed {seed}: {deepest} mm deep, {told} told");
         }
+    }
+}
+
+/// Dents of a roller lie a pitch apart in the mean, as deep as asked at most, and no two are alike.
+#[test]
+fn dents_of_a_roller_wear() {
+    for seed in 0..8 {
+        let (mut wood, mut draw) = plain(seed);
+        (wood.marks.roller_um, wood.marks.roller_pitch_mm) = (draw(80.0, 300.0), draw(3.0, 8.0));
+        wood.marks.roller_width_mm = draw(12.0, 40.0);
+        let (plank, pitch) = (grow(seed, &wood), wood.marks.roller_pitch_mm as f32);
+        let dent = plank.instances().iter().find(|known| known.class == base::Class::RollerMark).expect("a roller");
+        // The middle of the row that is nearer to the board's.
+        let x = dent.x_mm - 0.25 * wood.marks.roller_width_mm * dent.x_mm.signum();
+        let first = (25.0 / pitch).ceil();
+        // The deepest point of each tooth's cell.
+        let deepest = |tooth: usize| {
+            let y = |i: usize| pitch * (first + tooth as f32 + i as f32 / 60.0);
+            let depths =
+                (0..60).flat_map(|i| heights(&plank, wood.board.thickness_mm, x as f32, std::iter::once(y(i))));
+            -1.0e3 * depths.fold(0.0, f64::min) / wood.marks.roller_um
+        };
+        let depths: Vec<f64> = (0..20).map(deepest).collect();
+        let mean = depths.iter().sum::<f64>() / 20.0;
+        let sd = (depths.iter().map(|depth| (depth - mean).powi(2)).sum::<f64>() / 20.0).sqrt();
+        assert!(depths.iter().all(|&depth| depth < 1.001) && mean > 0.2, "seed {seed}: {depths:?}");
+        assert!(sd > 0.1 * mean, "seed {seed}: {mean} of the depth, spread {sd}");
     }
 }

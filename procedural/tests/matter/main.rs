@@ -8,6 +8,7 @@ mod extremes;
 mod fine_structure;
 mod gran_1;
 mod knots;
+mod saw_teeth;
 mod solid;
 mod stem;
 mod stem_statistics;
