@@ -80,7 +80,8 @@ impl Trunk {
     pub fn grow(stream: Stream, wood: &Wood) -> Self {
         let (board, log) = (&wood.board, &wood.log);
         let tilt = libm::tan(log.pith_tilt_deg.to_radians()) as f32;
-        let straight = Vec2::new(log.pith_offset_mm as f32, (board.thickness_mm - log.pith_depth_mm) as f32);
+        let straight =
+            Vec2::new(log.pith_offset_mm as f32, (board.thickness_mm - log.depth_mm(board.thickness_mm)) as f32);
         // The root mean square is that of the distance; sideways and upwards share it.
         let wander = log.pith_wander_mm as f32 * std::f32::consts::FRAC_1_SQRT_2;
         let bends = |name: &str| {

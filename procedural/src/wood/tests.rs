@@ -72,7 +72,7 @@ fn fibres_are_unit_vectors_and_lie_in_the_growth_surface() {
 #[test]
 fn fibres_dive_most_at_a_living_branch_and_turn_nowhere_at_once() {
     let mut wood = Wood::from_values(&mut |p| p.default);
-    wood.knots.sound_count = 1.0;
+    (wood.knots.sound_count, wood.knots.bulge_log_sd, wood.knots.lean_sd_deg) = (1.0, 0.0, 0.0);
     wood.log.spiral_deg = 0.0;
     wood.log.spiral_slope_deg_per_mm = 0.0;
     for seed in 0..40 {
