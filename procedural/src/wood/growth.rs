@@ -1,14 +1,15 @@
 //! How the trunk grew around its knots: time of growth and fibre direction at a point.
 //!
 //! Models: time of growth t as the distance from the pith with a slight waviness, less the bulges around knots. Fibres
-//! follow the pith, are turned by the spiral grain (none at the pith itself, half of the law 5 mm from it: a guess),
-//! pushed aside by the flow around every knot, and then laid into the growth surface t = const, f = normalise(f0 - (f0 n) n) with n along grad t. Inside a branch fibres run along its
-//! axis. Branch and stem meet without a passage: tissues of both are laid over each other by turns, year after year
-//! (Shigo 1985). Fibres that turned from one into the other would pass the angle at which guided light meets the
-//! camera, and give each sound knot the same bright rim. Sources: Foley (2001) for fibres in growth surfaces;
-//! Säll (2002) for the spiral; `bulge` and `grain_flow` for the rest. Around a branch that ended inside the stem all of
-//! this fades (`knot`). Limits: the disturbances of several knots add up; a branch's collar has no swelling of its own;
-//! fibres that bend out of the stem into a living branch from below do so within its outline, at once.
+//! follow the pith. The spiral grain turns them, of which there is none at the pith itself and half of the law 5 mm
+//! from it (a guess). Every knot pushes them aside. Then they are laid into the growth surface t = const, f =
+//! normalise(f0 - (f0 n) n) with n along grad t. Inside a branch fibres run along its axis. Branch and stem meet
+//! without a passage: tissues of both are laid over each other by turns, year after year (Shigo 1985). Fibres that
+//! turned from one into the other would pass the angle at which guided light meets the camera, and give each sound knot
+//! the same bright rim. Sources: Foley (2001) for fibres in growth surfaces; Säll (2002) for the spiral; `bulge` and
+//! `grain_flow` for the rest. Around a branch that ended inside the stem all of this fades (`knot`). Limits: the
+//! disturbances of several knots add up; a branch's collar has no swelling of its own; fibres that bend out of the stem
+//! into a living branch from below do so within its outline, at once.
 
 use std::sync::Arc;
 

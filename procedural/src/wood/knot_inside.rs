@@ -62,7 +62,7 @@ struct Check {
     direction: Vec2,
     /// Where it ends [half widths]; 0 is no crack.
     end: f32,
-    /// Its width at a third of its length over the half width [1].
+    /// Its width at the pith over the half width [1]; it closes towards its end.
     width: f32,
 }
 
@@ -165,8 +165,7 @@ impl KnotInside {
             if !(0.0..1.0).contains(&share) {
                 continue;
             }
-            // Widest at a third of its length, closed at both ends.
-            let taper = 6.75 * share * (1.0 - share) * (1.0 - share);
+            let taper = 1.0 - share * share;
             let half = 0.5 * taper * (check.width * half_width).min(CHECK_WIDTH[1]);
             let wander = CHECK_WANDER[0] * ahead * self.years.line(ahead / CHECK_WANDER[1]).0;
             let aside = (check.direction.perp_dot(offset) - wander).abs();
@@ -242,7 +241,8 @@ mod tests {
                 inside.pith = Vec2::ZERO;
                 inside.compression = 0.0;
                 let [rim, heart] = [[0.95, 1.0], [0.2, 0.25]].map(|[a, b]| mean_sd(&disc(&inside, a, b)).0);
-                whole.push(rim - inside.heart[0] * (1.0 - smoothstep(0.0, inside.heart[1], 0.975) - HEART_HALF));
+                let left = 1.0 - smoothstep(0.0, inside.heart[1], 0.975) - HEART_HALF;
+                whole.push(rim - f64::from(inside.heart[0] * left));
                 hearts.push(heart - rim);
             }
             let ((_, spread), (gap, _)) = (mean_sd(&whole), mean_sd(&hearts));

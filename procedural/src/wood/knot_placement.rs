@@ -1,9 +1,9 @@
 //! Where knots meet the upper surface.
 //!
 //! Models: each knot proposes places, uniform over the face, from its own stream and takes the first that fits: its
-//! outline inside the board unless edges may cut it, clear of the knots before it, not too flat against the surface, and far enough from the
-//! pith for its width. Where none fits it takes the one that misses by least. So a further knot leaves the earlier
-//! ones alone, and the knots of one kind only move where those of the other are in their way.
+//! outline inside the board unless edges may cut it, clear of the knots before it, not too flat against the surface,
+//! and far enough from the pith for its width. Where none fits it takes the one that misses by least. So a further knot
+//! leaves the earlier ones alone, and the knots of one kind only move where those of the other are in their way.
 //! Limits: no whorls; the number, not the forest, decides how many knots a board has. `stem` is the other way.
 
 use base::{Class, Instance, Stream};

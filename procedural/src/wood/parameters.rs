@@ -91,7 +91,8 @@ parameters! {
 parameters! {
     /// The log that the board was cut from.
     log: Log {
-        /// Depth of the pith below the upper surface, before the board is turned over; negative is above it, so that the bark side lies down.
+        /// Depth of the pith below the upper surface, before the board is turned over; negative is above it, so that
+        /// the bark side lies down.
         pith_depth_mm: -400.0, 400.0, 70.0, "[G]", needs [PLACED];
         /// Offset of the pith along the laser line from the board's middle; to the other side where the board is
         /// turned.
@@ -164,7 +165,7 @@ parameters! {
         cut_share: 0.0, 1.0, 0.0, "free; saws don't mind", needs [PLACED], of [KNOTS];
         /// Standard deviation of the logarithm of the bulge of rings around a knot, and so of the dive of its fibres.
         bulge_log_sd: 0.0, 1.5, 0.5, "[E]", needs [GROWN], of [KNOTS];
-        /// Standard deviation of the slope along the grain that rings have at a knot besides, from knot to knot.
+        /// Standard deviation of the slope along the grain that rings have on either side of a knot besides.
         lean_sd_deg: 0.0, 20.0, 5.0, "[E]", needs [GROWN], of [KNOTS];
         /// Standard deviation of the logarithm of the absorption from knot to knot.
         tone_log_sd: 0.0, 1.5, 0.5, "[P] 0.6 live, 0.7 dead", needs [GROWN], of [KNOTS];

@@ -244,5 +244,8 @@ mod tests {
         wood.log.pith_tilt_deg = 1.0;
         let deeper = Trunk::grow(Stream::root(1), &wood).place(10.0, 125.0 + 100.0, top).r;
         assert!((deeper - 70.0 - 100.0 * 1.0_f32.to_radians().tan()).abs() < 1.0e-3);
+        (wood.log.pith_tilt_deg, wood.log.flipped) = (0.0, 1.0);
+        let place = Trunk::grow(Stream::root(1), &wood).place(10.0, 60.0, top);
+        assert!((place.r - (70.0 - top)).abs() < 1.0e-4 && place.outward.distance(-Vec2::Y) < 1.0e-4);
     }
 }
