@@ -73,20 +73,21 @@ def measured(window, mm=PIXEL_MM):
 
 
 def seen_extent(window, box, mm):
-    """How large a dark thing in a box looks (along, across) [px]: the piece of the picture, smoothed by 0.3 mm, that is darker than the
-    geometric mean of its surroundings and of the darker quarter of its middle. None where it is cut, faint, or runs out of
-    twice the box, into something else."""
+    """How large a dark thing in a box looks (along, across) [px]: the piece of ln(tone), smoothed by 0.3 mm, that is darker than the
+    geometric mean of its surroundings and of the median of its middle. None where it is cut, faint, or runs out of twice the
+    box, into something else."""
     if not uncut(box, window.tone.shape):
         return None
     _, x, y, w, h = box
     clear = window.known & ~covered(window.tone.shape, window.boxes, grow=0.25)
     base = surroundings(window.tone, clear, box)
-    dark = np.percentile(middle_of(window.tone, box), 25)
+    dark = np.median(middle_of(window.tone, box))
     if not base or dark > FAINT * base:
         return None
     y0, x0 = max(0, int(y - h / 2)), max(0, int(x - w / 2))
-    here = window.tone[y0:int(y + 1.5 * h), x0:int(x + 1.5 * w)]
-    pieces, marks = cv2.connectedComponents((gaussian(here, [0.3 / side for side in mm]) < np.sqrt(dark * base)).astype(np.uint8))
+    ln = np.log(np.maximum(window.tone[y0:int(y + 1.5 * h), x0:int(x + 1.5 * w)], 1e-4))
+    dark_side = gaussian(ln, [0.3 / side for side in mm]) < (np.log(max(dark, 1e-4)) + np.log(base)) / 2
+    pieces, marks = cv2.connectedComponents(dark_side.astype(np.uint8))
     inner = marks[int(y - y0 + 0.2 * h):int(y - y0 + 0.8 * h), int(x - x0 + 0.2 * w):int(x - x0 + 0.8 * w)]
     counts = np.bincount(inner.ravel(), minlength=pieces)[1:]
     if not counts.size or counts.max() == 0:

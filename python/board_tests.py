@@ -1,13 +1,15 @@
 """What tells simulated boards from photographs, and sound knots from dead ones by clear wood alone, for likeness.py.
 
-`ring_test` asks a forest for the kind of a knot by the ring of clear wood 1.5 to 3 mm outside of its box, `told_apart` a small network
+`ring_test` asks a forest for the kind of a knot by the ring of clear wood 1.5 to 3 mm outside of its box. Some forty knots are so few
+that a forest that knows nothing answers worse than by chance: what is left to learn from lies on the other side of what was taken out.
+So it is compared with answers about shuffled kinds, and with as few simulated knots. `told_apart` asks a small network
 whether a window of 64 x 64 px, brightness and contrast equalised, is of the one set of boards or of the other, and `spectra` where
 they differ. Boards, not windows or knots, are dealt into what is learned from and what is asked.
 """
 
 from collections import namedtuple
 
-from board_windows import PIXEL_MM, covered, cv2, needed, np, resized
+from board_windows import KNOTS, PIXEL_MM, covered, cv2, needed, np, resized
 
 with needed():
     import torch
@@ -19,9 +21,13 @@ SECTORS = 8
 # Side of the network's windows [px], and how many of them are cut from each board.
 SIDE = 64
 EACH = 60
+# Batches of 64 windows that the network learns from.
+STEPS = 250
 
 # A share of right answers, the mean of that of both kinds [1], its 95 % interval by boards, and of how many answers.
 Balanced = namedtuple("Balanced", "share low high answers")
+# Features of rings [n, features], whether each knot is dead, and its board.
+Rings = namedtuple("Rings", "told dead board")
 # Windows [n, 64, 64] of equalised ln(tone) and the number of each one's board.
 Cut = namedtuple("Cut", "x board")
 
@@ -104,29 +110,49 @@ def votes(made, x, classes):
     return shares
 
 
-def ring_test(windows, folds=5, seeds=3):
-    """Balanced accuracy of sound knots (0) against dead ones (1) by the ring around them; None where one kind is not there."""
+def rings_of(windows):
+    """Features of the rings of all knots, whether each knot is dead (1) or sound (0, cracked ones too), and its board."""
     told, kinds, boards = [], [], []
     for window in windows:
         for box in window.boxes:
-            features = ring_features(window, box) if box.kind in ("Live_Knot", "Dead_Knot") and min(box.w, box.h) >= 8 else None
+            features = ring_features(window, box) if box.kind in KNOTS and min(box.w, box.h) >= 8 else None
             if features is not None:
                 told.append(features)
                 kinds.append(int(box.kind == "Dead_Knot"))
                 boards.append(window.board)
-    kinds, boards = np.array(kinds), np.array(boards)
-    if len(np.unique(kinds)) < 2:
+    return Rings(np.array(told), np.array(kinds), np.array(boards))
+
+
+def ring_test(rings, folds=5, seeds=3):
+    """Balanced accuracy of a forest about the kind of knots by the rings around them; None where one kind is not there."""
+    if len(np.unique(rings.dead)) < 2:
         return None
-    told, names = np.array(told), np.unique(boards)
-    share = np.zeros(len(kinds))
+    names = np.unique(rings.board)
+    share = np.zeros(len(rings.dead))
     for seed in range(seeds):
         dealt = np.random.default_rng(seed).permutation(len(names)) % folds
-        fold = dealt[np.searchsorted(names, boards)]
+        fold = dealt[np.searchsorted(names, rings.board)]
         for number in range(folds):
             learn, ask = fold != number, fold == number
-            if ask.any() and len(np.unique(kinds[learn])) == 2:
-                share[ask] += votes(forest(told[learn], kinds[learn], seed), told[ask], 2)[:, 1]
-    return balanced(kinds, (share > seeds / 2).astype(int), boards)
+            if ask.any() and len(np.unique(rings.dead[learn])) == 2:
+                share[ask] += votes(forest(rings.told[learn], rings.dead[learn], seed), rings.told[ask], 2)[:, 1]
+    return balanced(rings.dead, (share > seeds / 2).astype(int), rings.board)
+
+
+def shuffled(rings, seed):
+    """The same rings with kinds dealt out anew, so that there is nothing to learn."""
+    return rings._replace(dead=np.random.default_rng(seed).permutation(rings.dead))
+
+
+def as_few(rings, few, seed):
+    """As many sound and dead knots as `few` has, drawn from `rings`; None where there are not so many."""
+    random, chosen = np.random.default_rng(seed), []
+    for kind in (0, 1):
+        places, count = np.flatnonzero(rings.dead == kind), (few.dead == kind).sum()
+        if count > len(places):
+            return None
+        chosen.append(random.permutation(places)[:count])
+    return Rings(*(column[np.concatenate(chosen)] for column in rings))
 
 
 def cut_windows(windows, shrink, seed=0, each=EACH):
@@ -160,17 +186,16 @@ def small_network():
                                torch.nn.Linear(planes, 1))
 
 
-def taught(x, y, seed, epochs):
-    """The network after windows of both kinds, in each epoch as many of the one as of the other, each mirrored or not."""
+def taught(x, y, seed, steps):
+    """The network after `steps` batches of windows, as many of the one kind as of the other, each mirrored or not."""
     torch.manual_seed(seed)
     model, x, kinds = small_network(), torch.from_numpy(x)[:, None], [np.flatnonzero(y == kind) for kind in (0, 1)]
     random, half = np.random.default_rng(seed), 32
-    steps = max(1, max(map(len, kinds)) // half)
     optimiser = torch.optim.AdamW(model.parameters(), lr=3e-3, weight_decay=1e-2)
-    schedule = torch.optim.lr_scheduler.OneCycleLR(optimiser, 3e-3, total_steps=epochs * steps, pct_start=0.2)
+    schedule = torch.optim.lr_scheduler.OneCycleLR(optimiser, 3e-3, total_steps=steps, pct_start=0.2)
     target = torch.cat([torch.zeros(half), torch.ones(half)])
     model.train()
-    for _ in range(epochs * steps):
+    for _ in range(steps):
         seen = x[np.concatenate([random.choice(kind, half) for kind in kinds])]
         for axis in (2, 3):
             mirror = torch.from_numpy(random.random(len(seen)) < 0.5)
@@ -183,7 +208,7 @@ def taught(x, y, seed, epochs):
     return model.eval()
 
 
-def told_apart(one, other, seed=0, epochs=8):
+def told_apart(one, other, seed=0, steps=STEPS):
     """Balanced accuracy of the network on boards that it has not seen, half of both kinds' boards at a time, and its logits, those of
     `one` first; above 0 says `other`."""
     x = np.concatenate([one.x, other.x])
@@ -195,19 +220,19 @@ def told_apart(one, other, seed=0, epochs=8):
         half.update(zip(random.permutation(boards).tolist(), (np.arange(len(boards)) % 2).tolist()))
     part, logits = np.array([half[name] for name in board.tolist()]), np.zeros(len(x), np.float32)
     for asked in (0, 1):
-        model = taught(x[part != asked], y[part != asked], seed, epochs)
+        model = taught(x[part != asked], y[part != asked], seed, steps)
         with torch.no_grad():
             logits[part == asked] = torch.cat([model(some)[:, 0] for some in torch.from_numpy(x[part == asked])[:, None].split(256)])
     return balanced(y, (logits > 0).astype(int), board), logits
 
 
-def control(cut, deals, epochs=8):
+def control(cut, deals, steps=STEPS):
     """Mean balanced accuracy over `deals` of the boards of one set into two that differ in nothing, and the mean's standard error."""
     boards, shares = np.unique(cut.board), []
     for deal in range(deals):
         mine = np.isin(cut.board, np.random.default_rng(deal).permutation(boards)[::2])
         one, other = (Cut(cut.x[of], cut.board[of]) for of in (mine, ~mine))
-        shares.append(told_apart(one, other, deal, epochs)[0].share)
+        shares.append(told_apart(one, other, deal, steps)[0].share)
     return float(np.mean(shares)), float(np.std(shares, ddof=1) / np.sqrt(deals))
 
 

@@ -126,7 +126,8 @@ def photographs(folder, part, to=PIXEL_MM):
     pictures, pixel = listed(folder, part)
     for picture in pictures:
         tone = photograph(Path(folder) / picture["file"], picture["crop_px"])
-        boxes = [Box(label["class"], *label["box_px"]) for label in picture["labels"]]
+        # Some boxes that people drew are empty.
+        boxes = [Box(label["class"], *label["box_px"]) for label in picture["labels"] if min(label["box_px"][2:]) > 0]
         window = Window(picture["file"], tone, np.ones(tone.shape, bool), boxes, covered(tone.shape, boxes))
         yield resampled(window, pixel, to)
 

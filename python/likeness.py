@@ -25,7 +25,8 @@ import sys
 from pathlib import Path
 
 from board_measures import looseness, measured
-from board_tests import SIDE, control, cut_windows, ring_test, spectra, told_apart, torch
+from board_tests import (SIDE, as_few, control, cut_windows, ring_test, rings_of, shuffled, spectra, told_apart,
+                         torch)
 from board_windows import KNOTS, PIXEL_MM, WINDOW_MM, Image, listed, np, photographs, simulated, through_jpeg, widened
 
 PERCENTILES = [5, 25, 50, 75, 95]
@@ -116,6 +117,25 @@ def beside(one, other, logits, path, count=12):
     picture.resize((picture.width * 2, picture.height * 2), Image.Resampling.NEAREST).save(path)
 
 
+def ring_part(real, ours, given):
+    """Prints how well the wood around knots tells sound from dead, and what chance is; what is written of it."""
+    print("\n| sound against dead by the ring around | balanced accuracy | 95 % by board | knots |\n|---|---|---|---|")
+    told, (theirs, mine) = {}, map(rings_of, (real, ours))
+    for name, rings in (("photographs", theirs), ("simulated", mine)):
+        found = ring_test(rings)
+        told[name] = found and found._asdict()
+        print(f"| {name} | {found.share:.3f} | {found.low:.3f} to {found.high:.3f} | {found.answers} |" if found
+              else f"| {name} | one kind is not there | | |", flush=True)
+    draws = {"photographs, kinds shuffled": [shuffled(theirs, seed) for seed in range(given.deals)],
+             "simulated, as few as photographs": [as_few(mine, theirs, seed) for seed in range(given.deals)]}
+    for name, drawn in draws.items():
+        shares = [found.share for rings in drawn if rings is not None for found in [ring_test(rings)] if found]
+        if shares:
+            told[name] = {"mean": float(np.mean(shares)), "sd": float(np.std(shares))}
+            print(f"| {name} | {np.mean(shares):.3f} | standard deviation {np.std(shares):.3f} of {len(shares)} draws | |", flush=True)
+    return told
+
+
 def network_part(real, ours, given):
     """Prints how well windows of each size are told apart, and where the spectra differ; what is written of it."""
     told, like = [], Path(given.real) / listed(given.real, given.part)[0][0]["file"]
@@ -185,13 +205,7 @@ def main():
         told["counts"] = {"photographs": their_counts, "simulated": counts}
         print_table(told["table"], counts, their_counts)
     if "ring" in given.only:
-        print("\n| sound against dead by the ring around | balanced accuracy | 95 % by board | knots |\n|---|---|---|---|")
-        told["ring"] = {}
-        for name, windows in (("photographs", real), ("simulated", ours)):
-            found = ring_test(windows)
-            told["ring"][name] = found and found._asdict()
-            print(f"| {name} | {found.share:.3f} | {found.low:.3f} to {found.high:.3f} | {found.answers} |" if found
-                  else f"| {name} | one kind is not there | | |", flush=True)
+        told["ring"] = ring_part(real, ours, given)
     if "network" in given.only:
         told["network"] = network_part(real, ours, given)
     (given.out / "likeness.json").write_text(json.dumps(told, indent=1) + "\n")
