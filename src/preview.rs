@@ -52,7 +52,8 @@ pub fn draw(scene: &Scene, record: &Record) -> RgbImage {
     let deep = (ends(on_body(&record.maps.scatter)).1 - scatter_dark).max(0.0);
     let scatter: Vec<f32> = record.maps.scatter.iter().map(|v| (v - scatter_dark).max(0.0)).collect();
 
-    let width = 4 * (panel.width + MARGIN) + MARGIN;
+    let panels = if record.maps.grey.is_empty() { 4 } else { 5 };
+    let width = panels * (panel.width + MARGIN) + MARGIN;
     let strip = frame_strip(scene, record, width - 2 * MARGIN);
     let top = HEAD_PX + strip.as_ref().map_or(0, |s| s.height() + FOOT_PX);
     let legend = Legend::of(&record.labels.class, panel.width);
@@ -71,7 +72,7 @@ pub fn draw(scene: &Scene, record: &Record) -> RgbImage {
         format!("sample {}  class {}  split {}  {}", record.index, record.class, record.split.name(), record.id);
     page.words(MARGIN, top - 6, &title);
     let grey = |t: f32| Rgb([(255.0 * t) as u8; 3]);
-    let maps = [
+    let mut maps = vec![
         MapPanel {
             name: "Range (red: missing)",
             values: &record.maps.range,
@@ -91,13 +92,18 @@ pub fn draw(scene: &Scene, record: &Record) -> RgbImage {
             ramp: &grey,
         },
     ];
+    if !record.maps.grey.is_empty() {
+        let high = f32::from(scene.readout.most());
+        let ends = ScaleEnds { low: 0.0, high, unit: "DN" };
+        maps.push(MapPanel { name: "Grey, under lamps", values: &record.maps.grey, ends, ramp: &grey });
+    }
     for (number, map) in maps.into_iter().enumerate() {
         let left = MARGIN + number as u32 * (panel.width + MARGIN);
         page.words(left, top + 15, map.name);
         page.picture(left, top + HEAD_PX, &panel.paint(&map));
         page.scale(left, top + HEAD_PX + panel.height + 8, panel.width, map.ends, map.ramp);
     }
-    let left = MARGIN + 3 * (panel.width + MARGIN);
+    let left = MARGIN + (panels - 1) * (panel.width + MARGIN);
     page.words(left, top + 15, "Labels");
     page.picture(left, top + HEAD_PX, &panel.paint_classes(&record.labels.class));
     if scene.plan.subject() == Subject::Blister {

@@ -3,6 +3,7 @@
 //! `dataset/src/exr.rs` writes a channel, and the rule `exr` of validate checks it.
 
 use self::SampleType::*;
+use crate::row::LIGHT;
 
 /// Type of a channel's samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -118,7 +119,7 @@ impl Channel {
 }
 
 /// Every channel in the order of files (by name, as OpenEXR asks).
-pub const CHANNELS: [Channel; 11] = [
+pub const CHANNELS: [Channel; 12] = [
     Channel::new("FibreAzimuth", "truth_maps", Half, "deg", "-90 to 90")
         .of("wood")
         .means("Angle of the fibre in the surface against the scan direction.", "rounded by at most 0.03 deg"),
@@ -133,6 +134,11 @@ pub const CHANNELS: [Channel; 11] = [
     Channel::new("FilmThickness", "truth_maps", Half, "mm", "0 or more")
         .of("blister")
         .means("Thickness of the film; 0 where there is none.", "rounded by at most 0.2 um below 0.5 mm"),
+    Channel::new("Grey", "grey", Half, "DN", "1 to 255, or to the end of 10 or 12 bits").means(
+        "Digital number under lamps beside the laser; a whole number unless binned. Missing where the lens does not \
+         see the pixel's point.",
+        "as Reflectance",
+    ),
     Channel::new("Height", "truth_maps", Float, "mm", "any").means(
         "True height of the surface.",
         "half would round 20 mm to 0.016 mm; written in steps of 2^-13 mm (0.12 um), which compress",
@@ -176,7 +182,7 @@ pub fn channels(asked: &[String], truth_maps: bool, subject: &str, range: &str, 
     let formed = |c: Channel| match range_form(range).filter(|_| c.name == "Range") {
         Some(form) => Channel { unit: form.unit, range: form.range, doc: form.doc, ..c },
         // Halfs are whole numbers up to 2048 only.
-        None if bits > 8 && c.asked_by == "reflectance" => Channel { samples: Float, ..c },
+        None if bits > 8 && LIGHT.contains(&c.asked_by) => Channel { samples: Float, ..c },
         None => c,
     };
     if asked.is_empty() { Vec::new() } else { CHANNELS.into_iter().filter(|c| holds(c)).map(formed).collect() }

@@ -9,13 +9,19 @@ use crate::column::Values::*;
 pub const SHARES: [&str; 3] = ["measured_share", "saturated_share", "object_in_view"];
 
 /// Images of a row in the order of columns; each is written only where the recipe asks for it.
-pub const IMAGES: [&str; 5] = ["range", "reflectance", "scatter", "label", "instance"];
+pub const IMAGES: [&str; 6] = ["range", "reflectance", "scatter", "grey", "label", "instance"];
+
+/// Those that are measured.
+pub const MEASURED: [&str; 4] = ["range", "reflectance", "scatter", "grey"];
+
+/// Those of them that are digital numbers of one pixel, as deep as the sensor's converter.
+pub const LIGHT: [&str; 2] = ["reflectance", "grey"];
 
 /// Every column in order.
 ///
 /// `seed` is unsigned because it is: a signed column would change seeds from 2^63 on, and every reader that is tested
 /// here knows uint64. `index` is signed because frameworks index with int64.
-pub const ROW: [Column; 28] = [
+pub const ROW: [Column; 29] = [
     Column::of_draws("id", Text, "", Words("UUID, version 5"))
         .means("Name of the sample: follows from recipe, seed and index."),
     Column::of_draws("index", Int64, "1", Words("0 to n - 1")).means("Number of the sample in the dataset."),
@@ -93,6 +99,12 @@ pub const ROW: [Column; 28] = [
     Column::of_images("scatter", Image(16), "DN", Words("0 to 65535, saturates"))
         .missing("0")
         .means("Sum of digital numbers beside the peak, rounded."),
+    Column::of_images("grey", Image(8), "DN", Words("1 to 255; 16 bits, to 1023 or 4095, for 10 or 12"))
+        .missing("0")
+        .since(7)
+        .means(
+            "Digital number under lamps beside the laser, rounded; 0 where the lens does not see the pixel's point.",
+        ),
     Column::of_images("label", Image(8), "", Words("number of a pixel class")).means("What each pixel really shows."),
     Column::of_images("instance", Image(16), "", Words("0 for none, else `objects.instance`"))
         .means("Which defect or pocket each pixel really shows."),

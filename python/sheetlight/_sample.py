@@ -173,6 +173,14 @@ class Sample:
         return self._measured("scatter")
 
     @property
+    def grey(self) -> NDArray[np.float32]:
+        """Digital number under lamps beside the laser [DN], float32; NaN where the lens does not see the pixel's point.
+
+        Only where the recipe has `lamps`. Dark level included, unless `dark=False`.
+        """
+        return self._measured("grey")
+
+    @property
     def valid(self) -> NDArray[np.bool_]:
         """Whether a pixel is measured, bool."""
         import numpy as np
@@ -277,17 +285,20 @@ class Sample:
 
     @property
     def dark_dn(self) -> dict[str, float]:
-        """What the sensor's dark level, dark current included, adds to `reflectance` and to `scatter` [DN]; `dark=False` takes it off."""
+        """What the sensor's dark level, dark current included, adds to `reflectance`, `scatter` and `grey` [DN]; `dark=False` takes it off."""
         most = 2 ** self._facts.head["images"]["bits"] - 1
         gathered = self._number("exposure", "dark_current_e_per_s") * self._number("exposure", "time_us") * 1e-6
         level = self._number("exposure", "dark_level_dn") * most / 255 + gathered * _known(self._row["physics"]["gain_dn_per_e"])
-        return {"reflectance": level, "scatter": _known(self._row["physics"]["scatter_dark_dn"])}
+        dark = {"reflectance": level, "scatter": _known(self._row["physics"]["scatter_dark_dn"])}
+        if "grey" in self._names():
+            dark["grey"] = self._number("lamps", "dark_level_dn") * most / 255
+        return dark
 
     # All of it.
 
     @property
     def maps(self) -> Mapping[str, NDArray[Any]]:
-        """Every map that is there by name: `range_mm` or `range_px`, `reflectance`, `scatter`, `label`, `instance`, and the truth."""
+        """Every map that is there by name: `range_mm` or `range_px`, `reflectance`, `scatter`, `grey`, `label`, `instance`, and the truth."""
         unit = self._facts.range_unit
         return _Maps(self, [f"range_{unit}" if name == "range" else name for name in self._names()])
 

@@ -39,6 +39,9 @@ if TYPE_CHECKING:
 MEASURED = ("range", "reflectance", "scatter")
 """Channels that are measured: "range" is in mm, or in px of uncalibrated scans."""
 
+LAMPLIT = ("grey",)
+"""Channels that are measured under lamps, by recipes that have them."""
+
 LABELS = ("label", "instance")
 """What is true of each pixel, which an item has where the dataset keeps it."""
 
@@ -49,7 +52,7 @@ ROUNDING = 1e-9
 class Scans(torch.utils.data.Dataset[dict[str, Any]]):  # type: ignore[misc, unused-ignore]
     """Scans by number. An item is a dict:
 
-    - `maps`: float32 `[channels, rows, cols]`; Range and truth in mm (or px, deg), Reflectance and Scatter in DN; `missing` where a
+    - `maps`: float32 `[channels, rows, cols]`; Range and truth in mm (or px, deg), Reflectance, Scatter and Grey in DN; `missing` where a
       pixel is not measured (or off the object, in maps of truth)
     - `valid`: bool `[rows, cols]`, whether a pixel is measured
     - `label`: int64 `[rows, cols]`, class of what each pixel really shows, a position in `pixel_classes`
@@ -81,13 +84,13 @@ class Scans(torch.utils.data.Dataset[dict[str, Any]]):  # type: ignore[misc, unu
             scans: a recipe, whose samples are rendered as they are asked for; or a dataset, whose samples are read
             n: how many; None for all of a dataset
             crop: rows and columns of a window at a place that follows from seed and number [px]; None for whole scans
-            channels: "range", "reflectance", "scatter", and maps of `Sample.truth`
+            channels: "range", "reflectance", "scatter", "grey", and maps of `Sample.truth`
             square_pixels: True for pixels as long as wide, of the longer of the two sides; a number for pixels of that side [mm].
                 Maps are averaged over the area of a pixel, labels are taken at its middle. Sides of pixels are drawn, so that scans
                 become of unlike size: `crop` makes them alike for batches, and must fit the smallest.
             seed: of the places of crops, and of a recipe's draws; None for that of the recipe or dataset
             first: number of the first sample of a recipe; another epoch of fresh samples begins at n, 2 n, ...
-            dark: whether Reflectance and Scatter keep the sensor's dark level; None as the dataset was opened, and True for a recipe
+            dark: whether Reflectance, Scatter and Grey keep the sensor's dark level; None as the dataset was opened, and True for a recipe
             missing: what maps hold where nothing is measured; `math.nan` is possible
 
         Raises:
@@ -112,10 +115,10 @@ class Scans(torch.utils.data.Dataset[dict[str, Any]]):  # type: ignore[misc, unu
             raise TypeError(f"scans: give a Recipe or a Dataset, not {type(scans).__name__}")
         if isinstance(channels, str) or not isinstance(channels, Sequence):
             raise TypeError(f"channels: {channels!r}: give a list of names, such as ['range', 'scatter']")
-        unknown = [str(name) for name in channels if name not in MEASURED and name not in TRUTH]
+        unknown = [str(name) for name in channels if name not in (*MEASURED, *LAMPLIT, *TRUTH)]
         if unknown or not channels:
             raise ValueError(
-                f"channels: {', '.join(unknown) or 'none'}; there are {', '.join((*MEASURED, *TRUTH))}; range is in mm, or in px of "
+                f"channels: {', '.join(unknown) or 'none'}; there are {', '.join((*MEASURED, *LAMPLIT, *TRUTH))}; range is in mm, or in px of "
                 "uncalibrated scans"
             )
         absent = [name for name in channels if name in MEASURED and name not in self._kept]

@@ -11,7 +11,7 @@ use dataset::Fault;
 use recipe::Recipe;
 
 use super::{FRAME_BYTES, TRIANGLE_BYTES, in_flight_of};
-use optical_bench::settings::Output;
+use optical_bench::settings::{Channel, Output};
 use scanner::optics::speckle::{MAX_CACHED_BYTES, bytes_of_stack};
 
 /// Bytes of a pixel while it is rendered: three measured maps, class and instance.
@@ -29,6 +29,9 @@ const WRITTEN_BYTES: u64 = 10;
 /// Bytes of a column of the rows that a thread holds about its band: 98 of 284 bytes on `wood.yaml`; other recipes'
 /// peaks were measured as a whole.
 const BAND_BYTES: u64 = 28_000;
+/// What lamps add to both.
+const GREY_BYTES: u64 = 4;
+const GREY_BAND_BYTES: u64 = 5_000;
 /// What a run takes whatever its recipe and threads: the program, tables of light, and what the allocator keeps.
 /// Measured where samples are so many that all of it was touched: thousands [bytes].
 const BASE_BYTES: u64 = 80 << 20;
@@ -107,7 +110,8 @@ impl MemoryEstimate {
 }
 
 fn bands(recipe: &Recipe, threads: usize) -> u64 {
-    threads as u64 * recipe.size().columns as u64 * BAND_BYTES
+    let lamps = if recipe.output().has(Channel::Grey) { GREY_BAND_BYTES } else { 0 };
+    threads as u64 * recipe.size().columns as u64 * (BAND_BYTES + lamps)
 }
 
 /// Patterns of speckle of a sample, of the finest grain and the most looks that draws have, but for one in 10^4 of a
@@ -128,7 +132,8 @@ fn patterns(recipe: &Recipe) -> u64 {
 }
 
 fn rendered(output: &Output) -> u64 {
-    RENDERED_BYTES + if output.truth_maps { TRUTH_BYTES } else { 0 }
+    let lamps = if output.has(Channel::Grey) { GREY_BYTES } else { 0 };
+    RENDERED_BYTES + lamps + if output.truth_maps { TRUTH_BYTES } else { 0 }
 }
 
 fn encoded(output: &Output) -> u64 {

@@ -3,7 +3,7 @@
 use base::{Body, Gloss, Medium, Need, Parameter, Unmet};
 use dataset::record::Record;
 use optical_bench::parameters::{
-    Bench, CameraParameters, ExposureParameters, LaserParameters, MotionParameters, SpeckleParameters,
+    Bench, CameraParameters, ExposureParameters, LampParameters, LaserParameters, MotionParameters, SpeckleParameters,
 };
 use optical_bench::settings::{
     Filter, LensModel, Optics, PeakChoice, PeakMethod, RangeForm, ScatterDark, ScatterMode, Scheimpflug,
@@ -29,8 +29,9 @@ fn base() -> Scene {
 
 /// The bench with one number changed.
 fn with(bench: &Bench, is_it: impl Fn(&Parameter) -> bool, change: impl Fn(&Parameter, f64) -> f64) -> Bench {
-    let Bench { motion, laser, camera, exposure, speckle, optics } = bench;
-    let values = [motion.values(), laser.values(), camera.values(), exposure.values(), speckle.values()].concat();
+    let Bench { motion, laser, camera, exposure, speckle, lamps, optics } = bench;
+    let [motion, laser, camera] = [motion.values(), laser.values(), camera.values()];
+    let values = [motion, laser, camera, exposure.values(), speckle.values(), lamps.values()].concat();
     let old = |parameter: &Parameter| values.iter().find(|(known, _)| *known == parameter).expect("all of them").1;
     Bench::from_values(&mut |p| if is_it(p) { change(p, old(p)) } else { old(p) }, *optics)
 }
@@ -70,7 +71,7 @@ fn awake(parameter: &Parameter) -> (Scene, Body) {
 
 /// What wakes a number beside which its needs alone do not.
 fn wake(scene: &mut Scene, name: &str) {
-    let Bench { motion, laser, camera, exposure, .. } = &mut scene.bench;
+    let Bench { motion, laser, camera, exposure, lamps, .. } = &mut scene.bench;
     match name {
         // An overfull exposure, and a long one.
         "blooming" => exposure.time_us = 400.0,
@@ -80,6 +81,8 @@ fn wake(scene: &mut Scene, name: &str) {
         // The fan's ends lie on the sensor.
         "fan_soft_ends" | "smile_um" | "smile_cubic_um" => laser.fan_angle_deg = 1.2,
         "point_x_mm" | "point_step_mm" | "point_span_mm" => (laser.power_mw, laser.point_span_mm) = (0.2, 3.0),
+        // Light that wood absorbs otherwise than the laser's.
+        "absorption_decay_nm" => lamps.wavelength_nm = 550.0,
         // The board lies under the line.
         name if name.starts_with("turn_") => motion.turn_axis_y_mm = 10.0,
         // A field as wide as what distortion does.
@@ -101,6 +104,7 @@ fn every_number_of_the_bench_has_an_effect() {
         CameraParameters::PARAMETERS,
         ExposureParameters::PARAMETERS,
         SpeckleParameters::PARAMETERS,
+        LampParameters::PARAMETERS,
     ];
     let mut idle = Vec::new();
     for parameter in tables.into_iter().flatten() {
@@ -121,7 +125,7 @@ fn same(a: &Record, b: &Record) -> bool {
     let same = |a: &[f32], b: &[f32]| a.iter().zip(b).all(|(a, b)| a == b || (a.is_nan() && b.is_nan()));
     let maps = |record: &Record| {
         let maps = &record.maps;
-        [maps.range.clone(), maps.reflectance.clone(), maps.scatter.clone()]
+        [maps.range.clone(), maps.reflectance.clone(), maps.scatter.clone(), maps.grey.clone()]
     };
     maps(a).iter().zip(&maps(b)).all(|(a, b)| same(a, b))
 }

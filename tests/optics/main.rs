@@ -10,6 +10,7 @@ mod effects;
 mod field_edges;
 mod flat_target;
 mod interpolated_rows;
+mod lamps;
 mod laser_keys;
 mod laser_light;
 mod laser_places;

@@ -179,6 +179,21 @@ def test_arrays_are_handed_over():
     assert np.nansum(kept) == total
 
 
+def test_lamps_show_a_grey_map(tmp_path):
+    maps = ["range", "grey"]
+    changes = {**SMALL, "lamps.number": "two", "output.png": maps, "output.exr": maps}
+    written = {key: json.dumps(value) if isinstance(value, list) else value for key, value in changes.items()}
+    write("wood-small", 1, tmp_path / "out", written, "--seed", 3)
+    recipe = sheetlight.Recipe.load("wood-small", changes)
+    sample, stored = recipe.sample(0, seed=3), sheetlight.open(tmp_path / "out")[0]
+    assert same(sample.grey, stored.grey) and "grey" in sample.maps
+    table = pq.read_table(next((tmp_path / "out").rglob("data/**/*.parquet")))
+    assert np.array_equal(pixels(table.to_pylist()[0], "grey"), away(np.nan_to_num(sample.grey)).astype(np.uint8))
+    bare = recipe.sample(0, seed=3, dark=False)
+    level = sample.parameters["lamps.dark_level_dn"]
+    assert sample.dark_dn["grey"] == level and np.nanmax(np.abs(sample.grey - bare.grey - level)) < 1e-4
+
+
 def test_dark_level_is_taken_off_on_request(boards):
     recipe = sheetlight.Recipe.load(boards)
     lit, bare = recipe.sample(2, seed=7), recipe.sample(2, seed=7, dark=False)

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use output_schema::file::{SHARDS_PER_FOLDER, patterns};
-use output_schema::row::{CALIBRATION, OBJECT, ROW};
+use output_schema::row::{CALIBRATION, LIGHT, MEASURED, OBJECT, ROW};
 use output_schema::{ColumnKind, DatasetHead, Generator};
 use serde_json::Value;
 
@@ -86,9 +86,12 @@ fn loading(page: &mut String, head: &DatasetHead, present: &[Split]) {
         let unit = head.range_unit();
         *page += &format!("Range [{unit}] is `range_offset_{unit} + r * range_scale_{unit}` for a pixel r above 0.\n");
     }
-    if png.iter().any(|name| name == "reflectance") && head.images.bits > 8 {
-        *page +=
-            &format!("Reflectance has {} bits, 0 to {}, in 16-bit PNG.\n", head.images.bits, head.images.most_dn());
+    if png.iter().any(|name| LIGHT.contains(&name.as_str())) && head.images.bits > 8 {
+        *page += &format!(
+            "Digital numbers have {} bits, 0 to {}, in 16-bit PNG.\n",
+            head.images.bits,
+            head.images.most_dn()
+        );
     }
     *page += "\n";
 }
@@ -96,7 +99,7 @@ fn loading(page: &mut String, head: &DatasetHead, present: &[Split]) {
 /// What 0 means in these images.
 fn zeros(png: &[String]) -> String {
     let has = |name: &&str| png.iter().any(|one| one == name);
-    let measured = ["range", "reflectance", "scatter"].into_iter().filter(has).collect::<Vec<_>>().join(", ");
+    let measured = MEASURED.into_iter().filter(has).collect::<Vec<_>>().join(", ");
     let missing = if measured.is_empty() { None } else { Some(format!("missing in {measured}")) };
     let label = has(&"label").then(|| "background in label".to_owned());
     let instance = has(&"instance").then(|| "no object in instance".to_owned());
@@ -202,7 +205,7 @@ pub(super) fn description(head: &DatasetHead) -> String {
     let what = objects_in_words(head);
     let light = if is_entered_by_light(head) { "; light spreads below the surface" } else { "" };
     let labels = if holds(head, "label") || holds(head, "instance") { " with pixel-exact labels" } else { "" };
-    let maps: Vec<&str> = ["range", "reflectance", "scatter"].into_iter().filter(|name| holds(head, name)).collect();
+    let maps: Vec<&str> = MEASURED.into_iter().filter(|name| holds(head, name)).collect();
     let maps = match &maps[..] {
         [] => "Numbers and objects of each scan without its measured images".to_owned(),
         [one] => format!("The {one} image as a line-laser profiler measures it"),

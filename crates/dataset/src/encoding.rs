@@ -41,6 +41,8 @@ pub(crate) fn image_of(maps: &Maps, labels: &Labels, channel: Channel, bits: u32
         Channel::Range => Grey::Sixteen(range_numbers(&maps.range, offset, scale)),
         Channel::Reflectance if bits > 8 => Grey::Sixteen(rounded16(&maps.reflectance)),
         Channel::Reflectance => Grey::Eight(rounded8(&maps.reflectance)),
+        Channel::Grey if bits > 8 => Grey::Sixteen(rounded16(&maps.grey)),
+        Channel::Grey => Grey::Eight(rounded8(&maps.grey)),
         Channel::Scatter => Grey::Sixteen(rounded16(&maps.scatter)),
         Channel::Label => Grey::Eight(labels.class.clone()),
         Channel::Instance => Grey::Sixteen(labels.instance.clone()),

@@ -90,13 +90,14 @@ pub(super) fn record_channels<'a>(
         "Reflectance" => map <= 1,
         "Scatter" => map == 0 || map == 2,
         "Y" => map == 1,
+        "Grey" => map == 3,
         _ => false,
     };
     declared.iter().enumerate().map(move |(place, c)| {
         let channel = map_channel(&record.maps, &record.labels, record.truth.as_ref(), c);
         let later = &declared[place + 1..];
-        let Maps { range, reflectance, scatter } = &mut record.maps;
-        for (number, map) in [range, reflectance, scatter].into_iter().enumerate() {
+        let Maps { range, reflectance, scatter, grey } = &mut record.maps;
+        for (number, map) in [range, reflectance, scatter, grey].into_iter().enumerate() {
             if !later.iter().any(|c| needs(c, number)) {
                 *map = Vec::new();
             }
@@ -128,6 +129,7 @@ fn map_channel(maps: &Maps, labels: &Labels, truth: Option<&TruthMaps>, c: &Chan
         "Range" => maps.range.iter().copied().map(stepped).collect(),
         "Scatter" => seen(&maps.scatter),
         "Reflectance" => seen(&maps.reflectance),
+        "Grey" => maps.grey.clone(),
         _ => maps.reflectance.clone(),
     };
     ExrChannel { name: c.name.into(), samples: c.samples, numbers }

@@ -16,6 +16,9 @@ pub struct Maps {
     /// Sum of digital numbers in the side windows [DN]; 0 where missing. Whole numbers unless binned, rectified or less
     /// the dark level.
     pub scatter: Vec<f32>,
+    /// Digital number under lamps [DN]; NaN where the lens does not see the pixel's point. Empty without lamps. Whole
+    /// numbers unless binned.
+    pub grey: Vec<f32>,
 }
 
 /// What is true on the same grid as [`Maps`].

@@ -28,6 +28,7 @@ fn png_bytes(channel: Channel) -> f64 {
     match channel {
         Channel::Range => 1.4,
         Channel::Reflectance => 0.9,
+        Channel::Grey => 0.8,
         Channel::Scatter => 1.3,
         Channel::Label => 0.02,
         Channel::Instance => 0.03,
@@ -39,6 +40,7 @@ fn exr_bytes(channel: Channel) -> f64 {
     match channel {
         Channel::Range => 2.2,
         Channel::Reflectance => 1.6,
+        Channel::Grey => 1.4,
         Channel::Scatter => 1.4,
         Channel::Label | Channel::Instance => 0.05,
     }
@@ -59,7 +61,8 @@ pub fn estimated_bytes_per_sample(output: &Output, size: &Size) -> u64 {
     let exr: f64 = output.exr.iter().map(|&channel| exr_bytes(channel)).sum();
     let truth = if output.truth_maps && !output.exr.is_empty() { TRUTH_BYTES } else { 0.0 };
     let more = f64::from(output.bits.saturating_sub(8)) * BIT_BYTES;
-    let images = (cols * rows) as f64 * (png + exr + truth + 3.0 * more);
+    let deep = if output.has(Channel::Grey) { 5.0 } else { 3.0 };
+    let images = (cols * rows) as f64 * (png + exr + truth + deep * more);
     ROW_BYTES + (images + frame_bytes(output, size)).ceil() as u64
 }
 

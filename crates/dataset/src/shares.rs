@@ -185,6 +185,7 @@ mod tests {
             range: vec![1.0, nan, 1.0, 2.0, nan, 3.0],
             reflectance: vec![255.0, 0.0, 254.4, 254.6, 0.0, 90.0],
             scatter: vec![0.0; 6],
+            grey: Vec::new(),
         };
         let labels = Labels { class: vec![0, 0, 1, 1, 3, 1], instance: vec![0; 6] };
         let shares = SampleShares::of(&maps, &labels, 255, 1.0);
@@ -219,7 +220,7 @@ mod tests {
         let shares = |sound: usize, hole: usize| {
             let all = sound + hole;
             let range = [vec![1.0; sound], vec![f32::NAN; hole]].concat();
-            let maps = Maps { range, reflectance: vec![100.0; all], scatter: vec![0.0; all] };
+            let maps = Maps { range, reflectance: vec![100.0; all], scatter: vec![0.0; all], grey: Vec::new() };
             let class = [vec![Class::Clear as u8; sound], vec![Class::KnotHole as u8; hole]].concat();
             SampleShares::of(&maps, &Labels { class, instance: vec![0; all] }, 255, 1.0)
         };

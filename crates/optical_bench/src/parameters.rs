@@ -217,6 +217,42 @@ parameters! {
     }
 }
 
+const LAMPS: Need = On("lamps.number", &["one", "two"]);
+const TWO_LAMPS: Need = On("lamps.number", &["two"]);
+
+parameters! {
+    /// Lamps of diffuse light beside the laser, and how the sensor takes their light: the map `grey`. DN count on the
+    /// scale of 8 bits.
+    lamps: LampParameters {
+        /// Wavelength of the light that is measured.
+        wavelength_nm: 400.0, 1100.0, 660.0, "[M] red; the laser's, which media are given at", needs [LAMPS];
+        /// Difference of wavelengths over which absorption falls by a factor e: that of wood's brown dyes. Needs a
+        /// wavelength that is not the laser's.
+        absorption_decay_nm: 20.0, 2000.0, 110.0, "[M] spruce, 450 to 650 nm", needs [LAMPS];
+        /// Angle of the lamp from upright, in the plane across the line; above 0 on the side that profiles to come lie
+        /// on.
+        tilt_deg: -60.0, 60.0, 45.0, "[M] 30 to 60", needs [LAMPS];
+        /// The same of the second lamp.
+        second_tilt_deg: -60.0, 60.0, -45.0, "[M]", needs [TWO_LAMPS];
+        /// Share of the lamps' light that the second one gives.
+        second_share: 0.0, 1.0, 0.5, "[M]", needs [TWO_LAMPS];
+        /// Angle under which a lamp is seen from the object, across the line.
+        width_deg: 1.0, 20.0, 8.0, "[M] a bar of 40 mm at 300 mm", needs [LAMPS];
+        /// Share of the light that comes from all sides: housing, conveyor, second reflections.
+        fill: 0.0, 1.0, 0.1, "[M] 0.05 to 0.3", needs [LAMPS];
+        /// Standard deviation on the object of what lens, pixel and movement blur.
+        blur_mm: 0.0, 0.2, 0.04, "[M] half a pixel", needs [LAMPS];
+        /// Mean digital number of a level white surface less the dark level; clear wood has 0.7 of it.
+        white_dn: 1.0, 5000.0, 230.0, "[M] clear wood at 160", needs [LAMPS];
+        /// Electrons at the end of the scale.
+        full_well_e: 500.0, 1000000.0, 15000.0, "[M] 10000 to 40000", needs [LAMPS];
+        /// Mean digital number without light.
+        dark_level_dn: 0.0, 128.0, 5.0, "[M]", needs [LAMPS];
+        /// Standard deviation of a dark pixel.
+        dark_noise_dn: 0.0, 30.0, 0.6, "[M]", needs [LAMPS];
+    }
+}
+
 /// The whole bench of one sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bench {
@@ -230,6 +266,8 @@ pub struct Bench {
     pub exposure: ExposureParameters,
     /// Speckle.
     pub speckle: SpeckleParameters,
+    /// Lamps beside the laser.
+    pub lamps: LampParameters,
     /// What of the camera is the same for all samples.
     pub optics: Optics,
 }
@@ -243,6 +281,7 @@ impl Bench {
             camera: CameraParameters::from_values(value),
             exposure: ExposureParameters::from_values(value),
             speckle: SpeckleParameters::from_values(value),
+            lamps: LampParameters::from_values(value),
             optics,
         }
     }

@@ -49,6 +49,8 @@ words! {
         Reflectance = "reflectance",
         /// Light beside the peak.
         Scatter = "scatter",
+        /// Light of lamps.
+        Grey = "grey",
         /// Class of each pixel.
         Label = "label",
         /// Instance of each pixel.
@@ -78,6 +80,11 @@ pub struct Output {
 }
 
 impl Output {
+    /// Whether an image is written.
+    pub fn has(&self, channel: Channel) -> bool {
+        self.png.contains(&channel) || self.exr.contains(&channel)
+    }
+
     /// Sensor frames kept of a scan.
     pub fn frames(&self, size: &Size) -> usize {
         match self.sensor_stack {
@@ -177,6 +184,18 @@ words! {
     }
 }
 
+words! {
+    /// Lamps of diffuse light beside the laser, which the map `grey` is taken under.
+    Lamps {
+        /// None: no map.
+        None = "none",
+        /// One.
+        One = "one",
+        /// Two.
+        Two = "two",
+    }
+}
+
 /// What of the camera is the same for all samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Optics {
@@ -192,6 +211,8 @@ pub struct Optics {
     pub offset_columns: f64,
     /// From the optical axis to the middle of the sensor's region along the rows [px].
     pub offset_rows: f64,
+    /// Lamps beside the laser.
+    pub lamps: Lamps,
 }
 
 impl Default for Optics {
@@ -204,6 +225,7 @@ impl Default for Optics {
             diffraction: true,
             offset_columns: 0.0,
             offset_rows: 0.0,
+            lamps: Lamps::None,
         }
     }
 }

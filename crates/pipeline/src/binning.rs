@@ -83,7 +83,7 @@ impl Binning {
         out
     }
 
-    /// Means of the measured pixels that show a group's surface.
+    /// Means of the measured pixels that show a group's surface; of light of lamps means of all that there are.
     pub fn maps(self, mut maps: Maps) -> Maps {
         if self.is_none() {
             return maps;
@@ -94,7 +94,8 @@ impl Binning {
             self.mean(known, 0.0)
         };
         let (reflectance, scatter) = (light(maps.reflectance), light(maps.scatter));
-        Maps { range: self.mean(maps.range, f32::NAN), reflectance, scatter }
+        let grey = self.mean(maps.grey, f32::NAN);
+        Maps { range: self.mean(maps.range, f32::NAN), reflectance, scatter, grey }
     }
 
     /// Takes away the heights of a group that are not of the surface of their median, the upper one of an even number,
@@ -206,7 +207,7 @@ mod tests {
         let nan = f32::NAN;
         let range = vec![10.0, nan, 11.0, 10.0, 10.2, 3.0, 10.0, 3.0, 3.2, 10.0, nan, nan];
         let dn = vec![6.0, 0.0, 8.0, 6.0, 8.0, 1.0, 6.0, 1.0, 3.0, 6.0, 0.0, 0.0];
-        let maps = Maps { range, reflectance: dn.clone(), scatter: dn };
+        let maps = Maps { range, reflectance: dn.clone(), scatter: dn, grey: Vec::new() };
         let binning = Binning { cols: 12, columns: 3, rows: 1, step: 2.0 };
         let binned = binning.maps(maps);
         let expected = [10.5, 10.1, 3.1, nan];
@@ -217,7 +218,12 @@ mod tests {
         assert_eq!(binned.scatter, binned.reflectance);
         // Of an even group the upper side, whose class is the greater one too.
         let even = Binning { cols: 2, columns: 2, rows: 1, step: 2.0 };
-        let maps = Maps { range: vec![3.0, 10.0, 10.0, nan], reflectance: vec![1.0; 4], scatter: vec![1.0; 4] };
+        let maps = Maps {
+            range: vec![3.0, 10.0, 10.0, nan],
+            reflectance: vec![1.0; 4],
+            scatter: vec![1.0; 4],
+            grey: Vec::new(),
+        };
         assert_eq!(even.maps(maps).range, [10.0, 10.0]);
         // Truth is that of the label's side.
         let truth = TruthMaps { height: vec![10.0, nan, nan, 10.0, 11.0, nan], below: Below::Solid("mesh") };

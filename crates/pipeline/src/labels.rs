@@ -16,27 +16,55 @@ pub(crate) fn label_row(hits: &[Hit], class: &mut [u8], instance: &mut [u16]) {
 /// is nearest, among those that are lit and seen as long as one of these lies within a pitch. Positions more than half
 /// a pitch beyond either end show the background.
 pub(crate) fn on_grid(hits: &[Hit], first_mm: f64, pitch_mm: f64) -> Vec<Hit> {
-    let sorted = |seen_alone: bool| -> Vec<&Hit> {
-        let mut sorted: Vec<&Hit> = hits.iter().filter(|hit| !seen_alone || (hit.lit && hit.seen)).collect();
+    let of = |GridColumn { x, hit, beyond }| if beyond { background(hits[hit], x) } else { hits[hit] };
+    grid_columns(hits, first_mm, pitch_mm).into_iter().map(of).collect()
+}
+
+/// Puts the light of a profile's hits onto the same positions; NaN beyond the ends.
+pub(crate) fn light_on_grid(hits: &[Hit], first_mm: f64, pitch_mm: f64, light: &mut [f32]) {
+    let own = light.to_vec();
+    for (light, GridColumn { hit, beyond, .. }) in light.iter_mut().zip(grid_columns(hits, first_mm, pitch_mm)) {
+        *light = if beyond { f32::NAN } else { own[hit] };
+    }
+}
+
+/// A position of a grid.
+struct GridColumn {
+    /// Along the line [mm].
+    x: f32,
+    /// The hit that it shows.
+    hit: usize,
+    /// Whether it lies more than half a pitch beyond either end.
+    beyond: bool,
+}
+
+/// What the positions of [`on_grid`] show.
+fn grid_columns(hits: &[Hit], first_mm: f64, pitch_mm: f64) -> Vec<GridColumn> {
+    let sorted = |seen_alone: bool| -> Vec<usize> {
+        let is_asked = |&i: &usize| !seen_alone || (hits[i].lit && hits[i].seen);
+        let mut sorted: Vec<usize> = (0..hits.len()).filter(is_asked).collect();
         // Of two at one position the upper one hides the lower.
-        sorted.sort_by(|a, b| a.x.total_cmp(&b.x).then(b.surface.z.total_cmp(&a.surface.z)));
+        sorted.sort_by(|&a, &b| {
+            let [a, b] = [&hits[a], &hits[b]];
+            a.x.total_cmp(&b.x).then(b.surface.z.total_cmp(&a.surface.z))
+        });
         sorted
     };
     let (seen, all) = (sorted(true), sorted(false));
-    let nearest = |list: &[&Hit], x: f32| -> Option<(f32, Hit)> {
-        let above = list.partition_point(|hit| hit.x < x);
+    let nearest = |list: &[usize], x: f32| -> Option<(f32, usize)> {
+        let above = list.partition_point(|&i| hits[i].x < x);
         // The first of those at one position.
-        let below = above.checked_sub(1).map(|last| list.partition_point(|hit| hit.x < list[last].x));
+        let below = above.checked_sub(1).map(|last| list.partition_point(|&i| hits[i].x < hits[list[last]].x));
         let candidates = [below, Some(above)].into_iter().flatten().filter_map(|i| list.get(i));
-        let apart = |hit: &&Hit| ((hit.x - x).abs(), **hit);
+        let apart = |&i: &usize| ((hits[i].x - x).abs(), i);
         candidates.map(apart).reduce(|a, b| if b.0 < a.0 { b } else { a })
     };
     let at_column = |j: usize| {
         let x = (first_mm + j as f64 * pitch_mm) as f32;
         let near = nearest(&seen, x).filter(|(apart, _)| f64::from(*apart) <= pitch_mm).or_else(|| nearest(&all, x));
-        let ends = [all.first(), all.last()].map(|end| end.map_or(x, |hit| hit.x));
+        let ends = [all.first(), all.last()].map(|end| end.map_or(x, |&i| hits[i].x));
         let beyond = f64::from((ends[0] - x).max(x - ends[1])) > 0.5 * pitch_mm;
-        near.map(|(_, hit)| if beyond { background(hit, x) } else { hit })
+        near.map(|(_, hit)| GridColumn { x, hit, beyond })
     };
     (0..hits.len()).filter_map(at_column).collect()
 }

@@ -22,7 +22,7 @@ use rayon::prelude::*;
 use crate::binning::Binning;
 use crate::effective::{calibration_numbers, effective, typical};
 use dataset::record::{Below, Labels, Maps, Record, StackFrame, TruthMaps};
-use optical_bench::settings::{LogSource, RangeForm, SensorStack, Transport};
+use optical_bench::settings::{Lamps, LogSource, RangeForm, SensorStack, Transport};
 use recipe::{Plan, Scene, Subject};
 use scanner::extract::{MAX_SURFACE_SLOPE, MeasuredProfile, RectifiedGrid, extract, rectify};
 use scanner::frame::{Calibration, Frame, Rig};
@@ -154,6 +154,8 @@ struct BandMaps<'a> {
     range: &'a mut [f32],
     reflectance: &'a mut [f32],
     scatter: &'a mut [f32],
+    /// Empty without lamps.
+    grey: &'a mut [f32],
     class: &'a mut [u8],
     instance: &'a mut [u16],
     truth: Option<Vec<&'a mut [f32]>>,
@@ -164,8 +166,9 @@ impl Scan {
     fn new(scene: &Scene, profiles: usize) -> Self {
         let pixels = scene.size.columns * profiles;
         let map = || vec![0.0f32; pixels];
+        let grey = if scene.bench.optics.lamps == Lamps::None { Vec::new() } else { map() };
         Self {
-            maps: Maps { range: map(), reflectance: map(), scatter: map() },
+            maps: Maps { range: map(), reflectance: map(), scatter: map(), grey },
             labels: Labels { class: vec![0; pixels], instance: vec![0; pixels] },
             truth: scene.output.truth_maps.then(|| truth_maps(scene, pixels)),
             stack: Vec::new(),
@@ -212,10 +215,12 @@ impl Scan {
         let mut truth = maps.map(|maps| maps.into_iter().map(|map| map.chunks_mut(step)).collect::<Vec<_>>());
         let measured = self.maps.range.chunks_mut(step).zip(self.maps.reflectance.chunks_mut(step));
         let measured = measured.zip(self.maps.scatter.chunks_mut(step));
+        let mut grey = self.maps.grey.chunks_mut(step);
         let labelled = self.labels.class.chunks_mut(step).zip(self.labels.instance.chunks_mut(step));
         for (((range, reflectance), scatter), (class, instance)) in measured.zip(labelled) {
             let truth = truth.as_mut().map(|maps| maps.iter_mut().map(|map| map.next().unwrap_or_default()).collect());
-            parts.push(BandMaps { range, reflectance, scatter, class, instance, truth });
+            let grey = grey.next().unwrap_or_default();
+            parts.push(BandMaps { range, reflectance, scatter, grey, class, instance, truth });
         }
         parts
     }
@@ -396,7 +401,11 @@ impl BandMaps<'_> {
                 }
             }
         }
+        sensor.expose_grey(band, self.grey);
         if let Some(grid) = grid {
+            for (grey, profile) in self.grey.chunks_mut(columns).zip(profiles) {
+                labels::light_on_grid(&band.line(profile).hits, grid.first_mm, grid.pitch_mm, grey);
+            }
             let maps = self.range.chunks_mut(columns).zip(self.reflectance.chunks_mut(columns));
             for ((range, reflectance), scatter) in maps.zip(self.scatter.chunks_mut(columns)) {
                 rectify(calibration, grid, MeasuredProfile { range, reflectance, scatter });

@@ -13,10 +13,11 @@ use sheetlight::api::{Below, Fault, Grey, Labels, Maps, Record, RowBatch, Simula
 use crate::errors::{of_fault, of_program};
 
 /// A map by its name here, in the tables (where it is there), and in EXR files.
-const MAPS: [(&str, &str, &str); 10] = [
+const MAPS: [(&str, &str, &str); 11] = [
     ("range", "range", "Range"),
     ("reflectance", "reflectance", "Reflectance"),
     ("scatter", "scatter", "Scatter"),
+    ("grey", "grey", "Grey"),
     ("label", "label", "Label"),
     ("instance", "instance", "Instance"),
     ("height_mm", "", "Height"),
@@ -50,7 +51,7 @@ impl Sample {
     ) -> PyResult<Self> {
         let size = [record.rows, record.cols];
         let maps = PyDict::new(py);
-        let Maps { range, mut reflectance, mut scatter } = std::mem::take(&mut record.maps);
+        let Maps { range, mut reflectance, mut scatter, grey } = std::mem::take(&mut record.maps);
         py.detach(|| {
             missing_as_nan(&range, &mut reflectance);
             missing_as_nan(&range, &mut scatter);
@@ -58,6 +59,9 @@ impl Sample {
         let Labels { class, instance } = std::mem::take(&mut record.labels);
         for (name, map) in [("range", range), ("reflectance", reflectance), ("scatter", scatter)] {
             maps.set_item(name, array(py, size, map)?)?;
+        }
+        if !grey.is_empty() {
+            maps.set_item("grey", array(py, size, grey)?)?;
         }
         maps.set_item("label", array(py, size, class)?)?;
         maps.set_item("instance", array(py, size, instance)?)?;
@@ -150,6 +154,7 @@ impl Sample {
                     range: taken(maps, "range")?,
                     reflectance: taken(maps, "reflectance")?,
                     scatter: taken(maps, "scatter")?,
+                    grey: if maps.contains("grey")? { taken(maps, "grey")? } else { Vec::new() },
                 };
                 whole.labels = Labels { class: taken(maps, "label")?, instance: taken(maps, "instance")? };
                 py.detach(|| simulator.row(whole).and_then(|row| streamed(&row)))
@@ -186,7 +191,7 @@ fn stored_map<'py>(py: Python<'py>, stored: &StoredSample, name: &str) -> PyResu
     }
     let map = py.detach(|| -> Result<_, Fault> {
         let Some(pixels) = stored.image(image)? else { return Ok(None) };
-        let missing = missing_of(stored, &pixels)?;
+        let missing = missing_of(stored, image, &pixels)?;
         let [offset, scale] = if image == "range" { stored.range_scale()? } else { [0.0, 1.0] };
         let value = |(number, missing): (u16, bool)| {
             if missing { f32::NAN } else { (offset + f64::from(number) * scale) as f32 }
@@ -198,9 +203,12 @@ fn stored_map<'py>(py: Python<'py>, stored: &StoredSample, name: &str) -> PyResu
 
 /// Which pixels of a sample of a dataset are not measured: 0 in the image `range`, NaN in any measured channel of the
 /// EXR file. Where neither is there, 0 in Reflectance, which is the peak of a line that was found, or else in the image
-/// that is asked for.
-fn missing_of(stored: &StoredSample, pixels: &Grey) -> Result<Vec<bool>, Fault> {
+/// that is asked for. Light of lamps needs no line: `grey` tells by itself.
+fn missing_of(stored: &StoredSample, image: &str, pixels: &Grey) -> Result<Vec<bool>, Fault> {
     let is_zero = |pixels: &Grey| pixels.numbers().into_iter().map(|number| number == 0).collect();
+    if image == "grey" {
+        return Ok(is_zero(pixels));
+    }
     if let Some(range) = stored.image("range")? {
         return Ok(is_zero(&range));
     }

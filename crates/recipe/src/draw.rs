@@ -164,8 +164,9 @@ impl Recipe {
 impl Scene {
     /// Every drawn number with its declaration, in their order: bench, then object.
     pub fn values(&self) -> Vec<(&'static Parameter, f64)> {
-        let Bench { motion, laser, camera, exposure, speckle, .. } = &self.bench;
-        let bench = [motion.values(), laser.values(), camera.values(), exposure.values(), speckle.values()];
+        let Bench { motion, laser, camera, exposure, speckle, lamps, optics: _ } = &self.bench;
+        let [motion, laser, camera] = [motion.values(), laser.values(), camera.values()];
+        let bench = [motion, laser, camera, exposure.values(), speckle.values(), lamps.values()];
         bench.into_iter().flatten().chain(self.plan.values()).collect()
     }
 

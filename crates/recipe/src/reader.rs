@@ -130,6 +130,7 @@ fn written_keys(yaml: &mut YamlReader, root: &YamlNode) -> WrittenKeys {
             section_keys(yaml, node, section, "", into);
         }
     }
+    settings.list_grey(|path| yaml.has(path));
     for parameter in keys::parameters(subject) {
         parameters.entry(parameter.path()).or_insert(Distribution::Fixed(parameter.default));
     }

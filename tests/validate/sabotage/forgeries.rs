@@ -77,16 +77,24 @@ fn subjects(changes: &[[&str; 2]]) -> Vec<Subject> {
         ("sawtooth", sawtooth_recipe(changes)),
         ("mesh", mesh_recipe(changes)),
     ];
-    let subject = |(name, text): (&'static str, String)| {
-        let (head, samples) = of_recipe(&text, 3);
-        let place = write_as(head.clone(), samples.clone());
-        let expected = ExpectedDataset::of(&Dataset::open(place.path()).expect("it opens")).expect("its recipe loads");
-        Subject { name, head, samples, expected, _place: place }
-    };
-    texts.into_iter().map(subject).collect()
+    texts.into_iter().map(|(name, text)| Subject::of(name, &text)).collect()
+}
+
+/// A small recipe with lamps, whose map is in tables and EXR files.
+fn lamplit(text: &str) -> String {
+    let text = text.replacen("scatter, label]", "scatter, label, grey]", 1).replacen("instance]", "instance, grey]", 1);
+    format!("{text}\nlamps: {{number: two, fill: 0.2}}\n")
 }
 
 impl Subject {
+    /// Of a recipe.
+    fn of(name: &'static str, text: &str) -> Self {
+        let (head, samples) = of_recipe(text, 3);
+        let place = write_as(head.clone(), samples.clone());
+        let expected = ExpectedDataset::of(&Dataset::open(place.path()).expect("it opens")).expect("its recipe loads");
+        Self { name, head, samples, expected, _place: place }
+    }
+
     /// What validation says of forged samples: without rows, and with some that are exposed again.
     fn reports(&self, forged: Vec<Encoded>, rows: RowChoice) -> [ValidationReport; 2] {
         let place = write_as(self.head.clone(), forged);
@@ -130,6 +138,7 @@ fn forge(sample: &mut Encoded, name: &str, change: Change, other: &Encoded) {
         "Range" => Some((Channel::Range, range_numbers(&map, scale[0], scale[1]))),
         "Reflectance" => Some((Channel::Reflectance, map.iter().map(|v| v.round() as u16).collect())),
         "Scatter" => Some((Channel::Scatter, map.iter().map(|v| v.round() as u16).collect())),
+        "Grey" => Some((Channel::Grey, map.iter().map(|v| v.round() as u16).collect())),
         _ => None,
     };
     if let Some((channel, numbers)) = image {
@@ -247,6 +256,27 @@ fn parts_are_told_as_often_as_promised() {
                 let promised = 1.0 - (1.0 - share).powi(places as i32);
                 let error = (promised * (1.0 - promised) / seeds.len() as f64).sqrt();
                 assert!(told >= promised - 4.0 * error, "{what}: promised {promised}, told {told}");
+            }
+        }
+    }
+}
+
+/// Forgeries of the whole map under lamps are told; nothing is of the map as it is.
+#[test]
+fn light_of_lamps_is_exposed_again() {
+    for (name, text) in [("wood", recipe(&[])), ("sawtooth", sawtooth_recipe(&[])), ("mesh", mesh_recipe(&[]))] {
+        let subject = Subject::of(name, &lamplit(&text));
+        let [old, new] = subject.reports(subject.samples.clone(), subject.usual(1));
+        assert!(old.is_clean() && new.is_clean(), "{name}: {old}\n{new}");
+        for (what, change) in WHOLE {
+            let mut forged = subject.samples.clone();
+            let (first, others) = forged.split_at_mut(1);
+            forge(&mut first[0], "Grey", change, &others[0]);
+            if subject.is_whole(&forged, "Grey") {
+                let [_, new] = subject.reports(forged, subject.usual(1));
+                let fault = new.faults.iter().find(|found| found.code == ProfileDiffers);
+                let told = fault.is_some_and(|found| found.fault.what.contains("of `grey`"));
+                assert!(told, "{name}, grey {what}:\n{new}");
             }
         }
     }

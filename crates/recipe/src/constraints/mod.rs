@@ -2,6 +2,7 @@
 
 pub(super) mod bounds;
 mod camera;
+mod lamps;
 mod laser;
 mod motion;
 pub(super) mod needs;
@@ -85,6 +86,7 @@ fn settings(yaml: &mut YamlReader, subject: Option<Subject>, settings: &Settings
     transport::check(yaml, subject, settings);
     picture::settings(yaml, subject, settings);
     slices::settings(yaml, subject, settings);
+    lamps::settings(yaml, subject, settings);
     laser::settings(yaml, settings);
     motion::settings(yaml, subject, settings);
     postprocess::settings(yaml, settings);

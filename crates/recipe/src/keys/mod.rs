@@ -17,13 +17,13 @@ use procedural::solid::{Material, Piece, Placing};
 use procedural::wood::Wood;
 
 use self::settings::{
-    BinSettings, CameraSettings, ExposureSettings, ExtractionSettings, LaserSettings, LogSettings, MeshSettings,
-    MotionSettings, OutputSettings, PictureSettings, PostprocessSettings, ScanSettings, Setting, SlicesSettings,
-    SpeckleSettings, SplitSettings, TransportSettings,
+    BinSettings, CameraSettings, ExposureSettings, ExtractionSettings, LampSettings, LaserSettings, LogSettings,
+    MeshSettings, MotionSettings, OutputSettings, PictureSettings, PostprocessSettings, ScanSettings, Setting,
+    SlicesSettings, SpeckleSettings, SplitSettings, TransportSettings,
 };
 use super::subject::Subject;
 use optical_bench::parameters::{
-    CameraParameters, ExposureParameters, LaserParameters, MotionParameters, SpeckleParameters,
+    CameraParameters, ExposureParameters, LampParameters, LaserParameters, MotionParameters, SpeckleParameters,
 };
 
 /// A group of keys.
@@ -97,6 +97,7 @@ pub(super) static SECTIONS: LazyLock<Vec<RecipeSection>> = LazyLock::new(|| {
         drawn!(CameraParameters, &[], CameraSettings::SETTINGS),
         drawn!(ExposureParameters, &[], ExposureSettings::SETTINGS),
         drawn!(SpeckleParameters, &[], SpeckleSettings::SETTINGS),
+        drawn!(LampParameters, &[], LampSettings::SETTINGS),
     ];
     let objects = of_subject(Wood::GROUPS, &[Subject::Wood]).chain(of_subject(Blister::GROUPS, &[Subject::Blister]));
     let others = [

@@ -14,10 +14,10 @@ use crate::asset::Asset;
 use crate::asset_source::AssetSource;
 use crate::built_in::{GRAN_1, MESHES, PICTURES, STACKS};
 use optical_bench::settings::{
-    Channel, Extraction, Fan, Filter, FirstRow, Hdr, LaserLine, LensModel, LineShape, LogSource, Movement, Optics,
-    Order, Output, PeakChoice, PeakMethod, PeakMethodName, PictureDepth, PictureEncoding, Postprocess, RangeForm,
-    RangeFormName, Readout, ScatterDark, ScatterMode, Scheimpflug, Script, SearchDirection, SensorStack, Size,
-    SpeckleLaw, SpecklePattern, Splits, TextureImage, ThesisMethod, Transport, TransportName,
+    Channel, Extraction, Fan, Filter, FirstRow, Hdr, Lamps, LaserLine, LensModel, LineShape, LogSource, Movement,
+    Optics, Order, Output, PeakChoice, PeakMethod, PeakMethodName, PictureDepth, PictureEncoding, Postprocess,
+    RangeForm, RangeFormName, Readout, ScatterDark, ScatterMode, Scheimpflug, Script, SearchDirection, SensorStack,
+    Size, SpeckleLaw, SpecklePattern, Splits, TextureImage, ThesisMethod, Transport, TransportName,
 };
 use wood_picture::{Face, FibreAxis};
 use yaml::{YamlNode, YamlReader};
@@ -228,6 +228,13 @@ macro_rules! settings {
 }
 
 settings! {
+    lamps: LampSettings at "lamps" {
+        /// Lamps of diffuse light beside the laser; with one or two there is a map `grey`.
+        number: Word<Lamps>(&Lamps::ALL) = Lamps::None, "off; scanners of boards have one or two",
+            needs(While transport.model in [TransportName::Kernel], because "other models know the laser alone"),
+            needs(While motion.kind in [Movement::Linear], because "shadows fall along a straight way");
+    }
+
     scan: ScanSettings at "scan" {
         /// Sensor columns, and columns of the unbinned images.
         columns: Count(MIN_COLUMNS, MAX_COLUMNS, "px") = 2560, "[T]";
@@ -480,10 +487,10 @@ settings! {
     }
 
     output: OutputSettings at "output" {
-        /// Images in the Parquet rows, as PNG.
+        /// Images in the Parquet rows, as PNG; where `lamps` are, `grey` too.
         png: Channels() = [Channel::Range, Channel::Reflectance, Channel::Scatter, Channel::Label].to_vec(), "free";
-        /// Images in the EXR files; `[]` for no EXR files.
-        exr: Channels() = Channel::ALL.to_vec(), "free";
+        /// Images in the EXR files; `[]` for no EXR files. Where `lamps` are, `grey` too.
+        exr: Channels() = Channel::ALL.into_iter().filter(|c| *c != Channel::Grey).collect(), "free";
         /// Whether the EXR files hold noise-free maps too: height, and fibre azimuth and dive, or film thickness and
         /// gap.
         truth_maps: Flag() = true, "free";
@@ -502,6 +509,17 @@ settings! {
 }
 
 impl Settings {
+    /// Adds the map `grey` to the lists of images that the recipe does not write itself, where there are lamps.
+    pub fn list_grey(&mut self, is_written: impl Fn(&str) -> bool) {
+        let OutputSettings { png, exr, .. } = &mut self.output;
+        for (path, list) in [("output.png", png), ("output.exr", exr)] {
+            if self.lamps.number != Lamps::None && !is_written(path) {
+                list.push(Channel::Grey);
+                list.sort_unstable();
+            }
+        }
+    }
+
     /// Sizes of the scan.
     pub fn size(&self) -> Size {
         Size { columns: self.scan.columns, rows: self.camera.rows, profiles: self.scan.profiles }
@@ -542,7 +560,7 @@ impl Settings {
     pub fn optics(&self) -> Optics {
         let CameraSettings { rows: _, scheimpflug, lens, diffraction, filter, offset_columns, offset_rows } =
             self.camera;
-        Optics { scheimpflug, lens, filter, diffraction, offset_columns, offset_rows }
+        Optics { scheimpflug, lens, filter, diffraction, offset_columns, offset_rows, lamps: self.lamps.number }
     }
 
     /// How a profile is read.

@@ -146,7 +146,8 @@ fn draws_stay_within_bounds_and_bounds_within_the_range() {
 /// The declarations in the order of [`Scene::draws`].
 fn declared(scene: &Scene) -> Vec<&'static Parameter> {
     let b = &scene.bench;
-    let bench = [b.motion.values(), b.laser.values(), b.camera.values(), b.exposure.values(), b.speckle.values()];
+    let light = [b.exposure.values(), b.speckle.values(), b.lamps.values()].concat();
+    let bench = [b.motion.values(), b.laser.values(), b.camera.values(), light];
     bench.into_iter().flatten().chain(scene.plan.values()).map(|(parameter, _)| parameter).collect()
 }
 

@@ -20,6 +20,7 @@ pub mod camera;
 pub mod encoder;
 mod expose;
 mod full_frame;
+mod lamps;
 mod laser;
 mod light;
 mod readout;

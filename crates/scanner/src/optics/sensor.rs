@@ -5,11 +5,12 @@ use glam::Vec3;
 
 use super::camera::Camera;
 use super::encoder::Encoder;
+use super::lamps::{GreyCamera, Lamps};
 use super::readout::{SignalChain, ThesisScripts};
 use super::scan_line::{Highlights, LineMaker, surface_point};
 use super::speckle::coherence::{Coherence, coherence_per_mm, path_contrast};
 use super::speckle::{AnchoredSpeckle, PatternCache, SpeckleConditions};
-use super::window::{ScanGeometry, SecondLine};
+use super::window::{Band, ScanGeometry, SecondLine};
 use crate::frame::Calibration;
 use crate::specimen::{Hit, Specimen, turntable::Turntable};
 use optical_bench::parameters::Bench;
@@ -64,6 +65,8 @@ pub struct Sensor {
     /// Light in one pixel under which secondary light is left out [e-].
     pub(super) faint: f32,
     pub(super) line_solver: Option<Box<dyn LineSolver>>,
+    /// The map `grey`; `None` without lamps.
+    pub(super) grey: Option<GreyCamera>,
     pub(super) maker: LineMaker,
 }
 
@@ -88,6 +91,12 @@ impl Sensor {
         let conditions = SpeckleConditions { grain, rows_per_mm, height, paths: f64::from(patterns), travel };
         let encoder = Encoder::new(&bench.motion, stream.child("travel"));
         let scripted = setup.postprocess.order != Order::Physical;
+        let geometry = ScanGeometry::new(encoder, step, rows_per_mm, exposed_share, setup.turn.is_some());
+        let lamps = Lamps::new(bench);
+        let column_mm = f64::from(sight.column_mm);
+        let grey = lamps.clone().map(|lamps| {
+            GreyCamera::new(lamps, bench, setup.readout, [step, column_mm], geometry.halo(), stream.child("grey"))
+        });
         // On the scale of 8 bits, whatever the converter.
         let gain = ((255.0 - bench.exposure.dark_level_dn) / bench.exposure.full_well_e) as f32;
         Self {
@@ -101,7 +110,8 @@ impl Sensor {
             ),
             scripts: scripted
                 .then(|| ThesisScripts::new(setup.postprocess, bench, setup.readout, stream.child("postprocess"))),
-            geometry: ScanGeometry::new(encoder, step, rows_per_mm, exposed_share, setup.turn.is_some()),
+            geometry,
+            grey,
             second: SecondLine::new(&bench.laser, step),
             turn: setup.turn,
             size,
@@ -112,6 +122,7 @@ impl Sensor {
                 &camera,
                 Highlights::new(&bench.laser, stream.child("shining")),
                 coherence,
+                lamps,
                 size.columns,
                 height,
             ),
@@ -164,6 +175,14 @@ impl Sensor {
     /// Offsets of the sensor's rows in exposure `profile` [DN]; common to all tiles of the profile.
     pub fn row_offsets(&self, profile: usize, offsets: &mut Vec<f32>) {
         self.chain.row_offsets(profile, offsets);
+    }
+
+    /// Exposes a band under lamps: fills `grey`, `[profiles, columns]`, NaN where the lens does not see the point of a
+    /// profile; leaves it where there are no lamps [DN].
+    pub fn expose_grey(&self, band: &Band, grey: &mut [f32]) {
+        if let Some(camera) = &self.grey {
+            camera.expose(band, grey);
+        }
     }
 
     /// Scan lines that a profile needs before and behind its own, and one for the front faces of the last.

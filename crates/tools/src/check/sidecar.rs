@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use dataset::atomic_file::sha256;
 use output_schema::DatasetHead;
+use output_schema::row::MEASURED;
 
 use super::CheckError;
 use super::trained_on::TrainedOn;
@@ -25,8 +26,6 @@ pub const ENDINGS: [&str; 3] = ["yaml", "yml", "json"];
 
 /// Keys of a channel.
 const CHANNEL_KEYS: [&str; 6] = ["name", "unit", "mean", "sd", "missing", "relative"];
-/// Maps that a channel may name.
-const CHANNEL_NAMES: [&str; 3] = ["range", "reflectance", "scatter"];
 /// Units that a channel may name.
 const UNITS: [&str; 3] = ["mm", "px", "DN"];
 
@@ -314,9 +313,9 @@ fn read_channel(yaml: &mut YamlReader, node: &YamlNode, i: usize, head: &Dataset
     let mut map = if short { None } else { Some(yaml.mapping(node, &path)) };
     let name = match &mut map {
         None => Some(node),
-        Some(map) => required(yaml, map, "name", &format!("one of {}", CHANNEL_NAMES.join(", "))),
+        Some(map) => required(yaml, map, "name", &format!("one of {}", MEASURED.join(", "))),
     };
-    let found = name.and_then(|node| yaml.word(node, &path, &CHANNEL_NAMES));
+    let found = name.and_then(|node| yaml.word(node, &path, &MEASURED));
     if let Some((node, name)) = name.zip(found).filter(|(_, name)| !head.images.holds(name)) {
         let remedy = format!("write `output: {{png: [..., {name}]}}` in the recipe and make the dataset anew");
         yaml.fault(node.place, &path, format!("the dataset has no images of `{name}`"), remedy);

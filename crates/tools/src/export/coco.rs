@@ -84,10 +84,13 @@ impl Export for Coco {
     }
 
     fn check_for(&self, head: &DatasetHead) -> Result<(), String> {
-        if self.is_stored() && self.pictures.image == PictureContent::Reflectance && head.images.bits <= 8 {
-            let what = "--bits 16 has no effect: the dataset stores reflectance with 8 bits; leave it away, or give \
-                another --image";
-            return Err(what.into());
+        let image = self.pictures.image;
+        let is_light = matches!(image, PictureContent::Reflectance | PictureContent::Grey);
+        if self.is_stored() && is_light && head.images.bits <= 8 {
+            return Err(format!(
+                "--bits 16 has no effect: the dataset stores {} with 8 bits; leave it away, or give another --image",
+                image.name()
+            ));
         }
         Ok(())
     }

@@ -45,6 +45,8 @@ pub(super) enum PictureContent {
     Reflectance,
     // Light beside the peak.
     Scatter,
+    // Light of lamps.
+    Grey,
     // Height.
     Range,
     // Range, Reflectance and Scatter as red, green and blue.
@@ -57,6 +59,7 @@ impl PictureContent {
         match self {
             Self::Reflectance => &["reflectance"],
             Self::Scatter => &["scatter"],
+            Self::Grey => &["grey"],
             Self::Range => &["range"],
             Self::Rgb => &["range", "reflectance", "scatter"],
         }

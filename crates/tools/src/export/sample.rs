@@ -1,5 +1,6 @@
 //! Sample of a dataset: its row, and its images as numbers of the PNG columns, whichever file they are stored in.
 
+use output_schema::row::LIGHT;
 use output_schema::{DatasetHead, ManifestSample};
 use serde_json::{Map, Value};
 
@@ -95,7 +96,7 @@ impl<'a> ExportSample<'a> {
     /// Where it is missing or damaged.
     pub fn grey(&self, name: &str) -> Result<Grey, Fault> {
         let told = |what: String| self.fault(format!("`{name}`: {what}"));
-        let is_eight = name == "label" || name == "reflectance" && self.head.images.bits <= 8;
+        let is_eight = name == "label" || LIGHT.contains(&name) && self.head.images.bits <= 8;
         let grey = match self.row.image(name) {
             Some(png) => read_png_of(png, (self.cols as u64, self.rows as u64)).map_err(told)?,
             None => {

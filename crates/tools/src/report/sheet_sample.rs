@@ -6,13 +6,10 @@
 use std::collections::BTreeMap;
 
 use output_schema::DatasetHead;
-use output_schema::row::SHARES;
+use output_schema::row::{MEASURED, SHARES};
 
 use super::dataset_counts::{shares, tells_shares};
 use dataset::{Dataset, ExrMaps, RowBatch, Table};
-
-/// The maps in the order of panels.
-pub(super) const MAPS: [&str; 3] = ["range", "reflectance", "scatter"];
 
 /// A sample.
 #[derive(Debug, Clone)]
@@ -31,8 +28,8 @@ pub(super) struct SheetSample {
     pub width: u32,
     /// Height of the pictures [px].
     pub height: u32,
-    /// The maps of [`MAPS`] that the dataset has, NaN where missing [mm or px, DN, DN].
-    pub maps: [Option<Vec<f32>>; 3],
+    /// The maps of [`MEASURED`] that the dataset has, NaN where missing [mm or px, DN].
+    pub maps: [Option<Vec<f32>>; MEASURED.len()],
     /// Pixel classes on the same grid, where there are labels.
     pub labels: Vec<u8>,
     /// Of the whole Range map, not of its picture.
@@ -85,7 +82,7 @@ pub(super) fn read(
     let wanted = |name: &str| {
         let drawn = CARD_NUMBERS.iter().any(|path| path.split_once('.').is_some_and(|(group, _)| group == name));
         let known = ["index", "id", "cols", "rows", "row_mm", "col_mm", "objects", "label"].contains(&name);
-        known || drawn || SHARES.contains(&name) || name.starts_with("range_") || MAPS.contains(&name)
+        known || drawn || SHARES.contains(&name) || name.starts_with("range_") || MEASURED.contains(&name)
     };
     let row = table.row(row, &wanted).map_err(|fault| fault.what)?;
     let index = first(row.integers("index")?, "index")? as u64;
@@ -141,8 +138,8 @@ fn of_row(
         let on = |i: usize| labels.as_ref().is_none_or(|labels| labels[i] > 0.0);
         map.iter().enumerate().filter(|(i, _)| on(*i)).map(|(_, value)| *value).collect()
     };
-    let (mut maps, mut range, mut saturated) = ([None, None, None], None, None);
-    for (place, name) in MAPS.into_iter().enumerate() {
+    let (mut maps, mut range, mut saturated) = ([const { None }; MEASURED.len()], None, None);
+    for (place, name) in MEASURED.into_iter().enumerate() {
         let Some(map) = plane(name)? else { continue };
         match name {
             "range" => range = Some(figures(&map, on_object(&map))),

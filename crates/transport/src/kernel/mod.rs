@@ -41,6 +41,13 @@ use numerics::lanes::{exp, ln};
 
 /// Spread across the motion over that along it, mean of wood along the grain (2.3 to 1) and of knots (1 to 1) [1].
 pub const SPREAD_ACROSS_OVER_ALONG: f32 = 0.6;
+/// Groups of widths that light of lamps spreads by.
+pub const DIFFUSE_GROUPS: usize = 3;
+/// First width of the second group and of the third.
+const DIFFUSE_FROM: [usize; DIFFUSE_GROUPS - 1] = [3, 6];
+/// Standard deviation of each group along the motion [mm]: nothing for the first, whose light a camera's blur hides;
+/// for the others what the widths have that they hold, in clear wood.
+pub const DIFFUSE_SPREAD_MM: [f32; DIFFUSE_GROUPS] = [0.0, 0.33, 1.3];
 /// Greatest radiance factor of a width: that of cone light which all goes one way [1].
 const MAX_FACTOR: f32 = 12.2;
 /// Weight of a bin that is left out [1].
@@ -154,28 +161,46 @@ pub struct SpreadRow {
     pub exit: [Vec<f32>; BASIS],
     /// Shift of each width along the motion as the lens sees it, `[BASIS][points]` [mm].
     pub shift: [Vec<f32>; BASIS],
+    /// Diffuse reflectance under lamps, by group of widths, `[DIFFUSE_GROUPS][points]`; empty without lamps [1].
+    pub diffuse: [Vec<f32>; DIFFUSE_GROUPS],
 }
 
 impl SpreadRow {
     /// A row of `points` points from which nothing comes out.
     pub fn new(texels: usize) -> Self {
         let row = || std::array::from_fn(|_| vec![0.0; texels]);
-        Self { enter: row(), exit: row(), shift: row() }
+        Self { enter: row(), exit: row(), shift: row(), diffuse: Default::default() }
     }
 }
 
-/// Fills `spread` in these of the `points`.
+/// Fills `spread` in these of the `points`; of lamps where their light is absorbed so many times as strongly as the
+/// laser's.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
-pub fn line_spread(points: &[SurfacePoint], which: &[u32], shares: &WidthShares, spread: &mut SpreadRow) {
+pub fn line_spread(
+    points: &[SurfacePoint],
+    which: &[u32],
+    shares: &WidthShares,
+    lamps: Option<f32>,
+    spread: &mut SpreadRow,
+) {
     let table = HalfSpaceTable::get();
     // Answers of some points are gathered, each in one piece, and dealt out together: the sums over the widths are then
     // vector code, and every array is written in runs.
     let mut answers = [[[0.0f32; BASIS]; 3]; POINTS_TOGETHER];
+    let mut diffuse = [[0.0f32; DIFFUSE_GROUPS]; POINTS_TOGETHER];
     for which in which.chunks(POINTS_TOGETHER) {
-        for (answer, &point) in answers.iter_mut().zip(which) {
-            *answer = surface_point_spread(&points[point as usize], table, shares);
+        for ((answer, diffuse), &point) in answers.iter_mut().zip(&mut diffuse).zip(which) {
+            (*answer, *diffuse) = surface_point_spread(&points[point as usize], table, shares, lamps);
         }
-        let SpreadRow { enter, exit, shift } = spread;
+        if lamps.is_some() {
+            for (group, array) in spread.diffuse.iter_mut().enumerate() {
+                array.resize(points.len(), 0.0);
+                for (answer, &point) in diffuse.iter().zip(which) {
+                    array[point as usize] = answer[group];
+                }
+            }
+        }
+        let SpreadRow { enter, exit, shift, .. } = spread;
         for (number, arrays) in [enter, exit, shift].into_iter().enumerate() {
             for (j, array) in arrays.iter_mut().enumerate() {
                 for (answer, &point) in answers.iter().zip(which) {
@@ -186,9 +211,14 @@ pub fn line_spread(points: &[SurfacePoint], which: &[u32], shares: &WidthShares,
     }
 }
 
-/// Square roots of weights, exits and shifts of one surface point.
+/// Square roots of weights, exits and shifts of one surface point, and its diffuse reflectance under lamps.
 #[inline(always)]
-fn surface_point_spread(texel: &SurfacePoint, table: &HalfSpaceTable, shares: &WidthShares) -> [[f32; BASIS]; 3] {
+fn surface_point_spread(
+    texel: &SurfacePoint,
+    table: &HalfSpaceTable,
+    shares: &WidthShares,
+    lamps: Option<f32>,
+) -> ([[f32; BASIS]; 3], [f32; DIFFUSE_GROUPS]) {
     let scattering = texel.sigma_i + texel.k;
     let free = 1.0 / scattering;
     let node = table.between(texel.n, texel.sigma_i * free, texel.sin_dive, texel.dispersion_deg);
@@ -205,6 +235,14 @@ fn surface_point_spread(texel: &SurfacePoint, table: &HalfSpaceTable, shares: &W
     }
     // The further halves of skewed bins stand behind the table's bins.
     let (mut w, mut variance, mut moved) = ([0.0f32; HALVES], [0.0f32; HALVES], [0.0f32; HALVES]);
+    // What is left of light of lamps, and of that over what is left of the laser's.
+    let (mut lit, mut more) = ([0.0f32; LANES], [1.0f32; HALVES]);
+    if let Some(ratio) = lamps {
+        for l in 0..LANES {
+            lit[l] = texel.enter * weight[l] * after_absorption(ratio * a * path[l]).0;
+            more[l] = exp((1.0 - ratio) * a * path[l]);
+        }
+    }
     for l in 0..LANES {
         let (left, narrower) = after_absorption(a * path[l]);
         variance[l] = narrower * (spread_along[l] * seen_along[l] + spread_across[l] * seen_across[l]);
@@ -215,6 +253,7 @@ fn surface_point_spread(texel: &SurfacePoint, table: &HalfSpaceTable, shares: &W
         let bin = SkewedBin::new(i, towards.shift[group_of(near)], variance[near]);
         w[near] *= 0.5;
         w[LANES + i] = w[near];
+        more[LANES + i] = more[near];
         [variance[near], variance[LANES + i]] = bin.variances;
         [moved[near], moved[LANES + i]] = [bin.nearer, -bin.nearer];
     }
@@ -228,6 +267,7 @@ fn surface_point_spread(texel: &SurfacePoint, table: &HalfSpaceTable, shares: &W
         place[l] = shares.place(ln(variance.max(0.0).min(widest) + widths::line_mm2()));
     }
     let (mut all, mut seen, mut moment) = ([0.0f32; BASIS], [0.0f32; BASIS], [0.0f32; BASIS]);
+    let mut diffuse = [0.0f32; BASIS];
     for l in 0..HALVES {
         // Long paths of what absorbs, and padding.
         if w[l] == 0.0 {
@@ -243,6 +283,12 @@ fn surface_point_spread(texel: &SurfacePoint, table: &HalfSpaceTable, shares: &W
             seen[j] += light * share[j];
             moment[j] += displaced * share[j];
         }
+        if lamps.is_some() {
+            let lit = w[l] * more[l];
+            for j in 0..BASIS {
+                diffuse[j] += lit * share[j];
+            }
+        }
     }
     let mut out = [[0.0f32; BASIS]; 3];
     for j in 0..BASIS {
@@ -255,5 +301,13 @@ fn surface_point_spread(texel: &SurfacePoint, table: &HalfSpaceTable, shares: &W
         let reach = spread_mm[j] + free;
         out[2][j] = (free * moment[j] / seen.max(1e-9)).max(-reach).min(reach);
     }
-    out
+    (out, if lamps.is_some() { in_groups(&diffuse, lit.iter().sum()) } else { [0.0; DIFFUSE_GROUPS] })
+}
+
+/// Diffuse reflectance by group of widths, `all` in sum: the widest group has what is wider than every width.
+#[inline(always)]
+fn in_groups(widths: &[f32; BASIS], all: f32) -> [f32; DIFFUSE_GROUPS] {
+    let near = widths[..DIFFUSE_FROM[0]].iter().sum::<f32>().max(0.0);
+    let middle = widths[DIFFUSE_FROM[0]..DIFFUSE_FROM[1]].iter().sum::<f32>().max(0.0);
+    [near, middle, (all - near - middle).max(0.0)]
 }

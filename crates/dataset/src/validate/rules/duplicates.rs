@@ -16,6 +16,7 @@
 use std::collections::HashMap;
 
 use output_schema::file::DATASET;
+use output_schema::row::MEASURED;
 
 use super::{Code, Finding, Rule};
 use crate::validate::decoded_images::DecodedImages;
@@ -78,8 +79,8 @@ pub(in crate::validate) struct NoisePrint {
 
 /// The print of a sample with these drawn numbers; `None` where its maps are too small or show nothing.
 pub(in crate::validate) fn print(cols: usize, decoded: &DecodedImages, drawn: &[f64]) -> Option<NoisePrint> {
-    let maps = ["range", "reflectance", "scatter"].map(|name| decoded.get(name));
-    let map = maps[2].or(maps[1]).or(maps[0])?;
+    let maps = MEASURED.map(|name| decoded.get(name));
+    let map = maps[2].or(maps[1]).or(maps[0]).or(maps[3])?;
     let rows = map.len() / cols.max(1);
     if cols < BLOCKS_PER_SIDE * BLOCK_HALF_PX
         || rows < BLOCKS_PER_SIDE * BLOCK_HALF_PX

@@ -126,7 +126,7 @@ fn range(channel: &str, head: &DatasetHead) -> ((f32, f32), bool) {
     let most = f32::from(head.images.most_dn());
     match channel {
         "Range" if head.range_unit() == "px" => ((0.0, (head.images.sensor_rows as f32).next_down()), true),
-        "Reflectance" => ((0.0, most), true),
+        "Reflectance" | "Grey" => ((0.0, most), true),
         "Y" => ((0.0, most), false),
         "Scatter" | "FilmGap" | "FilmThickness" => ((0.0, f32::MAX), true),
         "FibreAzimuth" | "FibreDive" => ((-90.0, 90.0), true),
@@ -144,7 +144,7 @@ fn compare(channel: &ExrChannel, sample: &SampleToCheck, report: &mut Validation
             unlike(exr, png, |exr, png| same_range((f64::from(exr) - row.range_offset) / row.range_scale, png, half))
         }
         // Rounded to whole numbers, and to half precision before: 2^-4 at most below 256.
-        "reflectance" => {
+        "reflectance" | "grey" => {
             unlike(
                 exr,
                 png,

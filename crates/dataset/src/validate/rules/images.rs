@@ -1,7 +1,7 @@
 //! The PNG images of a row, each decoded once: readable, of the size and depth that are declared. The rules of decoding
 //! are one file.
 
-use output_schema::row::{IMAGES, ROW};
+use output_schema::row::{IMAGES, LIGHT, ROW};
 use output_schema::{ColumnKind, Images};
 
 use super::{Code, REMAKE_OR_REPORT, Rule, ValidationReport, missing_rule};
@@ -32,7 +32,8 @@ pub(in crate::validate) fn check(
         let PngSize { cols, rows, bits } = size;
         // Nothing is decoded that is not as large as declared: a row may claim as much as its image, the head has
         // bounds.
-        let declared = if name == "reflectance" { images.depth() } else { declared_bits(name) };
+        let is_light = LIGHT.contains(&name.as_str());
+        let declared = if is_light { images.depth() } else { declared_bits(name) };
         let misfit = if (i64::from(cols), i64::from(rows), bits) != (row.cols.into(), row.rows.into(), declared) {
             let found = format!("`{name}` is {cols} x {rows} with {bits} bits");
             Some(format!("{found}, not {} x {} with {declared} bits", row.cols, row.rows))
@@ -55,7 +56,7 @@ pub(in crate::validate) fn check(
             Ok(grey) => {
                 report.images += 1;
                 let numbers = grey.numbers();
-                let beyond = numbers.iter().filter(|&&n| name == "reflectance" && n > images.most_dn()).count();
+                let beyond = numbers.iter().filter(|&&n| is_light && n > images.most_dn()).count();
                 if beyond > 0 {
                     let what = format!("{beyond} pixels of `{name}` are beyond {} DN", images.most_dn());
                     report.fault(Code::ValueRange, place, what);

@@ -3,6 +3,7 @@
 //! Subsurface response depends only on the body, so a line is worked out once for each position of the scan and used by
 //! every profile whose window holds it: as the source of its own line, and as the exit of its neighbours' light.
 
+use super::lamp_line::LampLine;
 use super::mixed_column::MixedColumn;
 use super::secondary::SecondaryLight;
 use super::streak::Streak;
@@ -67,6 +68,8 @@ pub struct ScanLine {
     pub ambient: Vec<f32>,
     /// What else of this line's light the camera sees; `None` for a body that cannot send it elsewhere.
     pub secondary: Option<Box<SecondaryLight>>,
+    /// What lamps find here; empty without lamps.
+    pub(crate) lamps: LampLine,
     /// Columns that see past an edge, by rising column.
     pub mixed: Vec<MixedColumn>,
     /// Single fibres that guide light out of the line, by rising column.

@@ -44,6 +44,7 @@ use self::spans::spans;
 use self::view::LitLine;
 use crate::frame::Sightlines;
 use crate::optics::camera::{Camera, Sight};
+use crate::optics::lamps::Lamps;
 use crate::optics::light::{FAR, ScanLine, WIDE, blur, blur_varying, greatest, load};
 use crate::optics::speckle::TILE;
 use crate::optics::speckle::coherence::{CONTRAST_COLUMNS, CONTRAST_ROWS, Coherence};
@@ -71,6 +72,8 @@ pub(crate) struct LineMaker {
     conveyor_sights: Vec<Sight>,
     highlights: Highlights,
     coherence: Coherence,
+    /// Lamps beside the laser.
+    lamps: Option<Lamps>,
     /// Whether lines between key lines may be interpolated.
     pub(crate) interpolates: bool,
 }
@@ -163,6 +166,7 @@ impl LineMaker {
         camera: &Camera,
         highlights: Highlights,
         coherence: Coherence,
+        lamps: Option<Lamps>,
         columns: usize,
         top: f64,
     ) -> Self {
@@ -172,6 +176,7 @@ impl LineMaker {
             conveyor_sights: (0..columns).map(|column| camera.sight(along(column), 0.0, 0.0)).collect(),
             highlights,
             coherence,
+            lamps,
             interpolates: true,
             shares: [SPREAD_MM, PACK_SPREAD_MM].map(WidthShares::new),
             conveyor: Medium::opaque(Gloss::NONE),
@@ -237,6 +242,9 @@ impl LineMaker {
             self.spread(own.clone(), view, scratch, line);
         }
         self.add_extras(view, own, scratch, line);
+        if let Some(lamps) = &self.lamps {
+            lamps.light(&line.hits, &scratch.response.spread.diffuse, self.conveyor_reflectance, &mut line.lamps);
+        }
         find_greatest_exits(line);
     }
 
@@ -359,7 +367,8 @@ impl LineMaker {
     fn spread(&self, own: Range<usize>, view: LineView<'_>, scratch: &mut LineScratch, line: &mut ScanLine) {
         let relief = view.specimen.can_mirror_itself();
         let LineScratch { response: Response { points, spread, .. }, exact, along, seen, light, defocus, .. } = scratch;
-        line_spread(points, exact, self.shares(view.specimen), spread);
+        let absorbed = self.lamps.as_ref().map(|lamps| lamps.absorption);
+        line_spread(points, exact, self.shares(view.specimen), absorbed, spread);
         along.find(&line.hits, own.clone(), relief);
         let (white, filling) = (&scratch.white[own.clone()], &scratch.filling[own.clone()]);
         // Beside the body's own columns (a gap seen through it, say) and out of sight nothing leaves.

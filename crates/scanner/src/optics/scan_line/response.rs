@@ -74,6 +74,14 @@ impl Response {
                     lerp(&mut array[block.clone()], before, after, share);
                 }
             }
+            // Empty without lamps.
+            let [before, after] = keys.map(|key| &key.spread.diffuse);
+            for ((array, before), after) in spread.diffuse.iter_mut().zip(before).zip(after) {
+                if let (Some(before), Some(after)) = (before.get(block.clone()), after.get(block.clone())) {
+                    array.resize(self.points.len(), 0.0);
+                    lerp(&mut array[block.clone()], before, after, share);
+                }
+            }
         }
     }
 

@@ -6,7 +6,7 @@ use output_schema::DatasetHead;
 use super::elements::plain_classes;
 use crate::report::page_data::PageData;
 use crate::report::palette::{class_hex, labels_png, map_png};
-use crate::report::sheet_sample::{MAPS, SheetSample};
+use crate::report::sheet_sample::SheetSample;
 use drawing::html::{
     ColourMap, colour_scale, data_url,
     format::{count, name, number, percent, with_unit},
@@ -14,8 +14,12 @@ use drawing::html::{
 use optical_bench::split::Split;
 
 /// Titles and colours of the maps.
-const PANELS: [(&str, ColourMap); 3] =
-    [("Range", ColourMap::Viridis), ("Reflectance", ColourMap::Grey), ("Scatter", ColourMap::Inferno)];
+const PANELS: [(&str, ColourMap); 4] = [
+    ("Range", ColourMap::Viridis),
+    ("Reflectance", ColourMap::Grey),
+    ("Scatter", ColourMap::Inferno),
+    ("Grey", ColourMap::Grey),
+];
 
 /// The colours of a map: what is taken off each sample, and the ends of the scale.
 struct ColourScale {
@@ -26,7 +30,8 @@ struct ColourScale {
 
 /// The section.
 pub(super) fn section(facts: &PageData) -> Markup {
-    let scales: Vec<Option<ColourScale>> = (0..MAPS.len()).map(|map| scale(&facts.samples, map)).collect();
+    let panels = if facts.head.images.holds("grey") { PANELS.len() } else { PANELS.len() - 1 };
+    let scales: Vec<Option<ColourScale>> = (0..panels).map(|map| scale(&facts.samples, map)).collect();
     let (plain, labelled) = (plain_classes(facts.head), facts.head.images.holds("label"));
     html! {
         p {
@@ -45,6 +50,7 @@ pub(super) fn section(facts: &PageData) -> Markup {
                                 0 if scale.relative => { "[" (facts.head.range_unit()) "], less the sample's median" }
                                 0 => { "[" (facts.head.range_unit()) "]" }
                                 1 => { "[DN], at the peak, dark level included" }
+                                3 => { "[DN], under lamps, dark level included" }
                                 _ => { "[DN], sum beside the peak, dark level included" }
                             }
                         }

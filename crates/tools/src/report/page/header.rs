@@ -7,9 +7,9 @@ use super::elements::table;
 use crate::report::dataset_counts::ShortSamples;
 use crate::report::histogram::RunningRange;
 use crate::report::page_data::PageData;
-use crate::report::sheet_sample::MAPS;
 use dataset::{objects_in_words, samples_per_shard};
 use drawing::html::format::{bytes, count, number, shell_word};
+use output_schema::row::MEASURED;
 use recipe::Recipe;
 
 /// The head.
@@ -80,7 +80,7 @@ fn span(extent: &RunningRange) -> String {
 /// Which maps the dataset keeps, and whether labels with them: the end of a sentence.
 fn holds(head: &DatasetHead) -> String {
     let labels = if head.images.holds("label") { "with pixel-exact labels" } else { "without labels" };
-    let maps: Vec<&str> = MAPS.into_iter().filter(|map| head.images.holds(map)).collect();
+    let maps: Vec<&str> = MEASURED.into_iter().filter(|map| head.images.holds(map)).collect();
     match &maps[..] {
         [] => format!(", {labels}."),
         [map] => format!(": {map} as a line-laser profiler measures it, {labels}."),
