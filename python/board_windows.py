@@ -136,6 +136,8 @@ def dark_of(row, channel, bits):
     """What the dark level adds to a map of a sample [DN]."""
     if channel == "scatter":
         return row["physics"]["scatter_dark_dn"]
+    if channel == "grey":
+        return row["lamps"]["dark_level_dn"] * (2**bits - 1) / 255
     exposure = row["exposure"]
     gathered = (exposure["dark_current_e_per_s"] or 0) * exposure["time_us"] * 1e-6
     return exposure["dark_level_dn"] * (2**bits - 1) / 255 + gathered * row["physics"]["gain_dn_per_e"]
@@ -164,6 +166,7 @@ def simulated(folder, channel, to=PIXEL_MM, most=None):
     images(head, channel, "label")
     names, left = head["pixel_classes"], most
     columns = ["index", "row_mm", "col_mm", "exposure", "physics", "objects", "label", channel]
+    columns += ["lamps"] if channel == "grey" else []
     for table in sorted((Path(folder) / "data").rglob("*.parquet")):
         with pq.ParquetFile(table) as file:
             for batch in file.iter_batches(batch_size=1, columns=columns):

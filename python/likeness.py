@@ -88,7 +88,8 @@ def compared(wanted, found):
         values = found.get(name, [])
         ours = np.percentile(values, PERCENTILES).tolist() if values else None
         inside = bool(ours and theirs[1] <= ours[2] <= theirs[3])
-        spread = (ours[4] - ours[0]) / (theirs[4] - theirs[0]) if ours else 0.0
+        width = theirs[4] - theirs[0]
+        spread = (ours[4] - ours[0]) / width if ours and width > 0 else None
         rows.append({"figure": name, "photographs": theirs, "simulated": ours, "n": len(values), "inside": inside, "spread": spread})
     return rows
 
@@ -100,7 +101,7 @@ def print_table(rows, counts, their_counts):
         ours = row["simulated"]
         mine = f"{ours[2]:.3g} | {ours[0]:.3g} to {ours[4]:.3g}" if ours else "none | "
         print(f"| {row['figure']} | {first:.3g} to {third:.3g} | {low:.3g} to {high:.3g} | {mine} | {row['n']} | "
-              f"{'yes' if row['inside'] else '**no**'} | {row['spread']:.2f} |")
+              f"{'yes' if row['inside'] else '**no**'} | {'' if row['spread'] is None else format(row['spread'], '.2f')} |")
     print("\n| mean count on 82 x 122 mm | photographs | simulated | factor |\n|---|---|---|---|")
     for kind, theirs in their_counts.items():
         ours = counts.get(kind, 0.0)
@@ -168,7 +169,7 @@ def arguments():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--real", type=Path, required=True, metavar="DIR", help="photographs with truth.json")
     parser.add_argument("--simulated", type=Path, required=True, nargs="+", metavar="DIR", help="datasets")
-    parser.add_argument("--map", default="reflectance", help="map to compare (default: %(default)s)")
+    parser.add_argument("--map", default="grey", help="map to compare (default: %(default)s)")
     parser.add_argument("--part", choices=("open", "sealed", "all"), default="open", help="pictures to look at (default: %(default)s)")
     parser.add_argument("--boards", type=int, metavar="N", help="boards of each dataset (default: all)")
     parser.add_argument("--only", nargs="+", choices=PARTS, default=PARTS, metavar="PART", help="some of table, ring, network")

@@ -135,7 +135,7 @@ def arguments():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--real", type=Path, required=True, metavar="DIR", help="photographs with truth.json")
     parser.add_argument("--simulated", type=Path, required=True, nargs="+", metavar="DIR", help="datasets to learn from")
-    parser.add_argument("--map", default="reflectance", help="map to learn from (default: %(default)s)")
+    parser.add_argument("--map", default="grey", help="map to learn from (default: %(default)s)")
     parser.add_argument("--part", choices=("open", "sealed"), default="open", help="photographs to ask about (default: %(default)s)")
     parser.add_argument("--boards", type=int, metavar="N", help="boards of each dataset (default: all)")
     parser.add_argument("--real-boards", type=int, nargs="+", default=[5, 10, 20], metavar="K", help="(default: 5 10 20)")

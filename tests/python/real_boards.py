@@ -3,6 +3,7 @@
     python tests/python/real_boards.py NAME [ARGUMENT ...]
 """
 
+import io
 import json
 import sys
 from pathlib import Path
@@ -164,11 +165,13 @@ def samples_become_windows(folder):
     table = windows.pq.read_table(sorted((Path(folder) / "data").rglob("*.parquet"))[0]).to_pylist()
     pixel, row = (table[0]["row_mm"], table[0]["col_mm"]), table[0]
     own = next(windows.simulated(folder, "reflectance", pixel))
-    import io
     light, label = (np.asarray(Image.open(io.BytesIO(row[name]["bytes"]))) for name in ("reflectance", "label"))
     there = (label > 0) & (light > 0)
     assert own.known.sum() == there.sum() and own.board.endswith(f" {row['index']}")
     near(np.median(own.tone[own.known]), np.median(light[there]) - row["exposure"]["dark_level_dn"], 0.5, "tone above dark")
+    grey = next(windows.simulated(folder, "grey", pixel))
+    light = np.asarray(Image.open(io.BytesIO(row["grey"]["bytes"])))
+    near(np.median(grey.tone[grey.known]), np.median(light[there]) - row["lamps"]["dark_level_dn"], 0.5, "grey above dark")
     boards = list(windows.simulated(folder, "reflectance", pixel))
     assert len(list(windows.simulated(folder, "reflectance", pixel, most=2))) == 2 < len(boards)
     found = {kind: sum(box.kind == kind for window in boards for box in window.boxes) for kind in ("Live_Knot", "Dead_Knot")}
