@@ -70,8 +70,8 @@ class UNet(torch.nn.Module):
 
 
 def drawn_crop(taught, random):
-    """A crop of a lesson, about a knot in half of all cases, mirrored, turned and stretched a little, its contrast changed, noise and
-    blur added: photographs differ in all of that."""
+    """A crop of a lesson, about a knot in half of all cases, mirrored, turned and stretched a little, its contrast changed, noise, blur
+    and light that falls off added: photographs differ in all of that."""
     x, y = taught
     rows, columns = np.nonzero((y > 0) & (y != UNASKED))
     if len(rows) and random.random() < 0.5:
@@ -88,7 +88,8 @@ def drawn_crop(taught, random):
     y = cv2.warpAffine(y, matrix, (CROP, CROP), flags=flags | cv2.INTER_NEAREST, borderValue=UNASKED)
     blur = random.uniform(0.1, 1)
     x = np.exp(random.normal(0, 0.25)) * gaussian(x, (blur, blur)) + random.uniform(0, 0.06) * random.standard_normal(x.shape)
-    return x.astype(np.float32), y
+    light = cv2.resize(random.normal(0, random.uniform(0, 0.25), (3, 3)), (CROP, CROP), interpolation=cv2.INTER_CUBIC)
+    return (x + light).astype(np.float32), y
 
 
 def train_network(sources, seed, steps, batch=8):

@@ -139,7 +139,7 @@ def arguments():
     parser.add_argument("--part", choices=("open", "sealed"), default="open", help="photographs to ask about (default: %(default)s)")
     parser.add_argument("--boards", type=int, metavar="N", help="boards of each dataset (default: all)")
     parser.add_argument("--real-boards", type=int, nargs="+", default=[5, 10, 20], metavar="K", help="(default: 5 10 20)")
-    parser.add_argument("--steps", type=int, default=600, help="batches that a network learns from (default: %(default)s)")
+    parser.add_argument("--steps", type=int, default=400, help="batches that a network learns from (default: %(default)s)")
     parser.add_argument("--seed", type=int, default=0, help="of deals, weights and crops (default: %(default)s)")
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder for what is written")
     given = parser.parse_args()

@@ -10,7 +10,7 @@ use crate::scripts::{Said, python};
 /// The test of that name in real_boards.py holds.
 fn holds(place: &Place, name: &str, arguments: &[&str]) {
     let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/real_boards.py");
-    let said = python(&place.path(""), &[&[script, name], arguments].concat());
+    let said = python(&place.path(""), &[&[script, name][..], arguments].concat());
     println!("{name}: {}", said.out);
     assert_eq!(said.code, 0, "{name}:\n{}{}", said.out, said.err);
 }
@@ -50,7 +50,7 @@ fn both() -> Place {
 
 fn run(place: &Place, script: &str, more: &[&str]) -> Said {
     let [real, boards, out] = ["real", "boards", "out"].map(|name| place.path(name).display().to_string());
-    python(&place.path(""), &[&[script, "--real", &real, "--simulated", &boards, "--out", &out], more].concat())
+    python(&place.path(""), &[&[script, "--real", &real, "--simulated", &boards, "--out", &out][..], more].concat())
 }
 
 fn done(said: &Said) {
