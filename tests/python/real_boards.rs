@@ -40,9 +40,8 @@ fn scores_are_those_of_the_hand() {
 fn both() -> Place {
     let place = Place::new();
     place.write("boards.yaml", include_str!("../../recipes/wood-train.yaml"));
-    place.done(
-        "--recipe boards.yaml --n 24 --seed 3 --out boards --set lamps.number=two --set output.png=[reflectance,grey,label]",
-    );
+    let lamps = "--set lamps.number=two --set output.png=[reflectance,grey,label]";
+    place.done(&format!("--recipe boards.yaml --n 24 --seed 3 --out boards {lamps}"));
     let real = place.path("real").display().to_string();
     holds(&place, "write_photographs", &[&real]);
     place
