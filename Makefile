@@ -13,6 +13,11 @@ N ?= 2
 FUZZ_SECONDS ?= 600
 REAL ?= real
 PART ?= all
+# What `make likeness` and `make transfer` hold to the photographs of REAL: the recipe, and how many of its boards.
+REAL_RECIPE ?= recipes/real/board-camera.yaml
+REAL_BOARDS ?= 100
+# Sealed pictures are asked about once, at the end, and by name alone.
+OPEN_OR_SEALED = $(if $(filter sealed,$(PART)),sealed,open)
 # Of `make gap`: fresh boards and packs, and photons that the reference walks in each of their profiles.
 GAP_BOARDS ?= 40
 GAP_PACKS ?= 40
@@ -35,7 +40,7 @@ FIRST_TESTS = $(ALL) --lib $(FIRST:%=--test %)
 # What stands in square brackets in documentation and is no link: units, and letters of sources. Any other link that leads nowhere fails `check`.
 UNITS = 1|mm|um|px|DN|rad|deg|s|Hz|bytes|characters|i|[A-Z]
 
-.PHONY: help defect-maps build dist wheel test-wheel test-scale test-long test-python test-installed test-alone environments quick prepare lint check check-rest check-all bench same-bytes same-values size wood wood-small blister blister-small sawtooth sawtooth-small mesh-small preview validate report bench-check check-onnx baselines gap real-fibres closed-loop gallery schema kernel-table film-table bless reference fuzz doc site clean venv
+.PHONY: help defect-maps build dist wheel test-wheel test-scale test-long test-python test-installed test-alone environments quick prepare lint check check-rest check-all bench same-bytes same-values size wood wood-small blister blister-small sawtooth sawtooth-small mesh-small preview validate report bench-check check-onnx baselines gap likeness transfer real-fibres closed-loop gallery schema kernel-table film-table bless reference fuzz doc site clean venv
 
 help: ## print this help
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1\t/' | expand -t 14
@@ -198,6 +203,14 @@ baselines: check-onnx ## train all of docs/theory/baselines.md anew, controls an
 
 real-fibres: ## every bar of docs/real.md on the photographs of REAL=folder with a truth.json; PART=open or sealed takes half of them
 	REAL=$(abspath $(REAL)) PART=$(PART) cargo test --release --locked -p wood_picture --test pictures real_boards -- --ignored --nocapture
+
+likeness: build venv ## how like the photographs of REAL=folder boards are, and what tells them apart (out/likeness): half an hour
+	$(GEN) --recipe $(REAL_RECIPE) --n $(REAL_BOARDS) --seed 1 --out out/likeness/boards
+	$(VENV)/bin/python python/likeness.py --real $(REAL) --simulated out/likeness/boards --part $(OPEN_OR_SEALED) --out out/likeness
+
+transfer: build venv ## how well finders of knots that learned from boards of ours do on photographs of REAL=folder (out/transfer): half an hour
+	$(GEN) --recipe $(REAL_RECIPE) --n $(REAL_BOARDS) --seed 2 --out out/transfer/boards
+	$(VENV)/bin/python python/transfer.py --real $(REAL) --simulated out/transfer/boards --part $(OPEN_OR_SEALED) --out out/transfer
 
 gap: build venv ## what networks lose from the kernel to the reference Monte Carlo, on boards and packs in out/gap: an hour; goes on where it was stopped
 	$(GEN) --recipe recipes/gap/wood.yaml --n 2000 --seed 1 --out out/gap/wood/train

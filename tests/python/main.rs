@@ -14,6 +14,7 @@ mod loaders_card;
 mod loaders_metadata;
 mod models;
 mod readers;
+mod real_boards;
 mod report_browser;
 mod report_check;
 mod scripts;
