@@ -27,7 +27,7 @@ use crate::length::direction_of_length;
 use crate::marks::{self, SawMarks};
 use crate::orientation::{LOST_RAD, in_window, orientation, wrap};
 use crate::raster::{around, quantile, quantile_of};
-use crate::rings::{along_lines, without_rings};
+use crate::rings::{along_direction, along_lines, without_rings};
 use crate::texture::{CellTexture, Cells, Look, RINGS_MM, RINGS_RAD, STREAKS_MM, texture};
 use crate::{Face, PictureAnalysis, PictureFault, grain_scale};
 use crate::{picture, ripple};
@@ -234,7 +234,8 @@ pub fn analyse(
     if !lies_across {
         ripple::take_out(&mut even, coarse, coarse_mm, &clear);
     }
-    let across = looked.averaged(&even, &vec![length + FRAC_PI_2; cells.count()], marks::ACROSS_MM);
+    let aside = direction(length + FRAC_PI_2);
+    let across = along_direction(&even, coarse, coarse_mm, aside, &clear, marks::ACROSS_MM);
     let marks = marks::marks(&across, coarse, coarse_mm, &clear, lies_across);
     drop(across);
     let guessed = |base: [f32; 2]| Guess::new(base, &knots, &cells, settings);
@@ -337,7 +338,7 @@ impl Looked<'_> {
         for (end, turn) in ends.iter_mut().zip([-ASKED_RAD, ASKED_RAD]) {
             end[0] = self.length + turn;
             for _ in 0..ROUNDS {
-                let along = looked.averaged(&rough, &vec![end[0]; self.cells.count()], UNMARKED_MM);
+                let along = along_direction(&rough, size, pixel_mm, direction(end[0]), &clear, UNMARKED_MM);
                 *end = whole(&looked.texture(&along, MARKED), self.cells)?;
                 if wrap(end[0] - self.length).abs() > MOST_OFF_RAD {
                     *end = [self.length, MOST_OFF_RAD];
