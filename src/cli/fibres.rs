@@ -328,7 +328,7 @@ impl Report<'_> {
             "pixel_mm": fibres.pixel_mm, "azimuth_deg": findings.azimuth_rad.to_degrees(),
             "azimuth_error_deg": findings.error_rad.to_degrees(), "marks": marks,
             "mean_confidence": mean(&fibres.confidence), "mean_absorption_per_mm": mean(mu_a),
-            "glossy_share": glossy, "knots": knots,
+            "glossy_share": glossy, "clipped_share": findings.clipped_share, "knots": knots,
         })
     }
 
@@ -346,7 +346,11 @@ impl Report<'_> {
             _ = writeln!(text, "  the board begins at column {}, row {}", part.first[1], part.first[0]);
         }
         if let Some(marks) = findings.marks {
-            _ = writeln!(text, "  marks across the grain every {:.1} mm were taken out", marks.pitch_mm);
+            let pitch = marks.pitch_mm.map_or_else(String::new, |mm| format!(" every {mm:.1} mm"));
+            _ = writeln!(text, "  marks across the grain{pitch} were taken out");
+        }
+        if findings.clipped_share > 0.0 {
+            _ = writeln!(text, "  {:.1} % of it have reached the end of the scale", 100.0 * findings.clipped_share);
         }
         if *glossy > 0.0 {
             _ = writeln!(text, "  {:.1} % of it are brighter than wood: gloss or torn fibres", 100.0 * glossy);

@@ -1,23 +1,25 @@
 //! The fibre map: what the texture says, what knots do to fibres, and how sure both are.
 //!
 //! Model: fibres run within 45 degrees of the board's length ([`crate::length`]). A first azimuth is the median of the
-//! board in windows of 8 mm. Boards with marks across the grain ([`crate::marks`]) are averaged along that direction by
-//! 2 mm, which leaves the marks out, and are read by their rings alone, strong ones above weak ones; the streaks
-//! between rings are lost under marks. Knots part the fibres as streams around Rankine ovals and bend the layers in
-//! which they lie ([`procedural::wood::KnotSurroundings`], stretched from each knot's circle to its ellipse), which
+//! board in windows of 8 mm. Boards with marks across the grain ([`crate::marks`]) are averaged along the grain by 2
+//! mm, which leaves the marks out, and are read by their rings alone, strong ones above weak ones; the streaks between
+//! rings are lost under marks. Their first azimuth is that of all rings, and its error what squares of the board and
+//! means along other directions make of it. Knots part the fibres as streams around Rankine ovals and bend the layers
+//! in which they lie ([`procedural::wood::KnotSurroundings`], stretched from each knot's circle to its ellipse), which
 //! gives a guess of azimuth and the dive; the texture then says how far the azimuth is off ([`crate::orientation`]).
 //! Guess and texture are weighed by their variances: that of the guess is 3 degrees in clear wood and half of what the
 //! knots add to it. In a knot fibres follow the branch. Dive: of a living knot whose face lies on the bark's side,
 //! fibres rise to its outline from both ends by up to 21 degrees; with the pith's side up they sink; around a dead knot
 //! they do neither, since layers after its death bend the other way. Confidence: the expected cosine of twice the
-//! azimuth's error, exp(-2 se^2). Limits: beside the tips of a knot, where fibres part, streaks may turn more than
-//! fibres. Rings of marked boards turn from their fibres by what dive and spiral grain do, which no picture of one face
-//! shows. A dive of clear wood does not show in a picture and is 0; the pith's tilt makes it a degree.
+//! azimuth's error, exp(-2 se^2). Error of a board's direction: what lasts, and half of what sixteen parts of the board
+//! say of their mean's error. Limits: beside the tips of a knot, where fibres part, streaks may turn more than fibres.
+//! Rings of marked boards turn from their fibres by what dive and spiral grain do, which no picture of one face shows.
+//! A dive of clear wood does not show in a picture and is 0; the pith's tilt makes it a degree.
 
 use std::borrow::Cow;
 use std::f32::consts::FRAC_PI_2;
 
-use glam::{Vec2, Vec2Swizzles, Vec3};
+use glam::{Vec2, Vec3};
 use procedural::wood::KnotSurroundings;
 
 use crate::knots::{self, PictureKnot, azimuth, direction};
@@ -25,7 +27,7 @@ use crate::length::direction_of_length;
 use crate::marks::{self, SawMarks};
 use crate::orientation::{LOST_RAD, in_window, orientation, wrap};
 use crate::raster::{around, quantile, quantile_of};
-use crate::rings::{along_lines, without_rings};
+use crate::rings::{along_direction, along_lines, without_rings};
 use crate::texture::{CellTexture, Cells, Look, RINGS_MM, RINGS_RAD, STREAKS_MM, texture};
 use crate::{Face, PictureAnalysis, PictureFault, grain_scale};
 use crate::{picture, ripple};
@@ -44,8 +46,22 @@ const GRAINY_RAD: f32 = 0.035;
 const UNMARKED_MM: [f32; 2] = [2.0, 0.35];
 /// Scale of the texture of marked boards [mm].
 const MARKED_MM: f32 = 0.3;
+/// How the texture of marked boards is looked at.
+const MARKED: Look = Look { scale_mm: MARKED_MM, bias_rad: MARKED_RAD, by_size: true };
+/// Pixels up to this are put together where a marked board is read as a whole [mm].
+const ROUGH_MM: f32 = 0.35;
+/// How far from the first answer its rings are asked (8 deg) [rad], and how often.
+const ASKED_RAD: f32 = 0.14;
+const ROUNDS: usize = 3;
+/// Most of a turn that may be left [1].
+const MOST_KEPT: f32 = 0.8;
 /// What stays of the error of marked boards [rad], 0.9 deg: twenty photographs of sawn spruce and pine (docs/real.md).
 const MARKED_RAD: f32 = 0.015;
+/// Parts of a board's length and width whose directions are compared [1].
+const PARTS: usize = 4;
+/// What their spread leaves of the error of a mean in a board's direction [1]: twenty photographs, each half of which
+/// says the same (docs/real.md).
+const PARTS_SHARE: f32 = 0.5;
 /// Side of the squares that speak independently of a board's direction [mm].
 const BLOCK_MM: f32 = 12.0;
 /// Least coherence of a marked board's texture [1].
@@ -202,7 +218,8 @@ pub fn analyse(
     settings: &PictureAnalysis,
 ) -> Result<(FibreMap, Findings), PictureFault> {
     let light = picture::light(grey, size, pixel_mm, settings)?;
-    let (light, coarse, coarse_mm) = binned(light, size, pixel_mm);
+    let clipped_share = picture::clipped_share(grey, settings.full_scale);
+    let (light, coarse, coarse_mm) = binned(light, size, pixel_mm, FINE_MM);
     let median = quantile_of(&light, 0.5);
     let log_light: Vec<f32> = light.iter().map(|value| libm::logf(value.max(DARKEST * median))).collect();
     let lies_across = settings.lies_across;
@@ -217,7 +234,8 @@ pub fn analyse(
     if !lies_across {
         ripple::take_out(&mut even, coarse, coarse_mm, &clear);
     }
-    let across = looked.averaged(&even, &vec![length + FRAC_PI_2; cells.count()], marks::ACROSS_MM);
+    let aside = direction(length + FRAC_PI_2);
+    let across = along_direction(&even, coarse, coarse_mm, aside, &clear, marks::ACROSS_MM);
     let marks = marks::marks(&across, coarse, coarse_mm, &clear, lies_across);
     drop(across);
     let guessed = |base: [f32; 2]| Guess::new(base, &knots, &cells, settings);
@@ -229,9 +247,9 @@ pub fn analyse(
         grain_scale::check(&even, coarse, coarse_mm, &clear)?;
         looked.by_streaks(&even, guessed)?
     };
-    let Read { textures, guess, lasting } = read;
-    let seen = orientation(&textures, &cells, &guess.azimuth, &guess.spread);
-    let twice: Vec<Vec2> = guess.azimuth.iter().zip(&seen.delta).map(|(a, d)| direction(2.0 * (a + d)).yx()).collect();
+    let guess = &read.guess;
+    let seen = orientation(&read.textures, &cells, &guess.azimuth, &guess.spread);
+    let twice: Vec<Vec2> = guess.azimuth.iter().zip(&seen.delta).map(|(a, d)| direction(2.0 * (a + d))).collect();
     let mut map = FibreMap {
         size,
         pixel_mm,
@@ -243,14 +261,14 @@ pub fn analyse(
     for pixel in 0..grey.len() {
         let near = around(cells.size, cells.at(map.place_mm(pixel)));
         let doubled: Vec2 = near.iter().map(|&(cell, weight)| weight * twice[cell]).sum();
-        map.azimuth_rad[pixel] = wrap(0.5 * base::atan2(doubled.y, doubled.x));
+        map.azimuth_rad[pixel] = wrap(0.5 * azimuth(doubled));
         map.dive_rad[pixel] = near.iter().map(|&(cell, weight)| weight * guess.dive[cell]).sum();
         let variance: f32 = near.iter().map(|&(cell, weight)| weight * seen.variance[cell]).sum();
-        map.confidence[pixel] = libm::expf(-2.0 * (variance + lasting * lasting));
+        map.confidence[pixel] = libm::expf(-2.0 * (variance + read.lasting.powi(2)));
     }
     map.follow_branches();
-    let [azimuth_rad, error_rad] = of_board(&twice, &textures, &cells, lasting);
-    Ok((map, Findings { azimuth_rad, error_rad, marks }))
+    let [azimuth_rad, error_rad] = of_board(&twice, &read, &cells);
+    Ok((map, Findings { azimuth_rad, error_rad, marks, clipped_share }))
 }
 
 /// The grain as it is read, before knots and neighbours say more.
@@ -307,17 +325,40 @@ impl Looked<'_> {
         Ok(())
     }
 
+    /// The direction of a board with marks, and its error [rad]. Means along a direction look as if they ran along it,
+    /// so rings are asked from both sides of the first answer, each time along what they said before. The share k of
+    /// the turn that is left says how much of the answer is the question's: k / (1 - k) of the turn is an error.
+    fn settled(&self, log_light: &[f32]) -> [f32; 2] {
+        let counts = self.clear.iter().map(|clear| f32::from(*clear)).collect();
+        let (rough, size, pixel_mm) = binned(log_light.to_vec(), self.size, self.pixel_mm, ROUGH_MM);
+        let clear: Vec<bool> =
+            binned(counts, self.size, self.pixel_mm, ROUGH_MM).0.into_iter().map(|share| share == 1.0).collect();
+        let looked = Looked { size, pixel_mm, clear: &clear, ..*self };
+        let mut ends = [[0.0; 2]; 2];
+        for (end, turn) in ends.iter_mut().zip([-ASKED_RAD, ASKED_RAD]) {
+            end[0] = self.length + turn;
+            for _ in 0..ROUNDS {
+                let along = along_direction(&rough, size, pixel_mm, direction(end[0]), &clear, UNMARKED_MM);
+                *end = whole(&looked.texture(&along, MARKED), self.cells);
+            }
+        }
+        let apart = wrap(ends[1][0] - ends[0][0]);
+        let kept = (0.5 * apart / ASKED_RAD).clamp(0.0, MOST_KEPT);
+        let error = libm::hypotf(0.5 * (ends[0][1] + ends[1][1]), ASKED_RAD * kept / (1.0 - kept));
+        let azimuth = wrap(ends[0][0] + 0.5 * apart);
+        if wrap(azimuth - self.length).abs() < MOST_OFF_RAD { [azimuth, error] } else { [self.length, MOST_OFF_RAD] }
+    }
+
     /// Boards with marks across the grain: rings alone, averaged along the grain.
     fn by_rings(&self, log_light: &[f32], guessed: impl Fn([f32; 2]) -> Guess) -> Result<Read, PictureFault> {
-        let look = Look { scale_mm: MARKED_MM, bias_rad: MARKED_RAD, by_size: true };
-        let along = self.averaged(log_light, &vec![self.length; self.cells.count()], UNMARKED_MM);
+        let [azimuth, error] = self.settled(log_light);
+        let guess = guessed([azimuth, MARKED_RAD]);
+        let along = self.averaged(log_light, &guess.azimuth, UNMARKED_MM);
         self.check_rings(log_light, &along)?;
-        let first = whole(&self.texture(&along, look), self.cells)?;
-        let along = self.averaged(log_light, &guessed(self.along_the_board(first)).azimuth, UNMARKED_MM);
-        let mut rings = self.texture(&along, look);
+        let mut rings = self.texture(&along, MARKED);
+        check_coherence(&rings)?;
         rings.correlated *= (1.0 + (UNMARKED_MM[0] / MARKED_MM).powi(2)).sqrt();
-        let guess = guessed(self.along_the_board(whole(&rings, self.cells)?));
-        Ok(Read { textures: vec![rings], guess, lasting: MARKED_RAD })
+        Ok(Read { textures: vec![rings], guess, lasting: libm::hypotf(error, MARKED_RAD) })
     }
 
     /// Boards without: streaks, at several scales, and rings.
@@ -361,11 +402,13 @@ pub struct Findings {
     pub error_rad: f32,
     /// Marks across the grain, if there are any.
     pub marks: Option<SawMarks>,
+    /// Share of pixels that have reached the end of the scale [1].
+    pub clipped_share: f32,
 }
 
-/// Means of so many rows and columns that pixels stay finer than the finest scale needs.
-fn binned(light: Vec<f32>, size: [usize; 2], pixel_mm: [f32; 2]) -> (Vec<f32>, [usize; 2], [f32; 2]) {
-    let by = pixel_mm.map(|mm| ((FINE_MM / mm) as usize).max(1));
+/// Means of so many rows and columns that pixels have this side at most.
+fn binned(light: Vec<f32>, size: [usize; 2], pixel_mm: [f32; 2], most_mm: f32) -> (Vec<f32>, [usize; 2], [f32; 2]) {
+    let by = pixel_mm.map(|mm| ((most_mm / mm) as usize).max(1));
     if by == [1, 1] {
         return (light, size, pixel_mm);
     }
@@ -425,47 +468,62 @@ fn base(textures: &[CellTexture], cells: &Cells) -> Result<[f32; 2], PictureFaul
     Ok(base)
 }
 
-/// The median azimuth of cells outside of knots, with its error: squares of some size speak independently [rad].
-fn of_board(twice: &[Vec2], textures: &[CellTexture], cells: &Cells, lasting: f32) -> [f32; 2] {
-    let clear = |cell: &usize| textures[0].pixels[*cell] > 0.0;
-    let all: Vec2 = (0..cells.count()).filter(clear).map(|cell| twice[cell]).sum();
-    let mean = 0.5 * base::atan2(all.y, all.x);
-    let off = |cell: usize| wrap(0.5 * base::atan2(twice[cell].y, twice[cell].x) - mean);
-    let mut offs: Vec<f32> = (0..cells.count()).filter(clear).map(off).collect();
+/// The median azimuth of cells outside of knots, with its error [rad], which parts of the board tell by how they
+/// differ.
+fn of_board(twice: &[Vec2], read: &Read, cells: &Cells) -> [f32; 2] {
+    let [rows, cols] = cells.size;
+    let clear: Vec<usize> = (0..cells.count()).filter(|&cell| read.textures[0].pixels[cell] > 0.0).collect();
+    let mut parts = [Vec2::ZERO; PARTS * PARTS];
+    for &cell in &clear {
+        parts[cell / cols * PARTS / rows * PARTS + cell % cols * PARTS / cols] += twice[cell];
+    }
+    let mean = 0.5 * azimuth(parts.iter().sum());
+    let mut offs: Vec<f32> = clear.iter().map(|&cell| wrap(0.5 * azimuth(twice[cell]) - mean)).collect();
     if offs.is_empty() {
         return [mean, LOST_RAD];
     }
-    let [low, middle, high] = [0.25, 0.5, 0.75].map(|part| quantile(&mut offs, part));
-    let squares = offs.len() as f32 * (cells.side_mm / BLOCK_MM).powi(2);
-    // Quartiles of a Gaussian lie 1.35 deviations apart; its median has 1.25 of its mean's error.
-    let error = 1.25 * (high - low) / 1.35 / squares.max(1.0).sqrt();
-    [wrap(mean + middle), libm::hypotf(error, lasting)]
+    let middle = mean + quantile(&mut offs, 0.5);
+    let spread = |part: &Vec2| part.length() * wrap(0.5 * azimuth(*part) - middle).powi(2);
+    let all = parts.iter().map(|part| part.length()).sum::<f32>();
+    let seen = parts.iter().filter(|part| **part != Vec2::ZERO).count() as f32;
+    let variance = parts.iter().map(spread).sum::<f32>() / all / (seen - 1.0).max(1.0);
+    let error = libm::hypotf(PARTS_SHARE * variance.sqrt(), read.lasting);
+    [wrap(middle), error.min(LOST_RAD)]
 }
 
 /// The board's direction from all of a texture, with its error [rad]: strong rings say more than weak ones, and squares
 /// of 12 mm speak independently.
-fn whole(texture: &CellTexture, cells: &Cells) -> Result<[f32; 2], PictureFault> {
+fn whole(texture: &CellTexture, cells: &Cells) -> [f32; 2] {
     let blocks = Cells {
         size: cells.size.map(|count| ((count as f32 * cells.side_mm / BLOCK_MM).ceil() as usize).max(1)),
         side_mm: BLOCK_MM,
     };
     let mut sums = vec![Vec2::ZERO; blocks.count()];
-    let mut length = 0.0;
     for cell in 0..cells.count() {
         sums[blocks.of_place(cells.middle(cell))] += Vec2::new(texture.sums[2][cell], texture.sums[1][cell]);
-        length += texture.sums[0][cell];
     }
-    let all: Vec2 = sums.iter().sum();
-    let significance = LEAST_SIGNIFICANCE * all.length() / length.max(f32::MIN_POSITIVE) / LEAST_COHERENCE;
+    let mean = 0.5 * azimuth(sums.iter().sum());
+    let mut offs: Vec<f32> =
+        sums.iter().filter(|sum| **sum != Vec2::ZERO).map(|sum| wrap(0.5 * azimuth(*sum) - mean)).collect();
+    if offs.is_empty() {
+        return [mean, LOST_RAD];
+    }
+    let middle = mean + quantile(&mut offs, 0.5);
+    sums.retain(|sum| wrap(0.5 * azimuth(*sum) - middle).abs() < ALIKE_RAD);
+    let alike: Vec2 = sums.iter().sum();
+    // What a jackknife says that leaves out a square in turn, for small errors.
+    let aside = sums.iter().map(|sum| sum.perp_dot(alike).powi(2)).sum::<f32>().sqrt();
+    [0.5 * azimuth(alike), (0.5 * aside / alike.length_squared()).min(LOST_RAD)]
+}
+
+/// Refuses a marked board whose texture has hardly a direction.
+fn check_coherence(texture: &CellTexture) -> Result<(), PictureFault> {
+    let [length, re, im] = [0, 1, 2].map(|i| texture.sums[i].iter().sum::<f32>());
+    let significance = LEAST_SIGNIFICANCE * libm::hypotf(re, im) / length.max(f32::MIN_POSITIVE) / LEAST_COHERENCE;
     if significance < LEAST_SIGNIFICANCE {
         return Err(PictureFault::NoWood { significance, least: LEAST_SIGNIFICANCE });
     }
-    let mean = 0.5 * azimuth(all);
-    let mut offs: Vec<f32> =
-        sums.iter().filter(|sum| **sum != Vec2::ZERO).map(|sum| wrap(0.5 * azimuth(*sum) - mean)).collect();
-    let middle = mean + quantile(&mut offs, 0.5);
-    let alike: Vec2 = sums.iter().filter(|sum| wrap(0.5 * azimuth(**sum) - middle).abs() < ALIKE_RAD).sum();
-    Ok([0.5 * azimuth(alike), MARKED_RAD])
+    Ok(())
 }
 
 /// What is expected of fibres before the texture is asked.

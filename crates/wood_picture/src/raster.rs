@@ -4,6 +4,8 @@
 //! derivative of a Gaussian, normalised so that a ramp keeps its slope. Limits: below 0.8 pixels a sampled derivative
 //! turns directions.
 
+use multiversion::multiversion;
+
 /// Kernels reach this many standard deviations [1]: 6e-5 of the weight lies beyond.
 const REACH: f32 = 4.0;
 
@@ -33,6 +35,7 @@ pub(crate) fn gaussian_slope(sigma: f32) -> Vec<f32> {
 }
 
 /// Weighted sums along the rows of the raster, then along its columns: `kernels` for the change of row and of column.
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 pub(crate) fn filter(data: &[f32], [rows, cols]: [usize; 2], kernels: [&[f32]; 2], beyond: Beyond) -> Vec<f32> {
     let [down, along] = kernels.map(|kernel| (kernel, kernel.len() / 2));
     let mut padded = vec![0.0_f32; cols + 2 * along.1];

@@ -11,6 +11,7 @@
 //! are lost; rings that bend within some mm stay in part.
 
 use glam::Vec2;
+use multiversion::multiversion;
 
 use crate::raster::{Beyond, filter, gaussian, gaussian_slope, smooth};
 use crate::texture::Cells;
@@ -96,6 +97,57 @@ pub(crate) fn along_lines(
     means
 }
 
+/// The same along one direction (x, y) all over, where pixels that do not count are left out and do not end a line.
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
+pub(crate) fn along_direction(
+    log_light: &[f32],
+    [rows, cols]: [usize; 2],
+    pixel_mm: [f32; 2],
+    direction: Vec2,
+    counts: &[bool],
+    [sigma_mm, step_mm]: [f32; 2],
+) -> Vec<f32> {
+    let shares: Vec<f32> = counts.iter().map(|&counts| f32::from(counts)).collect();
+    let counted: Vec<f32> = log_light.iter().zip(&shares).map(|(light, share)| light * share).collect();
+    let (mut sums, mut all) = (vec![0.0_f32; rows * cols], vec![0.0_f32; rows * cols]);
+    let steps = (2.0 * sigma_mm / step_mm).round() as i32;
+    // Light of a place lies between four pixels, the same way for all places: weight, rows down and columns aside.
+    let taps: Vec<(f32, isize, isize)> = (-steps..=steps)
+        .flat_map(|i| {
+            let off = i as f32 * step_mm * direction / Vec2::new(pixel_mm[1], pixel_mm[0]);
+            let (whole, next) = (off.floor(), off - off.floor());
+            let (down, aside) = (whole.y as isize, whole.x as isize);
+            let weight = libm::expf(-0.5 * (i as f32 * step_mm / sigma_mm).powi(2));
+            [
+                (weight * (1.0 - next.y) * (1.0 - next.x), down, aside),
+                (weight * (1.0 - next.y) * next.x, down, aside + 1),
+                (weight * next.y * (1.0 - next.x), down + 1, aside),
+                (weight * next.y * next.x, down + 1, aside + 1),
+            ]
+        })
+        .collect();
+    for row in 0..rows {
+        for &(weight, down, aside) in &taps {
+            let there = row as isize + down;
+            // Columns from which and to which a row is added.
+            let [from, to] = [aside.max(0) as usize, (-aside).max(0) as usize];
+            let Some(length) = cols.checked_sub(from + to).filter(|_| (0..rows as isize).contains(&there)) else {
+                continue;
+            };
+            for (values, sums) in [(&counted, &mut sums), (&shares, &mut all)] {
+                let values = &values[there as usize * cols + from..][..length];
+                for (sum, value) in sums[row * cols + to..][..length].iter_mut().zip(values) {
+                    *sum += weight * value;
+                }
+            }
+        }
+    }
+    for ((sum, all), share) in sums.iter_mut().zip(&all).zip(&shares) {
+        *sum = if *share > 0.0 { *sum / all } else { 0.0 };
+    }
+    sums
+}
+
 /// Directions of the rings' lines in cells (x, y) [1].
 fn lines(log_light: &[f32], size: [usize; 2], pixel_mm: [f32; 2], cells: &Cells, counts: &[bool]) -> Vec<Vec2> {
     let sigma = pixel_mm.map(|pixel| (SCALE_MM / pixel).max(0.9));
@@ -113,4 +165,32 @@ fn lines(log_light: &[f32], size: [usize; 2], pixel_mm: [f32; 2], cells: &Cells,
     let width = WINDOW_MM / cells.side_mm;
     let [re, im] = sums.map(|sum| smooth(&sum, cells.size, [width; 2], Beyond::Zero));
     re.iter().zip(im).map(|(&re, im)| crate::knots::direction(0.5 * base::atan2(im, re))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn means_along_one_direction_are_those_along_lines() {
+        let (size, pixel_mm, lengths_mm) = ([60, 50], [0.16, 0.1], [0.5, 0.2]);
+        let cells = Cells::over(size, pixel_mm);
+        let light: Vec<f32> = (0..3000).map(|i| ((i * 37) % 101) as f32).collect();
+        for azimuth in [0.3, -0.4, 1.6] {
+            let direction = crate::knots::direction(azimuth);
+            let lines = vec![direction; cells.count()];
+            let by_lines = along_lines(&light, size, pixel_mm, &cells, &lines, &[true; 3000], lengths_mm);
+            let at_once = along_direction(&light, size, pixel_mm, direction, &[true; 3000], lengths_mm);
+            // A millimetre to either side.
+            for i in (0..3000).filter(|i| (8..52).contains(&(i / 50)) && (12..38).contains(&(i % 50))) {
+                assert!((by_lines[i] - at_once[i]).abs() < 0.01, "{azimuth}: {} and {}", by_lines[i], at_once[i]);
+            }
+        }
+        let counts: Vec<bool> = (0..3000).map(|i| i % 7 != 0).collect();
+        let light: Vec<f32> = counts.iter().map(|&counts| if counts { 2.0 } else { 90.0 }).collect();
+        let means = along_direction(&light, size, pixel_mm, Vec2::Y, &counts, lengths_mm);
+        assert!(
+            means.iter().zip(&counts).all(|(mean, &counts)| (mean - if counts { 2.0 } else { 0.0 }).abs() < 1.0e-4)
+        );
+    }
 }

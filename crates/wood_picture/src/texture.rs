@@ -122,12 +122,14 @@ pub(crate) fn texture(
     let down = filter(log_light, size, [&slope_down, &smooth_across], Beyond::Same);
     let across = filter(log_light, size, [&smooth_down, &slope_across], Beyond::Same);
     let square = |i: usize| (across[i] / pixel_mm[1]).powi(2) + (down[i] / pixel_mm[0]).powi(2);
-    let squares: Vec<f32> = (0..log_light.len()).map(square).collect();
-    let energy = smooth(&squares, size, pixel_mm.map(|pixel| ENERGY * scale_mm / pixel), Beyond::Same);
-    drop(squares);
-    // Every seventh pixel is enough for a median.
-    let mut some: Vec<f32> = (0..log_light.len()).step_by(7).filter(|&i| counts[i]).map(|i| energy[i]).collect();
-    let knee = if some.is_empty() { 1.0 } else { KNEE * KNEE * quantile(&mut some, 0.5) }.max(f32::MIN_POSITIVE);
+    let weights = (!by_size).then(|| {
+        let squares: Vec<f32> = (0..log_light.len()).map(square).collect();
+        let energy = smooth(&squares, size, pixel_mm.map(|pixel| ENERGY * scale_mm / pixel), Beyond::Same);
+        // Every seventh pixel is enough for a median.
+        let mut some: Vec<f32> = (0..log_light.len()).step_by(7).filter(|&i| counts[i]).map(|i| energy[i]).collect();
+        let knee = if some.is_empty() { 1.0 } else { KNEE * KNEE * quantile(&mut some, 0.5) }.max(f32::MIN_POSITIVE);
+        move |i: usize, square: f32| 4.0 * knee / (square.max(energy[i]) + knee).powi(2)
+    });
     let mut pixels = vec![0.0_f32; cells.count()];
     let mut sums: [Vec<f32>; 6] = std::array::from_fn(|_| vec![0.0; cells.count()]);
     for row in 0..size[0] {
@@ -138,7 +140,7 @@ pub(crate) fn texture(
             }
             let (gx, gy) = (across[i] / pixel_mm[1], down[i] / pixel_mm[0]);
             let square = square(i);
-            let weight = if by_size { 1.0 / knee } else { 4.0 * knee / (square.max(energy[i]) + knee).powi(2) };
+            let weight = weights.as_ref().map_or(1.0, |weight| weight(i, square));
             let (length, re, im) = (weight * square, weight * (gx * gx - gy * gy), -2.0 * weight * gx * gy);
             let cell = cells.of([row, col], pixel_mm);
             pixels[cell] += 1.0;

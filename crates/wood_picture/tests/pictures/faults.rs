@@ -1,7 +1,7 @@
 //! Each fault by a picture that has it.
 
 use base::{Stream, normal};
-use wood_picture::{Encoding, PictureAnalysis, PictureFault, absorption_map, fibre_map};
+use wood_picture::{Encoding, PictureAnalysis, PictureFault, absorption_map, analyse, fibre_map};
 
 use crate::board::{BoardPicture, picture, wood};
 
@@ -54,6 +54,14 @@ fn each_fault_is_told_as_that_fault() {
     assert!(matches!(fault(&board, |light, _, _, _| light.fill(0.0)), F::Constant { .. }));
     let glare = |light: &mut Vec<f32>| light.iter_mut().for_each(|v| *v = (1.5 * *v).min(1.0));
     assert!(matches!(fault(&board, |light, _, _, _| glare(light)), F::Saturated { .. }));
+    // A few glints are told and do no harm.
+    let (mut glints, mut sorted) = (board.light.clone(), board.light.clone());
+    let end = crate::quantile(&mut sorted, 0.97);
+    glints.iter_mut().for_each(|light| *light = (*light / end).min(1.0));
+    let [plain, clipped] = [&board.light, &glints]
+        .map(|light| analyse(light, board.size, board.pixel_mm, &linear()).expect("it is a board").1);
+    assert!(plain.clipped_share == 0.0 && (0.025..0.035).contains(&clipped.clipped_share), "{clipped:?}");
+    assert!(crate::apart_deg(plain.azimuth_rad, clipped.azimuth_rad) < 0.5, "{plain:?} {clipped:?}");
     let noise = |light: &mut Vec<f32>| {
         let mut rng = Stream::root(5).rng();
         light.iter_mut().for_each(|v| *v = (0.5 + 0.02 * normal(&mut rng)) as f32);

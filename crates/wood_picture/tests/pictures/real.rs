@@ -5,7 +5,7 @@
 //! Directions are tested by turning, since boards lie along their rings: each photograph is turned in millimetres and
 //! cut to the largest rectangle that holds nothing from beyond its edges.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
@@ -141,6 +141,7 @@ impl Turned {
 
 /// What was found of a photograph's direction [deg].
 struct Direction {
+    name: String,
     turn: f32,
     rings: f32,
     /// Median of clear pixels less that of the rings, and the error that is told.
@@ -313,7 +314,8 @@ fn look(photograph: &Photograph, pixel_mm: [f32; 2], turn: f32, found: &Mutex<(V
         if off.abs() > 3.0 {
             println!("{} turned by {turn}: off by {off:.1} deg, {told:.1} told", photograph.name);
         }
-        directions.push(Direction { turn, rings, off, told });
+        let name = photograph.name.clone();
+        directions.push(Direction { name, turn, rings, off, told });
     }
 }
 
@@ -322,6 +324,11 @@ fn look(photograph: &Photograph, pixel_mm: [f32; 2], turn: f32, found: &Mutex<(V
 fn tell(directions: &[Direction], tally: &Tally, is_first: bool) -> bool {
     let within =
         |deg: f32| directions.iter().filter(|one| one.off.abs() <= deg).count() as f32 / directions.len() as f32;
+    for deg in [3.0, 6.0] {
+        let boards: BTreeSet<&str> =
+            directions.iter().filter(|one| one.off.abs() > deg).map(|one| one.name.as_str()).collect();
+        println!("boards that are off by more than {deg} deg in some turn: {boards:?}");
+    }
     let unturned: Vec<&Direction> = directions.iter().filter(|one| one.turn == 0.0).collect();
     let ratio = rms(unturned.iter().map(|one| one.off)) / rms(unturned.iter().map(|one| one.rings));
     let pairs: Vec<[f32; 2]> = unturned.iter().map(|one| [one.rings, one.rings + one.off]).collect();

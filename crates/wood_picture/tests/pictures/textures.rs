@@ -3,7 +3,7 @@
 use base::{Stream, normal};
 use glam::Vec2;
 use procedural::noise::Noise;
-use wood_picture::{Encoding, FibreMap, PictureAnalysis, fibre_map};
+use wood_picture::{Encoding, FibreMap, Findings, PictureAnalysis, PictureFault, analyse, fibre_map};
 
 use crate::{apart_deg, quantile};
 
@@ -65,6 +65,48 @@ fn the_azimuth_of_a_texture_is_found_and_its_error_is_as_told() {
     assert!(median < 1.0, "median error {median} deg");
     assert!(squares.iter().all(|square| (0.13..1.87).contains(square)), "squared error over told error {squares:?}");
     assert!(ends[1] > 1.5 * ends[0], "all errors are told alike: {ends:?}");
+}
+
+/// What is found of rings 3 mm apart of that contrast under marks across them, 0.3 by 8 mm, of 6 %, and how far that is
+/// off [deg].
+fn marked(number: u64, contrast: f32) -> Result<(Findings, f32), PictureFault> {
+    const PIXEL_MM: f32 = 0.12;
+    let size = [600, 400];
+    let stream = Stream::root(8).child("marked").index(number);
+    let (marks, mut rng) = (Noise::new(stream.child("marks")), stream.child("noise").rng());
+    let azimuth = [-18.0_f32, -7.0, 10.0, 19.0][number as usize % 4].to_radians();
+    let along = Vec2::new(azimuth.sin(), azimuth.cos());
+    let light: Vec<f32> = (0..size[0] * size[1])
+        .map(|i| {
+            let place = Vec2::new((i % size[1]) as f32, (i / size[1]) as f32) * PIXEL_MM;
+            let (u, v) = (along.perp_dot(place), along.dot(place) + 50.0);
+            let mark = 0.06 * marks.fibres(Vec2::new(v / 0.3, u / 8.0)).0;
+            let ring = contrast * (std::f32::consts::TAU * u / 3.0).sin();
+            0.5 * (mark + ring).exp() * (1.0 + 0.005 * normal(&mut rng)) as f32
+        })
+        .collect();
+    let settings = PictureAnalysis { encoding: Encoding::Linear, ..PictureAnalysis::default() };
+    let findings = analyse(&light, size, [PIXEL_MM; 2], &settings)?.1;
+    Ok((findings, apart_deg(findings.azimuth_rad, azimuth)))
+}
+
+/// Strong rings are read through marks; weak ones are refused, or the error says that they are weak.
+#[test]
+fn boards_under_marks_say_how_sure_their_direction_is() {
+    for number in 0..4 {
+        let (strong, off) = marked(number, 0.1).expect("a board");
+        let told = strong.error_rad.to_degrees();
+        println!("{number}: off by {off:.2} of {told:.2} deg, {:?}", strong.marks);
+        assert!(strong.marks.is_some() && off < 1.5 && told < 2.0, "{off} deg, {strong:?}");
+        match marked(number, 0.01) {
+            Ok((weak, weak_off)) => {
+                let weak_told = weak.error_rad.to_degrees();
+                println!("   under weak rings by {weak_off:.2} of {weak_told:.2} deg");
+                assert!(weak_told > told && weak_off < 3.0 * weak_told, "{weak_off} deg, {weak:?}");
+            }
+            Err(fault) => assert!(matches!(fault, PictureFault::NoWood { .. }), "{fault}"),
+        }
+    }
 }
 
 #[test]
