@@ -16,9 +16,7 @@ use crate::generate::MemoryEstimate;
 use dataset::{ExrChannel, Fault, write_exr};
 use output_schema::SampleType;
 use procedural::wood::Wood;
-use wood_picture::{
-    BoardPart, Encoding, Face, FibreMap, Findings, PictureAnalysis, analyse, face_absorption, palest_per_mm,
-};
+use wood_picture::{BoardPart, Encoding, Face, FibreMap, Findings, PictureAnalysis, analyse, face_absorption};
 
 /// Directions are drawn so far apart [mm].
 const STROKE_MM: f32 = 3.0;
@@ -124,11 +122,10 @@ pub(super) fn run(arguments: &FibresArgs) -> CommandResult {
     let (fibres, findings) = analyse(&grey, size, arguments.pixel_mm, &settings).map_err(told)?;
     // The kinds of wood of the class table: what a picture without a scale of reflectance is held to.
     let wood = Wood::from_values(&mut |parameter| parameter.default);
-    let mu_a = face_absorption(&grey, &fibres, &wood.media, wood.log.latewood_share, &settings).map_err(told)?;
+    let (mu_a, glossy) =
+        face_absorption(&grey, &fibres, &wood.media, wood.log.latewood_share, &settings).map_err(told)?;
     let picture = output::png(&directions(&grey, &fibres))?;
     drop(grey);
-    let palest = palest_per_mm(&wood.media);
-    let glossy = mu_a.iter().filter(|mu_a| **mu_a <= palest).count() as f64 / mu_a.len() as f64;
     let report = Report { fibres: &fibres, findings, part, glossy };
     let document = report.document(&mu_a);
     let told = if arguments.json { format!("{document:#}\n") } else { report.text(&out, &view) };

@@ -1,7 +1,8 @@
 //! The absorption map: how much light the wood takes up, at the face and below it.
 //!
-//! Model: light of a pixel over the mean of clear wood, times the mean reflectance of earlywood and latewood of the
-//! stated media by their shares, is the pixel's own diffuse reflectance (the median would be earlywood's alone). The
+//! Model: the wood's own tone ([`crate::tone`]) over the mean of clear wood, times the mean reflectance of earlywood
+//! and latewood of the stated media by their shares, is the pixel's own diffuse reflectance (the median would be
+//! earlywood's alone). Stains and gloss that are not clear wood count in that mean by no more than a quarter. The
 //! absorption that has it follows from [`HalfSpace`], with the scattering of clear wood's mean outside of knots and of
 //! knot wood in them, and the dive of the fibre map: steep fibres lead light down and darken without any absorption.
 //! Below the face (an assumption, no measurement): a feature of width w lasts to a depth of about w, so that at depth d
@@ -9,8 +10,9 @@
 //! of the face follows the branch's axis and does not fade. Sources: docs/theory/physics.md for the reflectance,
 //! docs/theory/wood.md for the media. Limits: scattering that differs from the mean counts as absorption; light spreads
 //! by a millimetre below the face, so that fine streaks are stronger in the wood than in the picture. Light that
-//! changes over 20 mm and more by a fifth is that of lamps and is taken off; what is paler than half of earlywood's
-//! absorption is gloss or torn fibres, and has that absorption.
+//! changes over centimetres by a fifth is that of lamps and is taken off. Nothing is paler than half of earlywood's
+//! absorption. Light that is brighter than that by more than a tenth is that of gloss or torn fibres: the farther
+//! beyond, the less it is believed, down to clear wood's mean (a redescending function, Hampel 1974).
 
 use base::Medium;
 use glam::Vec2;
@@ -18,19 +20,22 @@ use procedural::wood::Media;
 
 use crate::background::evened;
 use crate::raster::{Beyond, around, quantile, smooth};
-use crate::{FibreMap, HalfSpace, PictureAnalysis, PictureFault, picture};
+use crate::{FibreMap, HalfSpace, PictureAnalysis, PictureFault, picture, tone};
 
 /// Steps of the dive from 0 to 90 degrees [deg].
 const DIVE_STEP_DEG: f32 = 2.0;
 /// Entries of the inverse over reflectances from 0 to 1.
 const ENTRIES: usize = 1024;
-/// Least absorption that is told over earlywood's [1]: what is brighter is gloss, or torn fibres.
+/// Least absorption that is told over earlywood's [1].
 const PALEST: f64 = 0.5;
+/// Light over clear wood's beyond the palest wood's that counts as the palest wood's [1]; brighter is gloss, or torn
+/// fibres.
+const BRIGHTER: f32 = 0.1;
 /// Spread of the middle nine tenths of lamps over their median that is no longer even [1]: the tone of even boards
 /// wanders by as much.
 const UNEVEN: f32 = 0.2;
-/// Clear wood around whose mean light is that of the lamps [mm].
-const LAMPS_MM: f32 = 20.0;
+/// Clear wood around whose light is that of the lamps [mm].
+const LAMPS_MM: f32 = 10.0;
 /// Depths of the levels [mm]; light of 660 nm goes a millimetre or two deep.
 const DEPTHS_MM: [f32; 5] = [0.0, 0.5, 1.0, 2.0, 4.0];
 /// All of them.
@@ -39,8 +44,8 @@ pub(crate) const LEVELS: usize = DEPTHS_MM.len();
 const FADING: f32 = 0.5;
 /// Fibres that dive less are flat [rad]: 3 degrees, which darken by under 1 %.
 const FLAT_RAD: f32 = 0.05;
-/// Part of the pixels at either end whose light counts as that of the next [1]: checks, resin and glints.
-const TRIM: f32 = 0.005;
+/// Light of clear wood over its median [1]: latewood has 0.83 of earlywood; stains, checks and glints lie beyond.
+const CLEAR: [f32; 2] = [0.75, 1.25];
 /// Flattest branch that is followed: its slope in the face over its depth [1].
 const STEEPEST_SHEAR: f32 = 4.0;
 
@@ -53,8 +58,6 @@ pub struct AbsorptionMap {
     pub pixel_mm: [f32; 2],
     /// At the face, `[rows, cols]` [mm^-1].
     pub mu_a_per_mm: Vec<f32>,
-    /// Light over reflectance: divides a pixel's light [1].
-    pub light_per_reflectance: f32,
     /// Logarithm of clear wood's absorption at [`DEPTHS_MM`], over knots filled from beside them.
     levels: Vec<Vec<f32>>,
     pub(crate) knots: Vec<crate::PictureKnot>,
@@ -139,13 +142,11 @@ pub fn absorption_map(
     latewood_share: f64,
     settings: &PictureAnalysis,
 ) -> Result<AbsorptionMap, PictureFault> {
-    let (light, mean_light) = relative_light(grey, fibres, settings)?;
-    let mut map = absorption_of(&light, fibres, media, latewood_share, LEVELS);
-    map.light_per_reflectance *= mean_light as f32;
-    Ok(map)
+    Ok(absorption_of(&relative_light(grey, fibres, settings)?, fibres, media, latewood_share, LEVELS))
 }
 
-/// The same at the face alone, which takes a third of the memory, `[rows, cols]` [mm^-1].
+/// The same at the face alone, which takes a third of the memory, `[rows, cols]` [mm^-1], and the share of the pixels
+/// that are brighter than wood [1].
 ///
 /// # Errors
 /// As [`absorption_map`].
@@ -155,27 +156,29 @@ pub fn face_absorption(
     media: &Media,
     latewood_share: f64,
     settings: &PictureAnalysis,
-) -> Result<Vec<f32>, PictureFault> {
-    let (light, _) = relative_light(grey, fibres, settings)?;
-    Ok(face(&light, &inside(fibres), fibres, media, latewood_share).0)
+) -> Result<(Vec<f32>, f64), PictureFault> {
+    let light = relative_light(grey, fibres, settings)?;
+    let face = FaceLaw::new(media, latewood_share);
+    let glossy = light.iter().filter(|light| **light > face.most).count() as f64 / light.len() as f64;
+    Ok((face.absorption(&light, &inside(fibres), fibres), glossy))
 }
 
-/// Light of every pixel over the mean of clear wood, and that mean [1].
-fn relative_light(
+/// Light of the wood in a picture over the mean of clear wood [1].
+pub(crate) fn relative_light(
     grey: &[f32],
     fibres: &FibreMap,
     settings: &PictureAnalysis,
-) -> Result<(Vec<f32>, f64), PictureFault> {
-    let light = picture::light(grey, fibres.size, fibres.pixel_mm, settings)?;
-    let whole = clear_light(&light, fibres);
-    let mut light = without_lamps(light, fibres);
-    let mean = clear_light(&light, fibres);
+) -> Result<Vec<f32>, PictureFault> {
+    let inside = inside(fibres);
+    let tone = tone::of_wood(&picture::light(grey, fibres.size, fibres.pixel_mm, settings)?, fibres, &inside);
+    let mut light = without_lamps(tone, fibres);
+    let mean = clear_light(&light, fibres, &inside).max(f64::MIN_POSITIVE);
     light.iter_mut().for_each(|light| *light = (f64::from(*light) / mean) as f32);
-    Ok((light, whole))
+    Ok(light)
 }
 
 /// Light without what uneven lamps do to it, where they are uneven.
-pub(crate) fn without_lamps(light: Vec<f32>, fibres: &FibreMap) -> Vec<f32> {
+fn without_lamps(light: Vec<f32>, fibres: &FibreMap) -> Vec<f32> {
     let even = evened(&light, fibres.size, fibres.pixel_mm, LAMPS_MM);
     // Every hundredth pixel is enough for quantiles.
     let mut lamps: Vec<f32> = light.iter().zip(&even).step_by(97).map(|(light, even)| light / even).collect();
@@ -187,14 +190,8 @@ pub(crate) fn without_lamps(light: Vec<f32>, fibres: &FibreMap) -> Vec<f32> {
     if high - low > UNEVEN * middle { even } else { light }
 }
 
-/// Absorption of the palest wood of these media [mm^-1]: what looks paler has gloss.
-pub fn palest_per_mm(media: &Media) -> f32 {
-    (PALEST * media.earlywood_mu_a_per_mm) as f32
-}
-
 /// Mean light of clear wood [1].
-pub(crate) fn clear_light(light: &[f32], fibres: &FibreMap) -> f64 {
-    let inside = inside(fibres);
+fn clear_light(light: &[f32], fibres: &FibreMap, inside: &[bool]) -> f64 {
     // Where fibres dive light is led down: only flat ones say how bright clear wood is.
     let flat = |pixel: usize| !inside[pixel] && fibres.dive_rad[pixel].abs() < FLAT_RAD;
     let mut clear_light = Vec::with_capacity(light.len());
@@ -202,7 +199,8 @@ pub(crate) fn clear_light(light: &[f32], fibres: &FibreMap) -> f64 {
     if clear_light.is_empty() {
         clear_light.extend_from_slice(light);
     }
-    let [low, high] = [TRIM, 1.0 - TRIM].map(|part| quantile(&mut clear_light, part));
+    let median = quantile(&mut clear_light, 0.5);
+    let [low, high] = CLEAR.map(|part| part * median);
     clear_light.iter().map(|light| f64::from(light.clamp(low, high))).sum::<f64>() / clear_light.len() as f64
 }
 
@@ -252,35 +250,55 @@ pub(crate) fn absorption_of(
     count: usize,
 ) -> AbsorptionMap {
     let inside = inside(fibres);
-    let (mu_a_per_mm, mean_reflectance) = face(light, &inside, fibres, media, latewood_share);
+    let mu_a_per_mm = FaceLaw::new(media, latewood_share).absorption(light, &inside, fibres);
     let levels = levels(&mu_a_per_mm, &inside, fibres, count);
-    AbsorptionMap {
-        size: fibres.size,
-        pixel_mm: fibres.pixel_mm,
-        mu_a_per_mm,
-        light_per_reflectance: (1.0 / mean_reflectance) as f32,
-        levels,
-        knots: fibres.knots.clone(),
-    }
+    AbsorptionMap { size: fibres.size, pixel_mm: fibres.pixel_mm, mu_a_per_mm, levels, knots: fibres.knots.clone() }
 }
 
-/// Absorption at the face [mm^-1], and the mean reflectance of clear wood [1].
-fn face(light: &[f32], inside: &[bool], fibres: &FibreMap, media: &Media, latewood_share: f64) -> (Vec<f32>, f64) {
-    let [clear, knotted] = means(media, latewood_share);
-    let kind = |mu_a: f64, sigma_i: f64, k: f64| {
-        let medium = Medium { sigma_i: sigma_i as f32, k: k as f32, ..clear };
-        HalfSpace::new(&medium, 0.0).reflectance(mu_a)
-    };
-    let early = (media.earlywood_mu_a_per_mm, media.earlywood_sigma_i_per_mm, media.earlywood_k_per_mm);
-    let late = kind(
-        early.0 * media.latewood_mu_a_ratio,
-        early.1 * media.latewood_sigma_i_ratio,
-        early.2 * media.latewood_k_ratio,
-    );
-    let mean_reflectance = (1.0 - latewood_share) * kind(early.0, early.1, early.2) + latewood_share * late;
-    let inverses = [&clear, &knotted].map(|medium| Inverse::new(medium, palest_per_mm(media)));
-    let mu_a = |i: usize| inverses[usize::from(inside[i])].at(light[i] * mean_reflectance as f32, fibres.dive_rad[i]);
-    ((0..light.len()).map(mu_a).collect(), mean_reflectance)
+/// How a face of these media looks.
+struct FaceLaw {
+    /// Of clear wood and of knot wood.
+    inverses: [Inverse; 2],
+    /// Mean reflectance of clear wood [1].
+    mean_reflectance: f32,
+    /// Light of the palest wood over the mean, and the most that may be wood's [1].
+    palest: f32,
+    most: f32,
+}
+
+impl FaceLaw {
+    fn new(media: &Media, latewood_share: f64) -> Self {
+        let [clear, knotted] = means(media, latewood_share);
+        let kind = |mu_a: f64, sigma_i: f64, k: f64| {
+            let medium = Medium { sigma_i: sigma_i as f32, k: k as f32, ..clear };
+            HalfSpace::new(&medium, 0.0).reflectance(mu_a)
+        };
+        let early = [media.earlywood_mu_a_per_mm, media.earlywood_sigma_i_per_mm, media.earlywood_k_per_mm];
+        let late = kind(
+            early[0] * media.latewood_mu_a_ratio,
+            early[1] * media.latewood_sigma_i_ratio,
+            early[2] * media.latewood_k_ratio,
+        );
+        let mean = (1.0 - latewood_share) * kind(early[0], early[1], early[2]) + latewood_share * late;
+        let least = PALEST * early[0];
+        let palest = (HalfSpace::new(&clear, 0.0).reflectance(least) / mean) as f32;
+        Self {
+            inverses: [&clear, &knotted].map(|medium| Inverse::new(medium, least as f32)),
+            mean_reflectance: mean as f32,
+            palest,
+            most: palest + BRIGHTER,
+        }
+    }
+
+    /// At each pixel, from light over the mean of clear wood [mm^-1].
+    fn absorption(&self, light: &[f32], inside: &[bool], fibres: &FibreMap) -> Vec<f32> {
+        let believed = |light: f32| if light > self.most { (self.palest + self.most - light).max(1.0) } else { light };
+        let at = |i: usize| {
+            let reflectance = believed(light[i]) * self.mean_reflectance;
+            self.inverses[usize::from(inside[i])].at(reflectance, fibres.dive_rad[i])
+        };
+        (0..light.len()).map(at).collect()
+    }
 }
 
 /// Logarithm of clear wood's absorption under wider and wider Gaussians; knots are filled from beside them.

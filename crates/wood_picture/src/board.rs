@@ -18,10 +18,10 @@ use base::{Class, Instance, Medium};
 use glam::{Vec2, Vec3};
 use procedural::wood::{GivenMatter, GivenWood, Wood};
 
-use crate::absorption::{LEVELS, absorption_of, clear_light, means, without_lamps};
+use crate::absorption::{LEVELS, absorption_of, means, relative_light};
 use crate::components::{Patch, patches};
 use crate::raster::{around, quantile};
-use crate::{AbsorptionMap, Face, FibreMap, PictureAnalysis, PictureFault, PictureKnot, fibre_map, picture};
+use crate::{AbsorptionMap, Face, FibreMap, PictureAnalysis, PictureFault, PictureKnot, fibre_map};
 
 /// Fibres are disturbed as far as this from a knot's outline [half axes]: as `media.knot_fibre_dispersion_deg` says.
 const DISTURBED: f32 = 4.0;
@@ -42,7 +42,7 @@ pub enum Depth {
 /// A picture of wood with all that is known of it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BoardPicture {
-    /// Light over the mean of clear wood [1].
+    /// Light of the wood over the mean of clear wood [1].
     light: Vec<f32>,
     fibres: FibreMap,
     /// Classes that somebody gives.
@@ -77,9 +77,8 @@ impl BoardPicture {
         settings: &PictureAnalysis,
         depth: Depth,
     ) -> Result<Self, PictureFault> {
-        let light = picture::light(grey, fibres.size, fibres.pixel_mm, settings)?;
-        let light = without_lamps(light, &fibres);
-        Ok(Self::with_light(light, fibres, settings.face, depth))
+        let light = relative_light(grey, &fibres, settings)?;
+        Ok(Self { light, fibres, classes: None, face: settings.face, depth })
     }
 
     /// A map of fibres without a picture: every pixel has a share of clear wood's light, for instance the alpha of the
@@ -93,12 +92,6 @@ impl BoardPicture {
             return Err(PictureFault::Length { pixels: shares.len(), rows, cols });
         }
         Ok(Self { light: shares.to_vec(), fibres, classes: None, face, depth })
-    }
-
-    fn with_light(mut light: Vec<f32>, fibres: FibreMap, face: Face, depth: Depth) -> Self {
-        let mean = clear_light(&light, &fibres).max(f64::MIN_POSITIVE);
-        light.iter_mut().for_each(|light| *light = (f64::from(*light) / mean) as f32);
-        Self { light, fibres, classes: None, face, depth }
     }
 
     /// With a class for every pixel, in the place of the knots that were found as labels.

@@ -31,11 +31,12 @@ mod raster;
 mod rings;
 mod ripple;
 mod texture;
+mod tone;
 mod volume;
 
 use base::words;
 
-pub use absorption::{AbsorptionMap, absorption_map, face_absorption, palest_per_mm};
+pub use absorption::{AbsorptionMap, absorption_map, face_absorption};
 pub use belt::BoardPart;
 pub use board::{BoardPicture, Depth, PicturedWood};
 pub use density_law::{DensityLaw, KindDensities};

@@ -15,7 +15,7 @@ use wood_picture::{FibreMap, PictureAnalysis, PictureFault, PictureKnot, fibre_m
 const MAGIC: &[u8] = b"sheetlight fibres\n";
 /// First digits of SHA-256 of the fibres of the built-in picture. Whatever changes the analysis changes them, so they
 /// stand in every name: no run takes fibres that another analysis has found. A test holds them to the analysis.
-const ANALYSIS: &str = "d0b0c9b0f9307627";
+const ANALYSIS: &str = "8744edb33f59bc3f";
 /// Numbers of a knot.
 const KNOT_NUMBERS: usize = 10;
 

@@ -5,6 +5,7 @@
 use std::collections::HashMap;
 
 use base::{BodyKind, Class, Medium, Stream, normal};
+use glam::Vec2;
 use procedural::wood::{Plank, Wood};
 use wood_picture::HalfSpace;
 
@@ -57,6 +58,29 @@ pub fn picture(stream: Stream, wood: Wood, pixel_mm: f32) -> BoardPicture {
     let mut rng = stream.child("noise").rng();
     seen.light.iter_mut().for_each(|light| *light *= (1.0 + NOISE * normal(&mut rng)) as f32);
     seen
+}
+
+/// What a line camera of a sawmill makes of a board, in sRGB of 8 bits. Lamps leave half of the light at a corner. A
+/// planer has left thin bright marks across the grain every 1.3 mm, each of its own strength. Ten patches of torn
+/// fibres shine by half.
+pub fn photographed(board: &BoardPicture) -> Vec<f32> {
+    // Numbers that fill 0 to 1 evenly.
+    let drawn = |i: usize, step: f32| (0.5 + i as f32 * step).fract();
+    let [length, width] = [board.wood.board.length_mm as f32, board.wood.board.width_mm as f32];
+    let torn: Vec<Vec2> = (0..10).map(|i| Vec2::new(drawn(i, 0.755) * width, drawn(i, 0.57) * length)).collect();
+    (0..board.light.len())
+        .map(|i| {
+            let [row, col] = [i / board.size[1], i % board.size[1]];
+            let place = Vec2::new((col as f32 + 0.5) * board.pixel_mm[1], (row as f32 + 0.5) * board.pixel_mm[0]);
+            let lamps = (-0.5 * place.y / length).exp() / (1.0 + (place.x / width - 0.45).powi(2));
+            let at = (place.y + 0.03 * place.x) / 1.3;
+            let mark = if at.fract() < 0.3 { 1.0 + 0.5 * drawn(at as usize, 0.618) } else { 1.0 };
+            let shine = if torn.iter().any(|torn| torn.distance(place) < 2.5) { 1.5 } else { 1.0 };
+            let light = (0.8 * board.light[i] * lamps * mark * shine).clamp(0.0, 1.0);
+            let coded = if light <= 0.003_130_8 { 12.92 * light } else { 1.055 * light.powf(1.0 / 2.4) - 0.055 };
+            (255.0 * coded).round() / 255.0
+        })
+        .collect()
 }
 
 /// The same of any board, sharp and without noise.

@@ -5,10 +5,11 @@ use std::sync::Mutex;
 use base::{BodyKind, Class, Stream};
 use glam::{Vec2, Vec3};
 use wood_picture::{
-    AbsorptionMap, Encoding, FibreMap, PictureAnalysis, PictureKnot, absorption_map, fibre_map, red_channel,
+    AbsorptionMap, Encoding, FibreMap, PictureAnalysis, PictureKnot, absorption_map, face_absorption, fibre_map,
+    red_channel,
 };
 
-use crate::board::{BoardPicture, picture, wood};
+use crate::board::{BoardPicture, photographed, picture, wood};
 use crate::{apart_deg, quantile};
 
 /// Boards that are grown, with 0 to 4 knots each.
@@ -236,6 +237,47 @@ fn photographs_in_colour_say_what_linear_pictures_say() {
         // Eight bits and the curve change nothing that the blur has left.
         assert!((ratios[0][0] - ratios[1][0]).abs() < 0.02, "{ratios:?}");
     }
+}
+
+/// What lamps, marks and torn fibres do to a photograph is not in the absorption.
+#[test]
+fn photographs_of_sawn_boards_say_what_even_pictures_say() {
+    let settings = PictureAnalysis { encoding: Encoding::Srgb, ..linear() };
+    each_board(3, |number, board| {
+        let (media, share) = (board.wood.media, board.wood.log.latewood_share);
+        let photo = photographed(&board);
+        let map = fibre_map(&photo, board.size, board.pixel_mm, &settings).expect("it is a board");
+        let absorption = absorption_map(&photo, &map, &media, share, &settings).expect("it is a board");
+        let (_, glossy) = face_absorption(&photo, &map, &media, share, &settings).expect("it is a board");
+        let ratios = absorption_ratios(&board, &map, &absorption);
+        // Squares of a millimetre, which is how far light spreads.
+        let side = (1.0 / PIXEL_MM) as usize;
+        let mut squares = Vec::new();
+        for (row, col) in (0..board.size[0] / side).flat_map(|r| (0..board.size[1] / side).map(move |c| (r, c))) {
+            let pixels = (0..side * side).map(|i| (row * side + i / side) * board.size[1] + col * side + i % side);
+            let is_clear = |pixel: usize| {
+                let near = map.knots.iter().map(|knot| knot.within(map.place_mm(pixel)));
+                board.class[pixel] == Class::Clear && near.fold(f32::INFINITY, f32::min) > 1.5
+            };
+            if pixels.clone().all(is_clear) {
+                let mean = |values: &[f32]| pixels.clone().map(|pixel| values[pixel]).sum::<f32>();
+                squares.push(mean(&absorption.mu_a_per_mm) / mean(&board.mu_a));
+            }
+        }
+        let [low, middle, high] = [0.05, 0.5, 0.95].map(|part| quantile(&mut squares, part));
+        println!(
+            "board {number}: over truth {low:.2}, {middle:.2}, {high:.2}; clear wood, knots, correlation {ratios:.2?}; \
+                {:.1} % brighter than wood",
+            100.0 * glossy
+        );
+        // As for even pictures. A hundredth of light is a twentieth of absorption: bows of light leave a tenth, and
+        // torn patches have clear wood's mean, which is a third above that of earlywood.
+        assert!((middle - 1.0).abs() < 0.15 && low > 0.6 && high < 1.7, "{low} {middle} {high}");
+        assert!(ratios[1].is_nan() || (ratios[1] - 1.0).abs() < 0.35, "knots {}", ratios[1]);
+        assert!(ratios[2] > 0.6, "correlation {}", ratios[2]);
+        // The patches cover 3.6 % of the board.
+        assert!((0.01..0.06).contains(&glossy), "{glossy}");
+    });
 }
 
 #[test]
