@@ -11,6 +11,7 @@
 //! `score` is one such lane a cell.
 //! Uniform centres and phases make its mean and covariance the same at every place, without any lattice. `bundles` does
 //! so along the fibre; across it is turned value noise whose weights are scaled to equal variance everywhere.
+//! `nearest` tells how far jittered points are (Worley 1996).
 //! Hash: the two-multiply integer mixer "lowbias32" (Wellons 2018).
 //! Limits: below a quarter of the cell it is a polynomial; over more than 2^22 cells f32 no longer resolves a cell.
 
@@ -228,6 +229,21 @@ impl Noise {
             frequency *= LACUNARITY;
         }
         sum / power.sqrt()
+    }
+
+    /// Distance to the nearest of points that lie one in each unit cell [cell].
+    pub fn nearest(self, p: Vec3) -> f32 {
+        let p = SPACE_TURN * p;
+        let corner = [p.x, p.y, p.z].map(|x| split(x).0.wrapping_sub(1));
+        let distance = |n: u32| {
+            let steps = [n % 3, n / 3 % 3, n / 9];
+            let [i, j, k]: [u32; 3] = std::array::from_fn(|axis| corner[axis].wrapping_add(steps[axis]));
+            let word = self.hash(i, j, k);
+            let share = |shift: u32| ((word >> shift) & 0x3ff) as f32 / 1024.0;
+            let cell = Vec3::new(i as i32 as f32, j as i32 as f32, k as i32 as f32);
+            p.distance_squared(cell + Vec3::new(share(0), share(11), share(22)))
+        };
+        (0..27).map(distance).fold(f32::INFINITY, f32::min).sqrt()
     }
 
     #[inline]

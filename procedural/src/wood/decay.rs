@@ -5,9 +5,8 @@
 //! smooth step. With severity s and v = 2 s, absorption is mu_a,clear (mu_a,rot / mu_a,clear)^v, every other
 //! coefficient is clear + v (rot - clear): at s = 1/2 the medium is that of the class table. Before the front lies a
 //! rim of reaction that absorbs half as much again, or a wider zone of incipient decay, discoloured as wood of a fifth
-//! of the severity. A point is decayed where at least half of the front has passed. Sources: class table and sizes in
-//! docs/theory/wood.md. Limits: one strip along the whole edge; heart rot does not taper; no cubical cracks, no zone
-//! lines inside.
+//! of the severity. A point is decayed where at least half of the front has passed. What is inside of it is in
+//! `decay_texture`. Sources: class table and sizes in docs/theory/wood.md. Limits: heart rot does not taper.
 
 use base::{Class, Instance, KERNEL_INDICES, Stream, lognormal};
 use glam::Vec3;
@@ -16,6 +15,7 @@ use rand::RngExt;
 use super::Wood;
 use super::board_face::BoardFace;
 use super::coefficients::Coefficients;
+use super::decay_texture::{DecayTexture, Inside};
 use super::growth::wrap;
 use super::pith::{LogPoint, Trunk};
 use crate::noise::{Noise, smoothstep};
@@ -49,8 +49,8 @@ pub(super) struct Decay {
     half_width: f32,
     /// -1 or 1: the edge that it came from.
     side: f32,
-    /// Mean distance of the front from the edge [mm], and its instance; none where the edge is sound.
-    edge: Option<(f32, u16)>,
+    /// Decay at the edge; none where the edge is sound.
+    edge: Option<EdgeRot>,
     /// Mean distance of the front from the pith [mm], and its instance.
     heart: Option<(f32, u16)>,
     pockets: Vec<RotPocket>,
@@ -70,8 +70,19 @@ pub(super) struct Decay {
     across: f32,
     /// One over the cell of the noise along the fibre [mm^-1].
     along: f32,
+    texture: DecayTexture,
     /// The class table's medium.
     rot: Coefficients,
+}
+
+/// Decay that came in from an edge: half an ellipse, or a strip where it has no length.
+#[derive(Debug, Clone, Copy)]
+struct EdgeRot {
+    /// How far it reaches in [mm].
+    reach: f32,
+    /// Place along the log of its middle, and half its length [mm].
+    along: Option<[f32; 2]>,
+    id: u16,
 }
 
 /// A spindle of decay.
@@ -99,6 +110,7 @@ pub(super) struct Decayed {
     pub id: u16,
     /// Factor on the absorption of clear wood [1].
     rim: f32,
+    inside: Inside,
 }
 
 impl Decay {
@@ -124,8 +136,18 @@ impl Decay {
         let side = if asked.edge < 0.0 { -1.0 } else { 1.0 };
         let middle = board.lead_in_mm + 0.5 * board.length_mm;
         let inwards = 0.5 * (board.width_mm - asked.reach_mm.min(board.width_mm));
-        let edge = (asked.reach_mm > 0.0)
-            .then(|| (asked.reach_mm as f32, note(Class::Rot, board.offset_mm + side * inwards, middle, f64::NAN)));
+        let edge = (asked.reach_mm > 0.0).then(|| {
+            let x = board.offset_mm + side * inwards;
+            let spot = face.spot([0.5, stream.child("edge").rng().random()]);
+            let (y, along) = match asked.edge_length_mm {
+                0.0 => (middle, None),
+                length => {
+                    let place = trunk.place(x as f32, spot.y, face.height);
+                    (f64::from(spot.y), Some([place.l, 0.5 * length as f32]))
+                }
+            };
+            EdgeRot { reach: asked.reach_mm as f32, along, id: note(Class::Rot, x, y, f64::NAN) }
+        });
         let heart = (asked.heart_mm > 0.0)
             .then(|| (asked.heart_mm as f32, note(Class::Rot, board.offset_mm, middle, 2.0 * asked.heart_mm)));
         let pockets = (0..pockets).map(|index| {
@@ -158,6 +180,7 @@ impl Decay {
             noise: Noise::new(stream.child("front")),
             across: 1.0 / CELL_MM,
             along: 1.0 / (CELL_MM * asked.elongation as f32),
+            texture: DecayTexture::new(stream.child("texture"), asked),
             rot,
         })
     }
@@ -167,8 +190,16 @@ impl Decay {
     #[inline]
     fn ahead(&self, x: f32, place: &LogPoint) -> (f32, f32, u16) {
         let (mut ahead, mut wander, mut id) = (f32::INFINITY, self.wander, 0);
-        if let Some((reach, own)) = self.edge {
-            (ahead, id) = (self.half_width - self.side * (x - self.middle) - reach, own);
+        if let Some(edge) = self.edge {
+            let inwards = self.half_width - self.side * (x - self.middle);
+            ahead = match edge.along {
+                None => inwards - edge.reach,
+                // Distances count as across the board, where they are least.
+                Some([middle, half]) => {
+                    edge.reach * (libm::hypotf(inwards / edge.reach, (place.l - middle) / half) - 1.0)
+                }
+            };
+            id = edge.id;
         }
         if let Some((radius, own)) = self.heart
             && place.r - radius < ahead
@@ -198,10 +229,10 @@ impl Decay {
         if ahead > NOISE_LIMIT * wander + self.half_transition + self.rim.max(self.incipient) {
             return None;
         }
+        let log = Vec3::new(place.r * place.outward.x, place.l, place.r * place.outward.y);
         let ahead = if ahead < -NOISE_LIMIT * wander - self.half_transition {
             ahead
         } else {
-            let log = Vec3::new(place.r * place.outward.x, place.l, place.r * place.outward.y);
             ahead + wander * self.noise.fractal(log * Vec3::new(self.across, self.along, self.across))
         };
         let passed = 1.0 - smoothstep(-self.half_transition, self.half_transition, ahead);
@@ -221,7 +252,8 @@ impl Decay {
         } else {
             (Class::Clear, 0)
         };
-        Some(Decayed { passed, incipient, class, id, rim })
+        let inside = self.texture.at(log, passed, self.severity);
+        Some(Decayed { passed, incipient, class, id, rim, inside })
     }
 
     /// How far the face sinks at `x` [mm] of the scan frame, for a loss that is asked at severity 1 [mm].
@@ -232,11 +264,12 @@ impl Decay {
     /// What decay makes of clear wood.
     #[inline]
     pub fn change(&self, clear: Coefficients, decayed: Decayed) -> Coefficients {
-        let v = 2.0 * self.severity * decayed.passed.max(INCIPIENT * decayed.incipient);
+        let Inside { severity, absorption } = decayed.inside;
+        let v = 2.0 * (severity * decayed.passed).max(self.severity * INCIPIENT * decayed.incipient);
         let mu_a = clear.mu_a * decayed.rim;
         let along = |from: f32, to: f32| from + v * (to - from);
         Coefficients {
-            mu_a: mu_a * libm::powf(self.rot.mu_a / mu_a, v),
+            mu_a: mu_a * libm::powf(self.rot.mu_a / mu_a, v) * absorption,
             sigma_i: along(clear.sigma_i, self.rot.sigma_i).max(LEAST_SIGMA_I),
             k: along(clear.k, self.rot.k).max(0.0),
             n_eff: along(clear.n_eff, self.rot.n_eff).clamp(INDICES[0], INDICES[1]),

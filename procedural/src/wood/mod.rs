@@ -25,6 +25,7 @@ mod coats;
 mod coefficients;
 mod cracks;
 mod decay;
+mod decay_texture;
 mod face_grain;
 mod given;
 mod grain_flow;

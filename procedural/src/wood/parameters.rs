@@ -226,6 +226,16 @@ parameters! {
         rim_mm: 0.0, 20.0, 2.0, "[L] 1 to 4", of [ROT];
         /// Width of discoloured, still hard wood before the front (incipient decay); 0 for none.
         incipient_mm: 0.0, 100.0, 0.0, "[L] 5 to 30", of [ROT];
+        /// Length along the board of the decay at an edge; 0 for the whole edge.
+        edge_length_mm: 0.0, 5000.0, 0.0, "[E] 30 to 500", of [Amount("rot.reach_mm")];
+        /// How much severity varies inside, root mean square of its own.
+        mottle: 0.0, 0.6, 0.25, "[E] 0.1 to 0.4", of [ROT];
+        /// Size across the grain of the cubes that brown rot cracks into; 0 for none.
+        cube_mm: 0.0, 40.0, 0.0, "[L] brown rot 3 to 15", of [ROT];
+        /// Share of the decay that white pockets take, spindles of bleached cellulose.
+        white_pocket_share: 0.0, 0.6, 0.0, "[L] white pocket rot 0.1 to 0.4", of [ROT];
+        /// Width of dark zone lines; 0 for none.
+        zone_line_mm: 0.0, 3.0, 0.0, "[L] 0.3 to 1", of [ROT];
         /// How far the face sinks where decay is fully developed: severity 1, behind the front.
         loss_mm: 0.0, 20.0, 0.0, "[E] 0.2 to 2", of [ROT];
     }
@@ -341,7 +351,7 @@ parameters! {
         bark_pocket_count: 0.0, 50.0, 0.0, "per board", count, needs [GROWN];
         /// Median length of a pocket along the grain.
         length_mm: 2.0, 300.0, 35.0, "[L] 10 to 80", of [POCKETS];
-        /// Median width of a pocket around the log.
+        /// Median width of a pocket around the log; of a bark pocket, 0.3 times that.
         width_mm: 1.0, 100.0, 12.0, "[L] 5 to 30", of [INCLUSIONS];
         /// Median thickness of a pocket outwards.
         thickness_mm: 0.2, 20.0, 2.5, "[L] 1 to 6", of [INCLUSIONS];

@@ -242,7 +242,7 @@ fn the_hull_is_closed_and_follows_the_surface() {
 #[test]
 fn rot_is_the_class_table_at_half_severity() {
     let mut wood = wood(0.0, 0.0);
-    wood.rot.reach_mm = 40.0;
+    (wood.rot.reach_mm, wood.rot.mottle) = (40.0, 0.0);
     let plank = grow(1, &wood);
     let mut seen = 0;
     for (x, _, matter) in face(&plank, 1.0) {
@@ -283,5 +283,20 @@ fn rot_comes_from_the_asked_edge_or_not_at_all() {
         let face = face(&plank, 0.7);
         assert!(face.iter().any(|(_, _, m)| m.class == Class::Rot && m.instance == 3));
         assert!(face.iter().all(|&(x, _, m)| m.class != Class::Rot || f64::from(x) * edge > 0.0));
+    }
+}
+
+#[test]
+fn rot_of_an_edge_ends_where_its_length_does() {
+    let mut wood = wood(0.0, 0.0);
+    wood.rot.reach_mm = 20.0;
+    wood.rot.front_mm = 0.0;
+    for (seed, length) in [(1, 60.0), (2, 120.0), (3, 30.0)] {
+        wood.rot.edge_length_mm = length;
+        let plank = grow(seed, &wood);
+        let area = face(&plank, 0.5).iter().filter(|(_, _, m)| m.class == Class::Rot).count() as f64 * 0.25;
+        // Half an ellipse, of which the board's end may take one half.
+        let whole = std::f64::consts::PI * 20.0 * length / 4.0;
+        assert!((0.45 * whole..1.05 * whole).contains(&area), "{area} of {whole} mm2 for {length} mm");
     }
 }
