@@ -37,6 +37,11 @@ LIMITS = {
     "bytes of Markdown": 350_000,
 }
 
+# Pages that came after the limit on Markdown was set; it rises for each.
+LATER_PAGES = ("docs/real.md",)
+LATER_PAGE_BYTES = 8_000
+LIMITS["bytes of Markdown"] += LATER_PAGE_BYTES * len(LATER_PAGES)
+
 # Reference models and studies: what shows that the product is right, and is none.
 EVIDENCE = ("crates/evidence/",)
 
