@@ -1,11 +1,12 @@
 //! What decay looks like inside: mottled, cracked into cubes, bleached in pockets, crossed by zone lines.
 //!
-//! Models: severity varies with noise that is elongated along the grain. Brown rot shrinks into cubes: strands along the
-//! grain of unlike width, each broken across at places of its own. The cracks between them wander, are dark, and open
-//! where decay is far developed. White pocket rot leaves bleached spindles around jittered points; their volume is their
-//! share as long as they do not meet. Zone lines are the zeros of a noise of wide cells, as wide as asked by its slope.
-//! Sources: forms and sizes after Schmidt (2006), *Wood and Tree Fungi*; what each absorbs is an estimate. Limits:
-//! cracks have no depth; all of it lies still in the log as the front does, so that boards of one log continue it.
+//! Models: severity varies with noise that is elongated along the grain. Brown rot shrinks into cubes: strands along
+//! the grain of unlike width, each broken across at places of its own. The cracks between them wander, are dark, and
+//! open where decay is far developed. White pocket rot leaves bleached spindles around jittered points; their volume is
+//! their share as long as they do not meet. Zone lines are the zeros of a noise of wide cells, as wide as asked by its
+//! slope. Sources: forms and sizes after Schmidt (2006), *Wood and Tree Fungi*; what each absorbs is an estimate.
+//! Limits: cracks have no depth; all of it lies still in the log as the front does, so that boards of one log continue
+//! it.
 
 use base::Stream;
 use glam::Vec3;
