@@ -64,7 +64,7 @@ def stored(dataset):
                     if name in row:
                         png[name] = row.pop(name)["bytes"]
                         images[name] = np.array(Image.open(io.BytesIO(png[name])))
-                if len(images) < 5 and (exr := dataset / "exr" / manifest.stem / f"{row['id']}.exr").exists():
+                if len(images) < len(IMAGES) and (exr := dataset / "exr" / manifest.stem / f"{row['id']}.exr").exists():
                     images = from_exr(exr, row) | images
                 rows[row["index"]] = {"row": row, "images": images, "png": png}
     return head, dict(sorted(rows.items()))
