@@ -52,7 +52,7 @@ const MARKED: Look = Look { scale_mm: MARKED_MM, bias_rad: MARKED_RAD, by_size: 
 const ROUGH_MM: f32 = 0.35;
 /// How far from the first answer its rings are asked (8 deg) [rad], and how often.
 const ASKED_RAD: f32 = 0.14;
-const ROUNDS: usize = 3;
+const ROUNDS: usize = 5;
 /// Most of a turn that may be left [1].
 const MOST_KEPT: f32 = 0.8;
 /// What stays of the error of marked boards [rad], 0.9 deg: twenty photographs of sawn spruce and pine (docs/real.md).
