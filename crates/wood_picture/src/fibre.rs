@@ -3,18 +3,19 @@
 //! Model: fibres run within 45 degrees of the board's length ([`crate::length`]). A first azimuth is the median of the
 //! board in windows of 8 mm. Boards with marks across the grain ([`crate::marks`]) are averaged along the grain by 2
 //! mm, which leaves the marks out, and are read by their rings alone, strong ones above weak ones; the streaks between
-//! rings are lost under marks. Their first azimuth is that of all rings, and its error what squares of the board and
-//! means along other directions make of it. Knots part the fibres as streams around Rankine ovals and bend the layers
-//! in which they lie ([`procedural::wood::KnotSurroundings`], stretched from each knot's circle to its ellipse), which
-//! gives a guess of azimuth and the dive; the texture then says how far the azimuth is off ([`crate::orientation`]).
-//! Guess and texture are weighed by their variances: that of the guess is 3 degrees in clear wood and half of what the
-//! knots add to it. In a knot fibres follow the branch. Dive: of a living knot whose face lies on the bark's side,
-//! fibres rise to its outline from both ends by up to 21 degrees; with the pith's side up they sink; around a dead knot
-//! they do neither, since layers after its death bend the other way. Confidence: the expected cosine of twice the
-//! azimuth's error, exp(-2 se^2). Error of a board's direction: what lasts, and half of what sixteen parts of the board
-//! say of their mean's error. Limits: beside the tips of a knot, where fibres part, streaks may turn more than fibres.
-//! Rings of marked boards turn from their fibres by what dive and spiral grain do, which no picture of one face shows.
-//! A dive of clear wood does not show in a picture and is 0; the pith's tilt makes it a degree.
+//! rings are lost under marks. Their first azimuth is that of all rings, and its error is what squares of the board and
+//! means along other directions make of it, with half of what those would answer otherwise. Knots part the fibres as
+//! streams around Rankine ovals and bend the layers in which they lie ([`procedural::wood::KnotSurroundings`],
+//! stretched from each knot's circle to its ellipse), which gives a guess of azimuth and the dive; the texture then
+//! says how far the azimuth is off ([`crate::orientation`]). Guess and texture are weighed by their variances: that of
+//! the guess is 3 degrees in clear wood and half of what the knots add to it. In a knot fibres follow the branch. Dive:
+//! of a living knot whose face lies on the bark's side, fibres rise to its outline from both ends by up to 21 degrees;
+//! with the pith's side up they sink; around a dead knot they do neither, since layers after its death bend the other
+//! way. Confidence: the expected cosine of twice the azimuth's error, exp(-2 se^2). Error of a board's direction: what
+//! lasts, and half of what sixteen parts of the board say of their mean's error. Limits: beside the tips of a knot,
+//! where fibres part, streaks may turn more than fibres. Rings of marked boards turn from their fibres by what dive and
+//! spiral grain do, which no picture of one face shows. A dive of clear wood does not show in a picture and is 0; the
+//! pith's tilt makes it a degree.
 
 use std::borrow::Cow;
 use std::f32::consts::FRAC_PI_2;
@@ -55,6 +56,8 @@ const ASKED_RAD: f32 = 0.14;
 const ROUNDS: usize = 5;
 /// Most of a turn that may be left [1].
 const MOST_KEPT: f32 = 0.8;
+/// What the distance between two ways to the answer leaves of its error [1].
+const APART_SHARE: f32 = 0.5;
 /// What stays of the error of marked boards [rad], 0.9 deg: twenty photographs of sawn spruce and pine (docs/real.md).
 const MARKED_RAD: f32 = 0.015;
 /// Parts of a board's length and width whose directions are compared [1].
@@ -325,9 +328,10 @@ impl Looked<'_> {
         Ok(())
     }
 
-    /// The direction of a board with marks, and its error [rad]. Means along a direction look as if they ran along it,
-    /// so rings are asked from both sides of the first answer, each time along what they said before. The share k of
-    /// the turn that is left says how much of the answer is the question's: k / (1 - k) of the turn is an error.
+    /// What rings say of a board with marks, whatever was answered first, and the error of that [rad]. Means along a
+    /// direction look as if they ran along it, so rings are asked from both sides of the first answer, each time along
+    /// what they said before. The share k of the turn that is left says how much of the answer is the question's:
+    /// k / (1 - k) of the turn is an error.
     fn settled(&self, log_light: &[f32]) -> [f32; 2] {
         let counts = self.clear.iter().map(|clear| f32::from(*clear)).collect();
         let (rough, size, pixel_mm) = binned(log_light.to_vec(), self.size, self.pixel_mm, ROUGH_MM);
@@ -351,14 +355,18 @@ impl Looked<'_> {
 
     /// Boards with marks across the grain: rings alone, averaged along the grain.
     fn by_rings(&self, log_light: &[f32], guessed: impl Fn([f32; 2]) -> Guess) -> Result<Read, PictureFault> {
-        let [azimuth, error] = self.settled(log_light);
-        let guess = guessed([azimuth, MARKED_RAD]);
-        let along = self.averaged(log_light, &guess.azimuth, UNMARKED_MM);
+        let along = self.averaged(log_light, &vec![self.length; self.cells.count()], UNMARKED_MM);
         self.check_rings(log_light, &along)?;
+        let first = whole(&self.texture(&along, MARKED), self.cells);
+        let along = self.averaged(log_light, &guessed(self.along_the_board(first)).azimuth, UNMARKED_MM);
         let mut rings = self.texture(&along, MARKED);
         check_coherence(&rings)?;
         rings.correlated *= (1.0 + (UNMARKED_MM[0] / MARKED_MM).powi(2)).sqrt();
-        Ok(Read { textures: vec![rings], guess, lasting: libm::hypotf(error, MARKED_RAD) })
+        let [last, _] = whole(&rings, self.cells);
+        let guess = guessed(self.along_the_board([last, MARKED_RAD]));
+        let [settled, error] = self.settled(log_light);
+        let apart = APART_SHARE * wrap(settled - last);
+        Ok(Read { textures: vec![rings], guess, lasting: libm::hypotf(libm::hypotf(error, apart), MARKED_RAD) })
     }
 
     /// Boards without: streaks, at several scales, and rings.
