@@ -76,7 +76,7 @@ pub(super) struct KnotDraw {
 pub(super) struct KnotBulge {
     /// Height over the usual one [1].
     pub height: f32,
-    /// Slope along the log that layers have at the axis besides; two half widths up and down -0.4 of it [1].
+    /// Slope along the log that layers have besides, on either side of the outline alike [1].
     pub lean: f32,
 }
 

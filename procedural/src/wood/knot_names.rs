@@ -5,8 +5,7 @@
 //! length is more than
 //! [`SPIKE_LENGTHS`] widths is a spike (splay) knot; the length of a section is width / sin(dive). Size: up to
 //! [`PIN_MM`] it is a pin knot. Neighbours: [`CLUSTER_LEAST`] knots and more of which each lies within [`CLUSTER_MM`]
-//! along the board of the next are a cluster, as whorls are counted in the scanned log. What has cracked has a crack
-//! (`knot_inside`). Sources: the names are those of
+//! along the board of the next are a cluster, as whorls are counted in the scanned log. Sources: the names are those of
 //! European grading (EN 844, EN 1310); their wording was not at hand, so every threshold here is a **guess** and a
 //! constant. The quarter is the margin of structural grading by eye. Limits: the upper face alone is looked at, so an
 //! edge knot is one at the margin of the face, not one that only the narrow side shows; a knot that leans across the

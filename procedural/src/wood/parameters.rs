@@ -166,7 +166,7 @@ parameters! {
         cut_share: 0.0, 1.0, 0.0, "free; saws don't mind", needs [PLACED], of [KNOTS];
         /// Standard deviation of the logarithm of the bulge of rings around a knot, and so of the dive of its fibres.
         bulge_log_sd: 0.0, 1.5, 0.5, "[E]", needs [GROWN], of [KNOTS];
-        /// Standard deviation of how far rings lean along the grain at a knot; two half widths away 0.4 of it is left.
+        /// Standard deviation of the slope along the grain that rings have on either side of a knot besides.
         lean_sd_deg: 0.0, 20.0, 5.0, "[E]", needs [GROWN], of [KNOTS];
         /// Standard deviation of the logarithm of the absorption from knot to knot.
         tone_log_sd: 0.0, 1.5, 0.5, "[P] 0.6 live, 0.7 dead", needs [GROWN], of [KNOTS];

@@ -114,7 +114,7 @@ fn fibres_dive_most_at_a_living_branch_and_turn_nowhere_at_once() {
     }
 }
 
-/// Slopes along the grain of the layers two half widths up and down the stem from a knot's axis, of many boards.
+/// Slopes along the grain of the layers 1.2 half widths up and down the stem from a knot's axis, of many boards.
 fn slopes_at_knots(bulge_log_sd: f64, lean_sd_deg: f64) -> Vec<[f64; 2]> {
     let mut wood = Wood::from_values(&mut |p| p.default);
     (wood.knots.sound_count, wood.knots.bulge_log_sd, wood.knots.lean_sd_deg) = (1.0, bulge_log_sd, lean_sd_deg);
@@ -123,7 +123,7 @@ fn slopes_at_knots(bulge_log_sd: f64, lean_sd_deg: f64) -> Vec<[f64; 2]> {
         let knot = &plank.instances()[0];
         let middle = plank.trunk.place(knot.x_mm as f32, knot.y_mm as f32, 20.0);
         let section = plank.knots[0].knot.section(&knot::KnotDistance::new(middle.r));
-        [2.0, -2.0].map(|x| {
+        [1.2, -1.2].map(|x| {
             let p = plank.trunk.point(middle.r, section.phi, section.l + x * section.half_width);
             let slope = grown(&plank, p).gradient;
             f64::from(-slope.z / slope.truncate().length())
@@ -144,9 +144,9 @@ fn knots_bulge_and_lean_as_they_are_asked_to() {
     let (by_still, by_bulging) = (spread(steep(&still)), spread(steep(&bulging)));
     // Branches taper and lean differently even where all bulges are alike.
     assert!(by_still < 0.25 && (0.5..0.8).contains(&by_bulging), "{by_still}, {by_bulging}");
-    // Both sides lean alike, by 0.4 tan 8 deg = 0.056.
+    // Both sides lean alike, by about tan 8 deg just outside of the outline.
     let (by_still, by_leaning) = (spread(lean(&still)), spread(lean(&leaning)));
-    assert!((0.035..0.1).contains(&by_leaning) && by_leaning > 1.3 * by_still, "{by_still}, {by_leaning}");
+    assert!((0.06..0.2).contains(&by_leaning) && by_leaning > 1.5 * by_still, "{by_still}, {by_leaning}");
 }
 
 /// Both sides of a pith in the face have the same fibres at it, and leave each other slowly.
