@@ -154,7 +154,7 @@ pub const OBJECT: [Column; 17] = [
         "Greatest depth of an opening below the face, seen or not; of wane where it is as wide as its mean. \
              From 1.5 on.",
     ),
-    Column::of_scene("knot_names", Text, "", Words("face, edge or arris; then spike, pin, cluster, crack"))
+    Column::of_scene("knot_names", Text, "", Words("face, edge or arris; then spike, pin, cluster where they hold"))
         .missing("null where it is no knot")
         .since(5)
         .means(

@@ -13,7 +13,6 @@
 
 use base::{Class, Instance, KnotNames, KnotPlace};
 
-use super::knot_placement::PlacedKnot;
 use super::parameters::Board;
 
 /// A section longer than this times its width is that of a spike knot [1]; a guess.
@@ -28,7 +27,7 @@ const CLUSTER_MM: f64 = 45.0;
 const CLUSTER_LEAST: usize = 3;
 
 /// Names the knots among `instances` of a board.
-pub(super) fn name(instances: &mut [Instance], board: &Board, knots: &[PlacedKnot]) {
+pub(super) fn name(instances: &mut [Instance], board: &Board) {
     let is_knot =
         |one: &Instance| matches!(one.class, Class::SoundKnot | Class::DeadKnot | Class::KnotHole | Class::LooseKnot);
     let mut order: Vec<usize> = (0..instances.len()).filter(|&i| is_knot(&instances[i])).collect();
@@ -49,8 +48,7 @@ pub(super) fn name(instances: &mut [Instance], board: &Board, knots: &[PlacedKno
             };
             let is_spike = SPIKE_LENGTHS * libm::sin(knot.dive_deg.to_radians()) < 1.0;
             let is_pin = knot.diameter_mm <= PIN_MM;
-            let is_cracked = knots.iter().any(|placed| placed.knot.id == knot.id && placed.knot.inside.is_cracked());
-            knot.knot = Some(KnotNames { place, is_spike, is_pin, is_clustered, is_cracked });
+            knot.knot = Some(KnotNames { place, is_spike, is_pin, is_clustered });
         }
     }
 }
@@ -78,7 +76,7 @@ mod tests {
         ];
         let mut knots: Vec<Instance> = cases.iter().rev().map(|case| case.0).collect();
         knots.push(Instance::new(9, Class::Check, [0.0, 850.0], 3.0, 0.1));
-        name(&mut knots, &board, &[]);
+        name(&mut knots, &board);
         let named: Vec<String> = knots.iter().rev().skip(1).map(|k| k.knot.expect("a knot").text()).collect();
         assert_eq!(named, cases.map(|case| case.1));
         assert_eq!(knots.last().and_then(|check| check.knot), None);

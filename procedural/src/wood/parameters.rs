@@ -3,7 +3,7 @@
 //!
 //! Sources: [T] Kihl and Källberg 2021; [G] statistics of the scanned spruce log "Gran_1" (Larsson et al. 2022, MIT);
 //! [L] the literature named in docs/theory/wood.md; [C] chosen so that the observables of docs/theory/wood.md come out;
-//! [P] measured on the photographs of sawn boards of Kodytek et al. (2021).
+//! [P] measured on the photographs that `saw_teeth` names.
 
 use base::Need::{self, Amount, Any, AnyOrLog, Factor, While};
 use base::{TANGLED, parameters};
@@ -92,8 +92,7 @@ parameters! {
 parameters! {
     /// The log that the board was cut from.
     log: Log {
-        /// Depth of the pith below the upper surface, before the board is turned over; negative is above it, so that
-        /// the bark side lies down.
+        /// Depth of the pith below the upper surface; negative is above it, so that the bark side lies down.
         pith_depth_mm: -400.0, 400.0, 70.0, "[G]", needs [PLACED];
         /// Offset of the pith along the laser line from the board's middle; to the other side where the board is
         /// turned.
@@ -106,9 +105,7 @@ parameters! {
         grain_angle_deg: -90.0, 90.0, 0.0, "[L] sd 2 to 4", needs [GROWN];
         /// Whether the board is turned end for end, so that the end nearer to the tree's top comes first: 0 or 1.
         turned: 0.0, 1.0, 0.0, "free; boards lie either way", count, needs [GROWN];
-        /// Whether the board is turned over, so that the pith lies on the other side of its upper face: 0 or 1.
-        flipped: 0.0, 1.0, 0.0, "free; boards lie either way", count, needs [PLACED];
-        /// Spiral grain near the pith, left-handed positive; at the pith itself there is none.
+        /// Spiral grain at the pith, left-handed positive.
         spiral_deg: -10.0, 10.0, 2.5, "[L] Säll 2002", needs [GROWN];
         /// Change of the spiral grain with the distance from the pith.
         spiral_slope_deg_per_mm: -0.2, 0.2, -0.025, "[L] Säll 2002", needs [GROWN];
@@ -162,30 +159,12 @@ parameters! {
         slope_deg: -45.0, 45.0, -10.0, "[G]", needs [PLACED], of [KNOTS];
         /// Spread of that slope from knot to knot.
         slope_sd_deg: 0.0, 30.0, 8.0, "[G]", needs [PLACED], of [KNOTS];
-        /// Share of knots that an edge or an end of the board may cut.
-        cut_share: 0.0, 1.0, 0.0, "free; saws don't mind", needs [PLACED], of [KNOTS];
-        /// Standard deviation of the logarithm of the bulge of rings around a knot, and so of the dive of its fibres.
-        bulge_log_sd: 0.0, 1.5, 0.5, "[E]", needs [GROWN], of [KNOTS];
-        /// Standard deviation of the slope along the grain that rings have on either side of a knot besides.
-        lean_sd_deg: 0.0, 20.0, 5.0, "[E]", needs [GROWN], of [KNOTS];
-        /// Standard deviation of the logarithm of the absorption from knot to knot.
-        tone_log_sd: 0.0, 1.5, 0.5, "[P] 0.6 live, 0.7 dead", needs [GROWN], of [KNOTS];
-        /// Absorption at a knot's pith over that at its outline, median; at half its radius it has that of its kind.
-        heart_mu_a_ratio: 1.0, 100.0, 14.0, "[P] 6 to 25", needs [GROWN], of [KNOTS];
-        /// Distance of a knot's pith from the middle of its outline over its half width, mean.
-        pith_shift: 0.0, 0.6, 0.2, "[E]", needs [GROWN], of [KNOTS];
-        /// Share of knots that have cracked from the pith outwards.
-        crack_share: 0.0, 1.0, 0.06, "[P] 0.05", needs [GROWN], of [KNOTS];
-        /// Absorption of the stem's wood beside a knot over that without it, resin and tannins, median where most.
-        stain_mu_a_ratio: 1.0, 20.0, 2.0, "[E]", needs [GROWN], of [KNOTS];
         /// Half distance of source and sink over the knot's radius in the flow of fibres around it (Rankine oval).
         flow_ratio: 0.05, 4.0, 1.0, "[L] 0.5 to 1.5", needs [GROWN], of [KNOTS];
         /// Distance from the pith where a dead knot died, over the distance where the saw met it.
         death_share: 0.05, 0.98, 0.7, "[G] mean 0.79 of the end radius", needs [PLACED], of [DEAD_KNOTS];
         /// Thickness of the bark ring around a dead knot.
         bark_mm: 0.0, 5.0, 0.7, "[L] 0.3 to 1.5", needs [GROWN], of [DEAD_KNOTS];
-        /// Amplitude of its thickness about the knot over its mean, mean of knots; beyond 1 a part has none.
-        bark_uneven: 0.0, 4.0, 0.8, "[P]", needs [GROWN], of [DEAD_KNOTS, Amount("knots.bark_mm")];
     }
 }
 
@@ -193,11 +172,6 @@ impl Log {
     /// Turn of the log against the board about the vertical, end for end included [deg].
     pub fn turn_deg(&self) -> f64 {
         self.grain_angle_deg + 180.0 * self.turned
-    }
-
-    /// Depth of the pith below the upper face of a board of that thickness as it lies [mm].
-    pub fn depth_mm(&self, thickness: f64) -> f64 {
-        if self.flipped < 0.5 { self.pith_depth_mm } else { thickness - self.pith_depth_mm }
     }
 }
 
@@ -229,7 +203,7 @@ parameters! {
         /// Length along the board of the decay at an edge; 0 for the whole edge.
         edge_length_mm: 0.0, 5000.0, 0.0, "[E] 30 to 500", of [Amount("rot.reach_mm")];
         /// How much severity varies inside, root mean square of its own.
-        mottle: 0.0, 0.6, 0.25, "[E] 0.1 to 0.4", of [ROT];
+        mottle: 0.0, 0.6, 0.0, "[E] 0.1 to 0.4", of [ROT];
         /// Size across the grain of the cubes that brown rot cracks into; 0 for none.
         cube_mm: 0.0, 40.0, 0.0, "[L] brown rot 3 to 15", of [ROT];
         /// Share of the decay that white pockets take, spindles of bleached cellulose.
@@ -351,7 +325,7 @@ parameters! {
         bark_pocket_count: 0.0, 50.0, 0.0, "per board", count, needs [GROWN];
         /// Median length of a pocket along the grain.
         length_mm: 2.0, 300.0, 35.0, "[L] 10 to 80", of [POCKETS];
-        /// Median width of a pocket around the log; of a bark pocket, 0.3 times that.
+        /// Median width of a pocket around the log.
         width_mm: 1.0, 100.0, 12.0, "[L] 5 to 30", of [INCLUSIONS];
         /// Median thickness of a pocket outwards.
         thickness_mm: 0.2, 20.0, 2.5, "[L] 1 to 6", of [INCLUSIONS];
