@@ -231,7 +231,7 @@ impl Noise {
         sum / power.sqrt()
     }
 
-    /// Distance to the nearest of points that lie one in each unit cell [cell].
+    /// Distance to the nearest of points that lie one in each unit cell, in cells [1].
     pub fn nearest(self, p: Vec3) -> f32 {
         let p = SPACE_TURN * p;
         let corner = [p.x, p.y, p.z].map(|x| split(x).0.wrapping_sub(1));
