@@ -42,10 +42,15 @@ def away(values):
     return np.floor(values.astype(np.float64) + 0.5)
 
 
+# Recipes with lamps beside the laser.
+LAMPS = {"wood-sawmill"}
+
+
 @pytest.mark.parametrize("name", sheetlight.recipes())
 def test_arrays_are_those_of_gen(name, tmp_path):
     changes = dict(SMALL)
     full = ["range", "reflectance", "scatter", "label", "instance"]
+    full += ["grey"] if name in LAMPS else []
     changes |= {"output.png": json.dumps(full), "output.exr": json.dumps(full), "output.truth_maps": "true"}
     write(name, SAMPLES, tmp_path / "out", changes, "--seed", 3)
     recipe = sheetlight.Recipe.load(name, {**SMALL, "output.png": full, "output.exr": full, "output.truth_maps": True})
@@ -75,6 +80,8 @@ def test_arrays_are_those_of_gen(name, tmp_path):
             measured = getattr(sample, dn)
             assert same(np.isnan(measured), ~valid)
             assert same(pixels(row, dn).astype(float), away(np.where(valid, measured, 0)))
+        if name in LAMPS:
+            assert same(pixels(row, "grey").astype(float), np.nan_to_num(sample.maps["grey"]))
         assert same(pixels(row, "label"), sample.label)
         assert same(pixels(row, "instance").astype(np.uint16), sample.instance)
 
@@ -91,7 +98,7 @@ def test_arrays_are_those_of_gen(name, tmp_path):
             kept = stepped(values) if key == "height_mm" else half(values)
             assert same(channels[CHANNELS[key]].astype(np.float32), kept)
         assert {CHANNELS[key] for key in sample.truth} | {
-            "Range", "Scatter", "Reflectance", "Label", "Instance", "Y"
+            "Range", "Scatter", "Reflectance", "Label", "Instance", "Y", *(["Grey"] if name in LAMPS else [])
         } == set(channels)  # fmt: skip
 
         # And the package's own reader: EXR files where they are.
