@@ -234,8 +234,11 @@ fn shipped_recipes_have_no_warnings() {
     let is_full = |name: &str| !name.ends_with("-small") && !name.ends_with("-train");
     for known in Recipe::embedded() {
         let recipe = Recipe::load(known.name).expect("it is built in");
+        // Windows of a sawmill's boards cut them.
+        let expected: &[&str] = if known.name == "wood-sawmill" { &["object-out-of-view"] } else { &[] };
         for seed in 0..if is_full(known.name) { 1 } else { 3 } {
-            assert_eq!(rig_warnings(&recipe, seed), [], "{} with seed {seed}", known.name);
+            let codes: Vec<String> = rig_warnings(&recipe, seed).into_iter().map(|warning| warning.code).collect();
+            assert_eq!(codes, expected, "{} with seed {seed}", known.name);
         }
     }
     let beside = AssetSource::Beside(concat!(env!("CARGO_MANIFEST_DIR"), "/recipes/real").into());
