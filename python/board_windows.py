@@ -195,3 +195,14 @@ def widened(window, factors):
         x0, y0, x1, y1 = max(0, x - more_w), max(0, y - more_h), min(columns, x + w + more_w), min(rows, y + h + more_h)
         boxes.append(Box(kind, x0, y0, x1 - x0, y1 - y0))
     return window._replace(boxes=boxes)
+
+
+def written(path, told):
+    """Writes what was told as JSON; what is no number, as a mean of nothing, is null."""
+    def finite(value):
+        if isinstance(value, dict):
+            return {key: finite(one) for key, one in value.items()}
+        if isinstance(value, (list, tuple)):
+            return [finite(one) for one in value]
+        return None if isinstance(value, float) and not np.isfinite(value) else value
+    path.write_text(json.dumps(finite(told), indent=1, allow_nan=False) + "\n")

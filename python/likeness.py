@@ -27,7 +27,7 @@ from pathlib import Path
 from board_measures import looseness, measured
 from board_tests import (SIDE, as_few, control, cut_windows, ring_test, rings_of, shuffled, spectra, told_apart,
                          torch)
-from board_windows import KNOTS, PIXEL_MM, WINDOW_MM, Image, listed, np, photographs, simulated, through_jpeg, widened
+from board_windows import KNOTS, PIXEL_MM, WINDOW_MM, Image, listed, np, photographs, simulated, through_jpeg, widened, written
 
 PERCENTILES = [5, 25, 50, 75, 95]
 # Shrinking of windows: 64 px are 5 x 3 mm to 41 x 26 mm.
@@ -209,7 +209,7 @@ def main():
         told["ring"] = ring_part(real, ours, given)
     if "network" in given.only:
         told["network"] = network_part(real, ours, given)
-    (given.out / "likeness.json").write_text(json.dumps(told, indent=1) + "\n")
+    written(given.out / "likeness.json", told)
 
 
 if __name__ == "__main__":

@@ -15,14 +15,13 @@ surest wrong boxes and missed knots (labels green, boxes found red). The same se
 """
 
 import argparse
-import json
 import sys
 import time
 from pathlib import Path
 
 from board_measures import looseness
 from board_tests import torch
-from board_windows import KNOTS, PIXEL_MM, Box, Image, cv2, np, photographs, simulated, widened
+from board_windows import KNOTS, PIXEL_MM, Box, Image, cv2, np, photographs, simulated, widened, written
 from knot_finders import (GRID_MM, forest_shares, lesson, network_shares, pieces, train_forest, train_network)
 from knot_scores import KINDS, OVERLAPS, answers, difference, figure, scored
 
@@ -168,10 +167,10 @@ def main():
     worst(asked, found[ours], given.out / "worst.png")
     for name, boxes in found.items():
         scores[name]["found"] = {window.board: [[*one.box, *one.sure] for one in of] for window, of in zip(asked, boxes)}
-    written = {"part": given.part, "widened": factors.tolist(), "simulated_windows": len(boards), "kinds": KNOTS, "pixel_mm": PIXEL_MM,
-               "finders": scores, "differences": [{"one": one, "other": other, "iou": least, **value}
+    told = {"part": given.part, "widened": factors.tolist(), "simulated_windows": len(boards), "kinds": KNOTS, "pixel_mm": PIXEL_MM,
+            "finders": scores, "differences": [{"one": one, "other": other, "iou": least, **value}
                                                   for (one, other, least), value in differences.items()]}
-    (given.out / "transfer.json").write_text(json.dumps(written, indent=1) + "\n")
+    written(given.out / "transfer.json", told)
 
 
 if __name__ == "__main__":
