@@ -40,7 +40,7 @@ FIRST_TESTS = $(ALL) --lib $(FIRST:%=--test %)
 # What stands in square brackets in documentation and is no link: units, and letters of sources. Any other link that leads nowhere fails `check`.
 UNITS = 1|mm|um|px|DN|rad|deg|s|Hz|bytes|characters|i|[A-Z]
 
-.PHONY: help defect-maps build dist wheel test-wheel test-scale test-long test-python test-installed test-alone environments quick prepare lint check check-rest check-all bench same-bytes same-values size wood wood-small blister blister-small sawtooth sawtooth-small mesh-small preview validate report bench-check check-onnx baselines gap likeness transfer real-fibres closed-loop gallery schema kernel-table film-table bless reference fuzz doc site clean venv
+.PHONY: help defect-maps build dist wheel test-wheel test-scale test-long test-python test-installed test-alone environments quick prepare lint check check-rest check-all bench same-bytes same-values size wood wood-small blister blister-small sawtooth sawtooth-small mesh-small preview validate report bench-check check-onnx baselines gap likeness transfer real-fibres closed-loop cover-loop gallery schema kernel-table film-table bless reference fuzz doc site clean venv
 
 help: ## print this help
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1\t/' | expand -t 14
@@ -114,7 +114,7 @@ test-long:
 
 # Threads of PyTorch that wait must not spin: two cores have other work.
 test-python: venv
-	OMP_WAIT_POLICY=passive cargo test $(ALL) --test python
+	OMP_WAIT_POLICY=passive cargo test $(ALL) --test python -- --include-ignored
 
 test-installed: venv
 	$(MAKE) --no-print-directory test-wheel
@@ -180,16 +180,16 @@ check-onnx: build venv ## the trained networks of tests/models on fresh data of 
 	$(GEN) --recipe recipes/wood-train.yaml --n 400 --seed 5 --out out/fresh/wood
 	$(GEN) --recipe recipes/blister-train.yaml --n 350 --seed 5 --out out/fresh/packs
 	$(GEN) --recipe recipes/blister-small.yaml --n 400 --seed 5 --out out/fresh/blister-small
-	$(GEN) check out/fresh/wood --model tests/models/wood_patches.onnx --split all --min-accuracy 0.95
+	$(GEN) check out/fresh/wood --model tests/models/wood_patches.onnx --split all --min-accuracy 0.94
 	$(GEN) check out/fresh/packs --model tests/models/blister_presence.onnx --split all --min-accuracy 0.9
 	$(GEN) check out/fresh/blister-small --model tests/models/blister_presence.onnx --split all --min-accuracy 0.98
 	$(GEN) check out/fresh/packs --model tests/models/blister_pockets.onnx --split all --min-accuracy 0.98
 
 baselines: check-onnx ## train all of docs/theory/baselines.md anew, controls and ablation too, in out/baselines: an hour
 	mkdir -p out/baselines
-	$(GEN) --recipe recipes/wood-train.yaml --n 3000 --seed 1 --out out/train/wood
+	$(GEN) --recipe recipes/wood-train.yaml --n 6000 --seed 1 --out out/train/wood
 	$(GEN) --recipe recipes/blister-train.yaml --n 900 --seed 1 --out out/train/packs
-	$(TRAIN) out/train/wood --task wood --patches 40000 --epochs 16 --out out/baselines/wood_patches.onnx
+	$(TRAIN) out/train/wood --task wood --patches 80000 --epochs 20 --out out/baselines/wood_patches.onnx
 	$(TRAIN) out/train/packs --task presence --epochs 60 --out out/baselines/blister_presence.onnx
 	$(TRAIN) out/train/packs --task blister --epochs 25 --out out/baselines/blister_pockets.onnx
 	$(GEN) --recipe recipes/wood-grading-train.yaml --n 1200 --seed 1 --out out/train/grading
@@ -206,7 +206,8 @@ real-fibres: ## every bar of docs/real.md on the photographs of REAL=folder with
 
 likeness: build venv ## how like the photographs of REAL=folder boards are, and what tells them apart (out/likeness): half an hour
 	$(GEN) --recipe $(REAL_RECIPE) --n $(REAL_BOARDS) --seed 1 --out out/likeness/boards
-	$(VENV)/bin/python python/likeness.py --real $(REAL) --simulated out/likeness/boards --part $(OPEN_OR_SEALED) --out out/likeness
+	$(GEN) --recipe recipes/wood-grading.yaml --n 10 --seed 1 --set output.bin.columns=1 --set output.bin.profiles=1 --out out/likeness/plain
+	$(VENV)/bin/python python/likeness.py --real $(REAL) --simulated out/likeness/boards --control out/likeness/plain --part $(OPEN_OR_SEALED) --out out/likeness
 
 transfer: build venv ## how well finders of knots that learned from boards of ours do on photographs of REAL=folder (out/transfer): half an hour
 	$(GEN) --recipe $(REAL_RECIPE) --n $(REAL_BOARDS) --seed 2 --out out/transfer/boards
@@ -229,6 +230,9 @@ gap: build venv ## what networks lose from the kernel to the reference Monte Car
 
 closed-loop: build venv ## 20 fits to scans whose keys are known: how often 90 % intervals hold the truth (out/closed-loop, 20 minutes)
 	$(VENV)/bin/python python/closed_loop.py out/closed-loop --first 84 --loops 20
+
+cover-loop: build venv ## 20 scans with a key outside of a recipe's spread, 20 with none: what `gen cover` says (out/cover-loop, 40 minutes)
+	$(VENV)/bin/python python/cover_loop.py out/cover-loop --loops 20
 
 gallery: build venv ## 40 boards, every defect and six kinds of wood, with their labels, as docs/theory/gallery.md shows them: a minute
 	$(GEN) --recipe recipes/wood-grading-train.yaml --n 51 --seed 4 --out out/gallery/grading

@@ -13,7 +13,7 @@ use scanner::specimen::Specimen;
 /// Profiles of one band.
 const PROFILES: usize = 64;
 /// A board under the bench at its defaults.
-const RECIPE: &str = "name: effects\nsubject: wood\nclasses: {one: {share: 1}}\nset:";
+const RECIPE: &str = "name: effects\nsubject: wood\nunstated: fixed\nclasses: {one: {share: 1}}\nset:";
 /// Sections of the instrument.
 const SECTIONS: [&str; 5] = ["motion", "laser", "camera", "exposure", "speckle"];
 

@@ -1,13 +1,17 @@
-"""Texture and tone of boards as figures, for likeness.py and transfer.py; all are ratios, so that exposure does not matter.
+"""Texture and tone of boards as figures, for likeness.py and transfer.py; all are ratios, so that exposure does not
+matter.
 
 *Clear* is what is measured and lies in no box, boxes half as large again. `measured` gives of a window:
 
-- rings [1]: standard deviation of ln(tone), smoothed along the board (Gaussian, sigma 1.5 mm), between sigma 0.15 and 1.5 mm across;
+- rings [1]: standard deviation of ln(tone), smoothed along the board (Gaussian, sigma 1.5 mm), between sigma 0.15 and
+  1.5 mm across;
 - saw [1]: the same with along and across exchanged; rings_over_saw: their ratio;
-- band_1_4, band_4_15, band_15_60 [1]: tone of rows (median of what is clear) over its median, standard deviation of the difference of
-  Gaussians of sigma 0.5 and 2, 2 and 7.5, 7.5 and 30 mm: what varies along the board over some 1 to 4, 4 to 15, 15 to 60 mm;
-- of each box of 8 px and more that the border does not cut: `tone`, the median of its middle (0.6 of width and height) over the
-  median of what is clear around it, out to three times its size, and `dark`, the middle's 5th percentile over the same.
+- band_1_4, band_4_15, band_15_60 [1]: tone of rows (median of what is clear) over its median, standard deviation of the
+  difference of Gaussians of sigma 0.5 and 2, 2 and 7.5, 7.5 and 30 mm: what varies along the board over some 1 to 4, 4
+  to 15, 15 to 60 mm;
+- of each box of 8 px and more that the border does not cut: `tone`, the median of its middle (0.6 of width and height)
+  over the median of what is clear around it, out to three times its size, and `dark`, the middle's 5th percentile over
+  the same.
 
 The definitions, and figures of 133 photographs by them, are those that docs/real.md compares with.
 """
@@ -52,9 +56,12 @@ def texture(log, clear, smooth, mm):
 
 
 def measured(window, mm=PIXEL_MM):
-    """The figures of a window by name, and of each box that has them (class, tone, dark)."""
+    """The figures of a window by name, and of each box that has them (class, tone, dark); none where boxes leave
+    nothing clear."""
     tone = window.tone
     clear = window.known & ~covered(tone.shape, window.boxes, grow=0.25)
+    if not clear.any():
+        return {}, []
     log = np.log(np.where(clear, np.maximum(tone, 1e-4), 1))
     rings, saw = texture(log, clear, 0, mm), texture(log, clear, 1, mm)
     seen = np.flatnonzero(clear.any(axis=1))
@@ -73,9 +80,9 @@ def measured(window, mm=PIXEL_MM):
 
 
 def seen_extent(window, box, mm):
-    """How large a dark thing in a box looks (along, across) [px]: the piece of ln(tone), smoothed by 0.3 mm, that is darker than the
-    geometric mean of its surroundings and of the median of its middle. None where it is cut, faint, or runs out of twice the
-    box, into something else."""
+    """How large a dark thing in a box looks (along, across) [px]: the piece of ln(tone), smoothed by 0.3 mm, that is
+    darker than the geometric mean of its surroundings and of the median of its middle. None where it is cut, faint, or
+    runs out of twice the box, into something else."""
     if not uncut(box, window.tone.shape):
         return None
     _, x, y, w, h = box

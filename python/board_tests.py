@@ -1,10 +1,11 @@
 """What tells simulated boards from photographs, and sound knots from dead ones by clear wood alone, for likeness.py.
 
-`ring_test` asks a forest for the kind of a knot by the ring of clear wood 1.5 to 3 mm outside of its box. Some forty knots are so few
-that a forest that knows nothing answers worse than by chance: what is left to learn from lies on the other side of what was taken out.
-So it is compared with answers about shuffled kinds, and with as few simulated knots. `told_apart` asks a small network
-whether a window of 64 x 64 px, brightness and contrast equalised, is of the one set of boards or of the other, and `spectra` where
-they differ. Boards, not windows or knots, are dealt into what is learned from and what is asked.
+`ring_test` asks a forest for the kind of a knot by the ring of clear wood 1.5 to 3 mm outside of its box. Some forty
+knots are so few that a forest that knows nothing answers worse than by chance: what is left to learn from lies on the
+other side of what was taken out. So it is compared with answers about shuffled kinds, and with as few simulated knots.
+`told_apart` asks a small network whether a window, brightness and contrast equalised, is of the one set of boards or of
+the other; what it needs for that is seen by windows in which one thing alone is left (`reduced`), and by their
+`spectra`. Boards, not windows or knots, are dealt into what is learned from and what is asked.
 """
 
 from collections import namedtuple
@@ -28,12 +29,13 @@ STEPS = 250
 Balanced = namedtuple("Balanced", "share low high answers")
 # Features of rings [n, features], whether each knot is dead, and its board.
 Rings = namedtuple("Rings", "told dead board")
-# Windows [n, 64, 64] of equalised ln(tone) and the number of each one's board.
+# Windows [n, side, side] of equalised ln(tone) and the number of each one's board.
 Cut = namedtuple("Cut", "x board")
 
 
 def by_board(figure, boards, seed=0, times=1000):
-    """95 % interval of `figure(chosen boards)`, boards drawn with replacement (Efron 1979); draws without a figure are left out."""
+    """95 % interval of `figure(chosen boards)`, boards drawn with replacement (Efron 1979); draws without a figure are
+    left out."""
     random = np.random.default_rng(seed)
     drawn = [figure(random.choice(boards, len(boards))) for _ in range(times)]
     drawn = [value for value in drawn if value is not None and np.isfinite(value)]
@@ -45,7 +47,8 @@ def balanced(truth, said, board):
     kinds = [(truth == kind, (truth == kind) & (said == kind)) for kind in (0, 1)]
     boards = np.unique(board)
     # [kinds, (asked, right), boards]
-    counts = np.array([[np.bincount(np.searchsorted(boards, board[of]), minlength=len(boards)) for of in kind] for kind in kinds])
+    counts = np.array([[np.bincount(np.searchsorted(boards, board[of]), minlength=len(boards)) for of in kind]
+                       for kind in kinds])
 
     def share(chosen):
         asked, right = counts[:, :, np.searchsorted(boards, chosen)].sum(axis=2).T
@@ -55,8 +58,8 @@ def balanced(truth, said, board):
 
 
 def ring_features(window, box, mm=PIXEL_MM):
-    """Mean and spread of ln(tone) of clear wood in eight sectors of the ring around a box over the median farther out, and both ends of
-    all of it; None where less than half of the ring is measured and clear."""
+    """Mean and spread of ln(tone) of clear wood in eight sectors of the ring around a box over the median farther out,
+    and both ends of all of it; None where less than half of the ring is measured and clear."""
     _, x, y, w, h = box
     reach = BASE_MM[1]
     y0, x0 = max(0, int(y - reach / mm[0])), max(0, int(x - reach / mm[1]))
@@ -111,7 +114,8 @@ def votes(made, x, classes):
 
 
 def rings_of(windows):
-    """Features of the rings of all knots, whether each knot is dead (1) or sound (0, cracked ones too), and its board."""
+    """Features of the rings of all knots, whether each knot is dead (1) or sound (0, cracked ones too), and its
+    board."""
     told, kinds, boards = [], [], []
     for window in windows:
         for box in window.boxes:
@@ -124,7 +128,8 @@ def rings_of(windows):
 
 
 def ring_test(rings, folds=5, seeds=3):
-    """Balanced accuracy of a forest about the kind of knots by the rings around them; None where one kind is not there."""
+    """Balanced accuracy of a forest about the kind of knots by the rings around them; None where one kind is not
+    there."""
     if len(np.unique(rings.dead)) < 2:
         return None
     names = np.unique(rings.board)
@@ -155,24 +160,65 @@ def as_few(rings, few, seed):
     return Rings(*(column[np.concatenate(chosen)] for column in rings))
 
 
-def cut_windows(windows, shrink, seed=0, each=EACH):
-    """Windows of 64 x 64 px, each the mean of `shrink` x `shrink` px, at drawn places where all is measured and nothing has a label."""
+def equalised(x):
+    """Windows [n, rows, columns] of ln(tone), each less its mean and over its standard deviation."""
+    x = x - x.mean(axis=(1, 2), keepdims=True)
+    return (x / np.maximum(x.std(axis=(1, 2), keepdims=True), 1e-6)).astype(np.float32)
+
+
+def cut_windows(windows, shrink, side=SIDE, seed=0, each=EACH):
+    """Windows of `side` x `side` px, each the mean of `shrink` x `shrink` px, at drawn places where all is measured
+    and nothing has a label."""
     random, x, board = np.random.default_rng(seed), [], []
     names = sorted({window.board for window in windows})
     shares = {name: sum(window.board == name for window in windows) for name in names}
     for window in windows:
         small = resized(np.maximum(window.tone, 1e-4).astype(np.float32), (shrink, shrink))
         free = resized((window.known & ~window.labelled).astype(np.float32), (shrink, shrink)) > 0.999
-        if min(free.shape) < SIDE:
+        if min(free.shape) < side:
             continue
         total = np.pad(np.cumsum(np.cumsum(free, axis=0), axis=1), [(1, 0), (1, 0)])
-        inside = total[SIDE:, SIDE:] - total[:-SIDE, SIDE:] - total[SIDE:, :-SIDE] + total[:-SIDE, :-SIDE]
-        places = np.argwhere(inside == SIDE * SIDE)
+        inside = total[side:, side:] - total[:-side, side:] - total[side:, :-side] + total[:-side, :-side]
+        places = np.argwhere(inside == side * side)
         for top, left in places[random.permutation(len(places))[:max(1, each // shares[window.board])]]:
-            ln = np.log(small[top:top + SIDE, left:left + SIDE])
-            x.append((ln - ln.mean()) / max(ln.std(), 1e-6))
+            x.append(np.log(small[top:top + side, left:left + side]))
             board.append(names.index(window.board))
-    return Cut(np.array(x, np.float32).reshape(-1, SIDE, SIDE), np.array(board, int))
+    return Cut(equalised(np.array(x, np.float32).reshape(-1, side, side)), np.array(board, int))
+
+
+def faded(side):
+    """Weight of a window's pixels that fades towards its edges, so that these make no waves [side, side]."""
+    return np.hanning(side)[:, None] * np.hanning(side)[None, :]
+
+
+def octaves(pixel):
+    """Octaves of wavelengths (from, to) [mm] that windows of pixels `pixel` (along, across) [mm] hold."""
+    return [(2 * min(pixel) * 2**k, 4 * min(pixel) * 2**k) for k in range(int(np.log2(SIDE)) - 1)]
+
+
+def reduced(cuts, what, pixel, seed=0):
+    """Windows of both sets with all but one thing taken out: "tones", whose places are dealt out anew; "spectra",
+    whose waves have their size and drawn phases; "phases", whose waves have the mean size of both sets; or an octave of
+    wavelengths (from, to) [mm] in any direction."""
+    random, made = np.random.default_rng(seed), []
+    waves = [np.fft.rfft2(cut.x) for cut in cuts]
+    mean = np.mean([np.abs(wave).mean(axis=0) for wave in waves], axis=0)
+    for cut, wave in zip(cuts, waves):
+        shape = cut.x.shape
+        if what == "tones":
+            x = random.permuted(cut.x.reshape(len(cut.x), -1), axis=1).reshape(shape)
+        elif what == "spectra":
+            noise = np.fft.rfft2(random.standard_normal(shape))
+            x = np.fft.irfft2(np.abs(wave) * noise / np.abs(noise), shape[1:])
+        elif what == "phases":
+            x = np.fft.irfft2(mean * wave / np.maximum(np.abs(wave), 1e-9), shape[1:])
+        else:
+            rows, columns = np.fft.fftfreq(shape[1])[:, None] / pixel[0], np.fft.rfftfreq(shape[2])[None, :] / pixel[1]
+            per_mm = np.hypot(rows, columns)
+            wave = np.fft.rfft2(cut.x * faded(shape[1]))
+            x = np.fft.irfft2(wave * ((per_mm > 1 / what[1]) & (per_mm <= 1 / what[0])), shape[1:])
+        made.append(Cut(equalised(x), cut.board))
+    return made
 
 
 def small_network():
@@ -209,8 +255,8 @@ def taught(x, y, seed, steps):
 
 
 def told_apart(one, other, seed=0, steps=STEPS):
-    """Balanced accuracy of the network on boards that it has not seen, half of both kinds' boards at a time, and its logits, those of
-    `one` first; above 0 says `other`."""
+    """Balanced accuracy of the network on boards that it has not seen, half of both kinds' boards at a time, and its
+    logits, those of `one` first; above 0 says `other`."""
     x = np.concatenate([one.x, other.x])
     y = np.repeat([0, 1], [len(one.x), len(other.x)])
     board = np.concatenate([one.board, other.board + (one.board.max(initial=0) + 1)])
@@ -222,12 +268,14 @@ def told_apart(one, other, seed=0, steps=STEPS):
     for asked in (0, 1):
         model = taught(x[part != asked], y[part != asked], seed, steps)
         with torch.no_grad():
-            logits[part == asked] = torch.cat([model(some)[:, 0] for some in torch.from_numpy(x[part == asked])[:, None].split(256)])
+            some = torch.from_numpy(x[part == asked])[:, None].split(256)
+            logits[part == asked] = torch.cat([model(windows)[:, 0] for windows in some])
     return balanced(y, (logits > 0).astype(int), board), logits
 
 
 def control(cut, deals, steps=STEPS):
-    """Mean balanced accuracy over `deals` of the boards of one set into two that differ in nothing, and the mean's standard error."""
+    """Mean balanced accuracy over `deals` of the boards of one set into two that differ in nothing, and the mean's
+    standard error."""
     boards, shares = np.unique(cut.board), []
     for deal in range(deals):
         mine = np.isin(cut.board, np.random.default_rng(deal).permutation(boards)[::2])
@@ -237,19 +285,18 @@ def control(cut, deals, steps=STEPS):
 
 
 def spectra(one, other, pixel):
-    """ln of power of the other's windows over the one's by direction and wavelength, an octave each: (direction, from [mm], to [mm], ln
-    of the ratio, and that over the spread of boards of both)."""
-    # A window's edges are faded, so that they make no waves.
-    fade = np.hanning(SIDE)[:, None] * np.hanning(SIDE)[None, :]
+    """ln of power of the other's windows over the one's by direction and wavelength, an octave each: (direction, from
+    [mm], to [mm], ln of the ratio, and that over the spread of boards of both)."""
     rows, columns = np.fft.fftfreq(SIDE)[:, None] / pixel[0], np.fft.rfftfreq(SIDE)[None, :] / pixel[1]
     waves, found = np.hypot(rows, columns), []
-    for name, where, side in (("along", np.abs(rows) > np.abs(columns), pixel[0]), ("across", np.abs(columns) > np.abs(rows), pixel[1])):
+    steep = np.abs(rows) > np.abs(columns)
+    for name, where, side in (("along", steep, pixel[0]), ("across", ~steep, pixel[1])):
         for octave in range(1, 6):
             low, high = side * 2**octave, side * 2**(octave + 1)
             of = where & (waves > 1 / high) & (waves <= 1 / low)
             powers = []
             for cut in (one, other):
-                power = np.log((np.abs(np.fft.rfft2(cut.x * fade)) ** 2)[:, of].mean(axis=1))
+                power = np.log((np.abs(np.fft.rfft2(cut.x * faded(SIDE))) ** 2)[:, of].mean(axis=1))
                 powers.append(np.array([power[cut.board == board].mean() for board in np.unique(cut.board)]))
             apart = powers[1].mean() - powers[0].mean()
             spread = np.sqrt(np.mean([part.var(ddof=1) for part in powers]))

@@ -1,13 +1,16 @@
 """Two finders of knots on grey pictures of boards, for transfer.py: a small U-Net, and a plain forest of pixels.
 
-Both say of each pixel of 0.4 mm whether it is clear or a knot of which kind. They learn from ellipses in boxes, since people draw no
-more than boxes on photographs, and knots are round; pieces of what they call knot, by their bounding boxes, are what they find.
+Both say of each pixel of 0.4 mm whether it is clear or a knot of which kind. They learn from ellipses in boxes, since
+people draw no more than boxes on photographs, and knots are round; pieces of what they call knot, by their bounding
+boxes, are what they find.
 
-The U-Net (Ronneberger, Fischer and Brox 2015) is the network that most begin with where there is little to learn from: it has no anchors
-to be set for sizes of knots, learns from each pixel of twenty boards, not from each of their fifty boxes, and trains within minutes on
-one core. What it sees is ln(tone) less its mean over some 20 mm, so that neither exposure nor light that falls off matters.
+The U-Net (Ronneberger, Fischer and Brox 2015) is the network that most begin with where there is little to learn from:
+it has no anchors to be set for sizes of knots, learns from each pixel of twenty boards, not from each of their fifty
+boxes, and trains within minutes on one core. What it sees is ln(tone) less its mean over some 20 mm, so that neither
+exposure nor light that falls off matters.
 """
 
+import copy
 from collections import namedtuple
 
 from board_tests import forest, torch, votes
@@ -17,6 +20,8 @@ from knot_scores import LEAST_MM, Found
 GRID_MM = (0.4, 0.4)
 # Pixels that are asked nothing.
 UNASKED = 255
+# Rates of learning from the beginning, and of going on from what was learned elsewhere.
+RATE, FINER = 4e-3, 1e-3
 # Side of what is learned from at a time [px], and channels of the network by depth.
 CROP = 96
 WIDTHS = (12, 24, 48, 64)
@@ -25,7 +30,8 @@ LEVELS = (0.5, 0.3, 0.15)
 # Standard deviations of the forest's Gaussians [mm].
 SCALES_MM = (0.5, 1.0, 2.0, 4.0, 8.0)
 
-# A board as a finder sees it: ln(tone) less its mean around [rows, columns], and the class of each pixel (KNOTS from 1).
+# A board as a finder sees it: ln(tone) less its mean around [rows, columns], and the class of each pixel (KNOTS from
+# 1).
 Lesson = namedtuple("Lesson", "x y")
 
 
@@ -46,7 +52,8 @@ def lesson(window):
 def twice(planes, wider):
     layers = []
     for before in (planes, wider):
-        layers += [torch.nn.Conv2d(before, wider, 3, padding=1, bias=False), torch.nn.BatchNorm2d(wider), torch.nn.ReLU()]
+        layers += [torch.nn.Conv2d(before, wider, 3, padding=1, bias=False), torch.nn.BatchNorm2d(wider),
+                   torch.nn.ReLU()]
     return torch.nn.Sequential(*layers)
 
 
@@ -70,8 +77,8 @@ class UNet(torch.nn.Module):
 
 
 def drawn_crop(taught, random):
-    """A crop of a lesson, about a knot in half of all cases, mirrored, turned and stretched a little, its contrast changed, noise, blur
-    and light that falls off added: photographs differ in all of that."""
+    """A crop of a lesson, about a knot in half of all cases, mirrored, turned and stretched a little, its contrast
+    changed, noise, blur and light that falls off added: photographs differ in all of that."""
     x, y = taught
     rows, columns = np.nonzero((y > 0) & (y != UNASKED))
     if len(rows) and random.random() < 0.5:
@@ -80,24 +87,27 @@ def drawn_crop(taught, random):
     else:
         middle = random.uniform(0, 1, 2) * x.shape[::-1]
     turn, stretch = np.radians(random.uniform(-8, 8)), np.exp(random.uniform(-0.25, 0.25, 2))
-    to = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]]) @ np.diag(stretch * random.choice([-1, 1], 2))
+    turned = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
+    to = turned @ np.diag(stretch * random.choice([-1, 1], 2))
     # From places of the crop to those of the lesson.
     matrix = np.column_stack([to, middle - to @ np.full(2, CROP / 2)])
     flags = cv2.WARP_INVERSE_MAP
     x = cv2.warpAffine(x, matrix, (CROP, CROP), flags=flags | cv2.INTER_LINEAR)
     y = cv2.warpAffine(y, matrix, (CROP, CROP), flags=flags | cv2.INTER_NEAREST, borderValue=UNASKED)
     blur = random.uniform(0.1, 1)
-    x = np.exp(random.normal(0, 0.25)) * gaussian(x, (blur, blur)) + random.uniform(0, 0.06) * random.standard_normal(x.shape)
+    x = np.exp(random.normal(0, 0.25)) * gaussian(x, (blur, blur))
+    x += random.uniform(0, 0.06) * random.standard_normal(x.shape)
     light = cv2.resize(random.normal(0, random.uniform(0, 0.25), (3, 3)), (CROP, CROP), interpolation=cv2.INTER_CUBIC)
     return (x + light).astype(np.float32), y
 
 
-def train_network(sources, seed, steps, batch=8):
-    """A U-Net after `steps` batches of crops, shared evenly among `sources`, lists of lessons."""
+def train_network(sources, seed, steps, begin=None, rate=RATE, batch=8):
+    """A U-Net after `steps` batches of crops, shared evenly among `sources`, lists of lessons. It goes on from the
+    network `begin`, if there is one."""
     torch.manual_seed(seed)
-    random, model = np.random.default_rng(seed), UNet()
-    optimiser = torch.optim.AdamW(model.parameters(), lr=4e-3, weight_decay=1e-2)
-    schedule = torch.optim.lr_scheduler.OneCycleLR(optimiser, 4e-3, total_steps=steps, pct_start=0.2)
+    random, model = np.random.default_rng(seed), copy.deepcopy(begin) if begin else UNet()
+    optimiser = torch.optim.AdamW(model.parameters(), lr=rate, weight_decay=1e-2)
+    schedule = torch.optim.lr_scheduler.OneCycleLR(optimiser, rate, total_steps=steps, pct_start=0.2)
     model.train()
     for _ in range(steps):
         chosen = [sources[place % len(sources)] for place in range(batch)]
@@ -122,8 +132,8 @@ def network_shares(model, x):
 
 
 def pixel_features(x):
-    """Seventeen Gaussian features of each pixel [rows, columns, 17]: five means less the next larger one, the slope and the curvature
-    along and across at three scales."""
+    """Seventeen Gaussian features of each pixel [rows, columns, 17]: five means less the next larger one, the slope and
+    the curvature along and across at three scales."""
     planes = [gaussian(x, [scale / side for side in GRID_MM]) for scale in (*SCALES_MM, 2 * SCALES_MM[-1])]
     told = [fine - coarse for fine, coarse in zip(planes, planes[1:])]
     for plane in planes[:3]:

@@ -1,8 +1,10 @@
-"""How well boxes of knots were found, for transfer.py: average precision, its intervals by boards, and paired differences.
+"""How well boxes of knots were found, for transfer.py: average precision, its intervals by boards, and paired
+differences.
 
-A box found is right where it overlaps a labelled one, which no surer box has taken, by an intersection over union (IoU) of `least`
-at least. Average precision is the area under precision by recall, precision at each recall the best at it or beyond (Everingham et
-al. 2010, all points). Boxes that lie on what is no question (a missing knot, a label too small to be a knot) count neither way.
+A box found is right where it overlaps a labelled one, which no surer box has taken, by an intersection over union (IoU)
+of `least` at least. Average precision is the area under precision by recall, precision at each recall the best at it or
+beyond (Everingham et al. 2010, all points). Boxes that lie on what is no question (a missing knot, a label too small to
+be a knot) count neither way.
 """
 
 from collections import namedtuple
@@ -10,7 +12,8 @@ from collections import namedtuple
 from board_tests import by_board
 from board_windows import KNOTS, np
 
-# A labelled box is a question from so many millimetres on each side on: eight pixels of the photographs, as tone is asked.
+# A labelled box is a question from so many millimetres on each side on: eight pixels of the photographs, as tone is
+# asked.
 LEAST_MM = (0.64, 0.4)
 OVERLAPS = (0.3, 0.5)
 KINDS = ("knots", *KNOTS)
@@ -71,14 +74,15 @@ def figure(boards):
     """Average precision, its 95 % interval by boards, and how many knots."""
     value = average_precision(boards)
     low, high = by_board(lambda chosen: average_precision([boards[i] for i in chosen]), range(len(boards)))
-    return {"ap": value, "low": low, "high": high, "knots": sum(board.truths for board in boards)}
+    return {"value": value, "low": low, "high": high, "knots": sum(board.truths for board in boards)}
 
 
 def difference(boards, others):
-    """Average precision of one finder less that of another on the same boards, with its 95 % interval: both see the boards drawn."""
+    """Average precision of one finder less that of another on the same boards, with its 95 % interval: both see the
+    boards drawn."""
     def of(chosen):
         one, other = (average_precision([each[i] for i in chosen]) for each in (boards, others))
         return None if one is None else one - other
 
     low, high = by_board(of, range(len(boards)))
-    return {"difference": of(range(len(boards))), "low": low, "high": high}
+    return {"value": of(range(len(boards))), "low": low, "high": high}

@@ -62,6 +62,10 @@ pub enum LoadError {
     Folder(String),
 }
 
+/// What to do where a dataset's recipe is not what it was.
+const OTHER_RECIPE: &str = "use the program that wrote the dataset, or make another one of recipe.text in its \
+    dataset.json (docs/guide/older-datasets.md)";
+
 /// The recipe in the file `name`, the built-in one of that name, or that of the dataset in the folder `name`; with
 /// changes.
 ///
@@ -72,7 +76,8 @@ pub fn load(name: &str, changes: &[Change]) -> Result<LoadedRecipe, LoadError> {
     // No name is no recipe, wherever this runs.
     if !name.is_empty() && holds_dataset(path) {
         let dataset = Dataset::open(path)?;
-        let mut recipe = recipe_of(&dataset).map_err(LoadError::Folder)?;
+        let mut recipe =
+            recipe_of(&dataset).map_err(|what| LoadError::Folder(format!("{name}: {what}; {OTHER_RECIPE}")))?;
         if !changes.is_empty() {
             let files = kept_files(&dataset).map_err(LoadError::Folder)?;
             recipe = Recipe::parse_changed(name, recipe.text(), &files, changes)?;

@@ -25,9 +25,9 @@ use dataset::shares::Shortfall;
 use dataset::{self, Claim, Dataset, Encoded, Fault, GENERATOR_VERSION, ShardWriter, differences, number_column};
 use evidence::reference::line_solver;
 use pipeline::{self, Equipment, effective};
-use recipe::Recipe;
 use recipe::asset::Asset;
 use recipe::asset_source::{AssetSource, KeptAsset};
+use recipe::{Change, Recipe};
 use rig::{check, mistakes};
 use scanner::optics::speckle::PatternCache;
 
@@ -215,13 +215,19 @@ pub fn kept_files(folder: &Dataset) -> Result<AssetSource, String> {
     Ok(AssetSource::Kept(head.assets.iter().map(kept).collect()))
 }
 
-/// The recipe of a dataset, from the folder alone: its text, and the copies of the files that it names.
+/// Minor version of the schema from which on numbers that a recipe does not state can vary.
+const NATURAL_SINCE: u32 = 8;
+
+/// The recipe of a dataset, from the folder alone: its text, and the copies of the files that it names. Where an older
+/// program began it, what is not stated is fixed.
 ///
 /// # Errors
 /// In words, where it does not load, or no longer means the same.
 pub fn recipe_of(folder: &Dataset) -> Result<Recipe, String> {
     let (head, files) = (folder.head(), kept_files(folder)?);
-    let recipe = Recipe::parse_with("dataset.json", &head.recipe.text, &files).map_err(|error| error.to_string())?;
+    let fixed = (head.schema_version[1] < NATURAL_SINCE).then(|| "unstated=fixed".parse::<Change>()).transpose()?;
+    let recipe = Recipe::parse_changed("dataset.json", &head.recipe.text, &files, fixed.as_slice())
+        .map_err(|error| error.to_string())?;
     if recipe.hash() == head.recipe.hash {
         return Ok(recipe);
     }

@@ -21,7 +21,7 @@ pub const LIGHT: [&str; 2] = ["reflectance", "grey"];
 ///
 /// `seed` is unsigned because it is: a signed column would change seeds from 2^63 on, and every reader that is tested
 /// here knows uint64. `index` is signed because frameworks index with int64.
-pub const ROW: [Column; 29] = [
+pub const ROW: [Column; 32] = [
     Column::of_draws("id", Text, "", Words("UUID, version 5"))
         .means("Name of the sample: follows from recipe, seed and index."),
     Column::of_draws("index", Int64, "1", Words("0 to n - 1")).means("Number of the sample in the dataset."),
@@ -31,6 +31,17 @@ pub const ROW: [Column; 29] = [
         .means("Part of the dataset; follows from seed and index, so it stays as n grows and as the recipe is edited."),
     Column::of_draws("class", SampleClass, "", Words("0 to classes - 1"))
         .means("Class of the recipe that the sample was drawn from."),
+    Column::of_draws("rig", Int64, "1", NotNegative)
+        .since(8)
+        .means("Instrument that scanned it; without `rigs` in the recipe each sample has its own. From 1.8 on."),
+    Column::of_draws("log_number", Int64, "1", NotNegative)
+        .missing("null where the object is no board")
+        .since(8)
+        .means("Log that the board was sawn from. From 1.8 on."),
+    Column::of_draws("batch", Int64, "1", NotNegative)
+        .missing("null where the object is a board")
+        .since(8)
+        .means("Batch that the object is of; without `samples_per_batch` each is its own. From 1.8 on."),
     Column::of_draws("cols", Int32, "px", Words("1 or more")).means("Columns of the images, along the laser line (x)."),
     Column::of_draws("rows", Int32, "px", Words("1 or more"))
         .means("Rows of the images, along the scan (y): row 0 was exposed first."),
@@ -154,7 +165,7 @@ pub const OBJECT: [Column; 17] = [
         "Greatest depth of an opening below the face, seen or not; of wane where it is as wide as its mean. \
              From 1.5 on.",
     ),
-    Column::of_scene("knot_names", Text, "", Words("face, edge or arris; then spike, pin, cluster where they hold"))
+    Column::of_scene("knot_names", Text, "", Words("face, edge or arris; then spike, pin, cluster, crack"))
         .missing("null where it is no knot")
         .since(5)
         .means(

@@ -49,10 +49,10 @@ const SPACE_TURN: Mat3 = Mat3::from_cols(
 /// Mean over uniform centres of the sum of squared lane profiles: the integral of (1 - d^2)^6 [1].
 const LANES: f32 = 2048.0 / 3003.0;
 /// Depth of a score's groove over the height of its ridge [1].
-const GROOVE: f32 = 0.8;
-/// Mean square of scores over the half width: that of the profile 1.0396, times 1/5 for their depths, squares of
+const GROOVE: f32 = 0.3;
+/// Mean square of scores over the half width: that of the profile 0.7138, times 1/5 for their depths, squares of
 /// uniform numbers, times the half of each that is there [1].
-const SCORE_POWER: f32 = 0.103_96;
+const SCORE_POWER: f32 = 0.071_38;
 /// Slowest rate of the noise along a lane, and how much faster others are [1].
 const RATES: [f32; 2] = [0.7, 0.6];
 

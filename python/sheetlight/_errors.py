@@ -14,16 +14,18 @@ class RecipeFault(NamedTuple):
     """What is wrong."""
     remedy: str
     """What is allowed, or what to do."""
+    file: str | None = None
+    """The recipe that it stands in, where that is one that the text extends."""
 
 
 class RecipeError(ValueError):
     """A recipe with faults, all of them at once; the message shows each with its line.
 
     Attributes:
-        faults: the faults by place, each with place, key, problem and remedy
+        faults: the faults by place, each with place, key, problem, remedy and file
     """
 
-    def __init__(self, message: str, faults: list[tuple[tuple[int, int] | None, str, str, str]]):
+    def __init__(self, message: str, faults: list[tuple[tuple[int, int] | None, str, str, str, str | None]]):
         super().__init__(message, faults)
         self.faults = [RecipeFault(*fault) for fault in faults]
 

@@ -19,7 +19,7 @@ use crate::generate::{
 use dataset::Dataset;
 use dataset::shares::Shortfall;
 use optical_bench::settings::Transport;
-use recipe::Recipe;
+use recipe::{Recipe, VariationCount};
 
 pub(super) fn run(arguments: &GenerateArgs, console: &Console) -> CommandResult {
     let name = arguments.recipe.get()?;
@@ -59,6 +59,7 @@ pub(super) fn run(arguments: &GenerateArgs, console: &Console) -> CommandResult 
             })?;
             return Ok(if estimate.fits() { DONE } else { FAULTS });
         }
+        splits_met(&recipe, &request).into_iter().for_each(|met| console.note(&met));
         let estimate = GenerateEstimate::count(&recipe, &request);
         if !estimate.fits() {
             return Err(refusal(&estimate, &request).into());
@@ -258,9 +259,27 @@ fn describe_summary(summary: &GenerateSummary, request: &DatasetRequest) -> Stri
     }
 }
 
-/// Notes keys that have no effect.
+/// Notes keys that have no effect, how many numbers vary, and which of those are fixed that classes are told by.
 pub(super) fn note(recipe: &Recipe, console: &Console) {
     recipe.notes().iter().for_each(|note| console.note(&format!("note: {note}")));
+    let variation = recipe.variation();
+    console.note(&variation.told());
+    if let Some(warning) = variation.warning() {
+        console.note(&format!("note: {warning}"));
+    }
+}
+
+/// How many samples each split has, where it parts no groups of them; `None` where it parts all.
+fn splits_met(recipe: &Recipe, request: &DatasetRequest) -> Option<String> {
+    let groups = recipe.split_groups()?;
+    let counts = recipe.class_counts(request.seed, request.samples);
+    let met = [0, 1, 2].map(|split| counts.iter().map(|counts| counts[split]).sum::<u64>());
+    let asked = recipe.splits();
+    let names = [("train", asked.train), ("validate", asked.validation), ("test", asked.test)];
+    let one = |(count, (name, share)): (u64, (&str, f64))| {
+        format!("{count} to {name} ({:.1} % of {:.1})", 100.0 * count as f64 / request.samples as f64, 100.0 * share)
+    };
+    Some(format!("splits part no {groups}: {}", met.into_iter().zip(names).map(one).collect::<Vec<_>>().join(", ")))
 }
 
 fn describe_memory(memory: &MemoryEstimate) -> String {
@@ -310,6 +329,10 @@ fn describe_estimate(
             "  class  {class}: {all}, of these {train} to train, {validation} to validate, {test} to test\n"
         ));
     }
+    text.push_str(&format!("  vary   {}\n", recipe.variation().told()));
+    if let Some(met) = splits_met(recipe, request) {
+        text.push_str(&format!("  split  {met}\n"));
+    }
     let cut_off = recipe.cut_off();
     let mut cut: Vec<_> = cut_off.iter().filter(|(_, share)| **share >= TOLD_CUT).collect();
     cut.sort_by(|a, b| b.1.total_cmp(a.1));
@@ -353,7 +376,14 @@ fn estimate_json(
         "classes": classes,
         "splits": { "train": split(0), "validation": split(1), "test": split(2) },
         "cut_off": recipe.cut_off(),
+        "variation": variation_json(recipe),
     })
+}
+
+/// How many numbers vary, as a document.
+pub(super) fn variation_json(recipe: &Recipe) -> Value {
+    let VariationCount { stated, natural, held, telling } = recipe.variation();
+    json!({ "stated": stated, "natural": natural, "fixed": held, "fixed_and_telling": telling })
 }
 
 fn refusal(estimate: &GenerateEstimate, request: &DatasetRequest) -> String {

@@ -1,6 +1,6 @@
 //! The command line: `gen --recipe R --n N`, `gen preview`, `gen rig`, `gen list`, `gen validate`, `gen recipe`, `gen
-//! schema`, `gen transport`, `gen study`, `gen compare`, `gen fit`, `gen finish`, `gen icon`, `gen fibres`, `gen
-//! check`, `gen export`, `gen report`, `gen completions`, `gen man`.
+//! schema`, `gen transport`, `gen study`, `gen compare`, `gen fit`, `gen cover`, `gen finish`, `gen icon`, `gen
+//! fibres`, `gen check`, `gen export`, `gen report`, `gen completions`, `gen man`.
 //!
 //! Exit status: 0 done, 1 faults or refusal, 2 unusable arguments, 3 an accuracy below what was asked for, 130 stopped
 //! by Ctrl-C.
@@ -9,6 +9,7 @@ mod check;
 mod compare;
 mod completions;
 mod console;
+mod cover;
 mod export;
 mod fibres;
 mod finish;
@@ -57,6 +58,7 @@ use progress::Progress;
   gen study point                                              a point of light on wood, by every model
   gen compare planks scans                                     simulated beside real: noise, speckle, plots
   gen fit --recipe mine.yaml --real scans                      the recipe's numbers from a real camera's scans
+  gen cover mine.yaml --real scans                             whether its spread holds them, and what to widen
   gen check planks --model knots.onnx                          what a trained model makes of it
   gen export coco planks --out planks-coco                     in other people's formats, without rendering again
   gen report planks                                            one page for people, planks/reports/report.html
@@ -104,6 +106,8 @@ enum Command {
     Compare(Box<compare::CompareArgs>),
     /// Turn scans of a real camera into a recipe: which values of its keys make simulated scans look like them
     Fit(Box<fit::FitArgs>),
+    /// Say where real scans lie in the spread of a recipe's own, and which keys to widen; without any, what it varies
+    Cover(Box<cover::CoverArgs>),
     /// Run a trained model (ONNX) over a dataset: confusion, accuracy, calibration, slices, the worst answers
     Check(check::CheckArgs),
     // The list of exports has its help.
@@ -322,6 +326,7 @@ fn obey(cli: Cli, console: &Console) -> CommandResult {
         Some(Command::Study { what }) => study::run(&what, console),
         Some(Command::Compare(arguments)) => compare::run(&arguments, console),
         Some(Command::Fit(arguments)) => fit::run(&arguments, console),
+        Some(Command::Cover(arguments)) => cover::run(&arguments, console),
         Some(Command::Check(arguments)) => check::run(&arguments, console),
         Some(Command::Export { format }) => export::run(&format, console),
         Some(Command::Report(arguments)) => report::run(&arguments, console),

@@ -3,7 +3,7 @@
 use clap::Args;
 
 use super::console::Console;
-use super::generate::tell;
+use super::generate::{note, tell, variation_json};
 use super::{CommandResult, DONE, RecipeArgs, print, whole};
 use rig::report;
 
@@ -35,11 +35,13 @@ pub(super) struct RigArgs {
 
 pub(super) fn run(arguments: &RigArgs, console: &Console) -> CommandResult {
     let loaded = arguments.recipe.load(console)?;
+    note(&loaded.recipe, console);
     let seed = loaded.seed(arguments.seed);
     let report = report(&loaded.recipe.draw(seed, arguments.index));
     if arguments.json {
         let mut document = report.json();
         document["recipe"] = loaded.recipe.name().into();
+        document["variation"] = variation_json(&loaded.recipe);
         (document["seed"], document["index"]) = (seed.into(), arguments.index.into());
         print(&format!("{document:#}\n"))?;
     } else {

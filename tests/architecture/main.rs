@@ -23,7 +23,10 @@ const CRATES: [(&str, &[&str]); 22] = [
         &["base", "files", "numerics", "optical_bench", "output_schema", "procedural", "wood_picture", "yaml"],
     ),
     ("crates/dataset", &["base", "files", "optical_bench", "output_schema"]),
-    ("crates/tools", &["base", "dataset", "drawing", "files", "optical_bench", "output_schema", "recipe", "yaml"]),
+    (
+        "crates/tools",
+        &["base", "dataset", "drawing", "files", "numerics", "optical_bench", "output_schema", "recipe", "yaml"],
+    ),
     ("crates/pipeline", &["base", "dataset", "optical_bench", "procedural", "recipe", "scanner", "transport"]),
     ("crates/rig", &["dataset", "optical_bench", "pipeline", "recipe", "scanner"]),
     (

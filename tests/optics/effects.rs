@@ -52,7 +52,7 @@ fn awake(parameter: &Parameter) -> (Scene, Body) {
         _ => None,
     };
     let words: String = needs().filter_map(word).collect();
-    let text = format!("name: a\nsubject: wood\nclasses: {{one: {{share: 1}}}}\nset:{words}\n");
+    let text = format!("name: a\nsubject: wood\nunstated: fixed\nclasses: {{one: {{share: 1}}}}\nset:{words}\n");
     let asked = Recipe::parse("a.yaml", &text).unwrap_or_else(|error| panic!("{text}{error}")).draw(0, 0);
     let mut scene = base();
     (scene.line, scene.movement, scene.bench.optics) = (asked.line, asked.movement, asked.bench.optics);

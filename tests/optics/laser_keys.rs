@@ -7,7 +7,7 @@ use recipe::{Recipe, Scene};
 use scanner::optics::{Band, ROWS, Scratch, Sensor, TILE};
 use test_support::target::{expose, plate, scene};
 
-const RECIPE: &str = "name: a\nsubject: wood\nclasses: {one: {share: 1}}\n";
+const RECIPE: &str = "name: a\nsubject: wood\nunstated: fixed\nclasses: {one: {share: 1}}\n";
 
 /// A surface that throws all light back evenly.
 fn white() -> Medium {
@@ -38,7 +38,7 @@ fn numbers_without_effect_are_refused() {
         assert!(error.contains(key) && error.contains(remedy), "{text}: {error}");
     }
     // Streaks and glints need fibres and metal.
-    let piece = "name: a\nsubject: sawtooth\nclasses: {one: {share: 1}}\n";
+    let piece = "name: a\nsubject: sawtooth\nunstated: fixed\nclasses: {one: {share: 1}}\n";
     for (text, key, fine) in [
         ("laser: {streaks_per_mm: 1}", "laser.streaks_per_mm", "material: {k_per_mm: 5}"),
         ("laser: {glints_per_mm: 1}\nmaterial: {reflectance: 0.04}", "laser.glints_per_mm", ""),
@@ -75,7 +75,7 @@ fn the_material_decides_what_shines() {
     const DULL: &str = "material: {reflectance: 0.04, gloss: 0.05}\n";
     const FIBROUS: &str = "material: {k_per_mm: 5, fibre_azimuth_deg: 20, fibre_dive_deg: 3}\n";
     let faults = |text: &str| {
-        let text = format!("name: a\nsubject: sawtooth\nclasses: {{one: {{share: 1}}}}\n{text}");
+        let text = format!("name: a\nsubject: sawtooth\nunstated: fixed\nclasses: {{one: {{share: 1}}}}\n{text}");
         Recipe::parse("a.yaml", &text).map(|_| String::new()).unwrap_or_else(|error| error.to_string())
     };
     for (text, key, remedy) in [

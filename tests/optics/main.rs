@@ -7,6 +7,7 @@ mod camera_motion;
 mod camera_optics;
 mod defect_maps;
 mod effects;
+mod fibre_dive;
 mod field_edges;
 mod flat_target;
 mod interpolated_rows;

@@ -12,7 +12,7 @@ use recipe::{Plan, Recipe, SampleNeeds, Scene, Subject};
 
 /// A recipe of a subject with every default but those of `keys`, and one class.
 fn recipe(subject: Subject, keys: &[(&Parameter, f64)]) -> Result<Recipe, String> {
-    let mut text = format!("name: a\nsubject: {}\nclasses: {{one: {{share: 1}}}}\n", subject.name());
+    let mut text = format!("name: a\nsubject: {}\nunstated: fixed\nclasses: {{one: {{share: 1}}}}\n", subject.name());
     for (parameter, value) in keys {
         text.push_str(&format!("{}: {{{}: {value}}}\n", parameter.group, parameter.name));
     }
@@ -94,12 +94,13 @@ fn with_values(scene: &Scene, changed: &BTreeMap<String, f64>) -> Scene {
 #[test]
 #[ignore = "long"]
 fn what_an_object_is_said_to_lack_changes_nothing() {
-    let board = "subject: wood\nboard: {width_mm: 60, length_mm: 90}\nlog: {pith_depth_mm: 4, pith_offset_mm: 0}\n\
+    let board = "subject: wood\nunstated: fixed\n\
+        board: {width_mm: 60, length_mm: 90}\nlog: {pith_depth_mm: 4, pith_offset_mm: 0}\n\
                  stem: {board_radius_mm: 20, whorl_spacing_mm: 40}\n";
     let of_stem = board.replace("pith_depth_mm: 4, pith_offset_mm: 0", "source: stem");
     let board = board.split("stem:").next().expect("it has one");
     let mut rng = Stream::root(3).child("what they lack").rng();
-    for (object, least) in [(board, 85), (&of_stem, 70), ("subject: blister\n", 3)] {
+    for (object, least) in [(board, 85), (&of_stem, 70), ("subject: blister\nunstated: fixed\n", 3)] {
         let text = format!("name: a\nclasses: {{one: {{share: 1}}}}\n{object}");
         let recipe = Recipe::parse("a.yaml", &text).unwrap_or_else(|error| panic!("{error}"));
         let canonical = recipe.canonical();

@@ -7,7 +7,7 @@ use recipe::{Plan, Recipe};
 use test_support::target::patterns;
 
 /// Boards looked at.
-const BOARDS: u64 = 50;
+const BOARDS: u64 = 100;
 /// Lags looked at [rows or columns].
 const LAGS: std::ops::RangeInclusive<usize> = 5..=60;
 
@@ -85,7 +85,7 @@ fn the_spread_of_rows_and_columns_does_not_repeat() {
                 at + LAGS.start()
             );
             // Strands keep the spread for some rows; a lattice brings it back at its own lag, with 0.8 for value noise.
-            // 160 lines a board and 50 boards: standard error 0.011 for white series, some three times that for these.
+            // 160 lines a board and 100 boards: standard error 0.008 for white series, some three times that for these.
             assert!(*largest < 0.3, "{name}, {direction}: {largest} at lag {}", at + LAGS.start());
             let later = mean[30 - LAGS.start()..].iter().fold(f64::MIN, |most, &v| most.max(v));
             println!("{name}, {direction}: {later:.3} from lag 30 on");

@@ -67,6 +67,28 @@ fn a_dataset_goes_on_with_its_own_shards() {
     assert!(refused.code == 1 && refused.err.contains("2 -> 3"), "{}", refused.err);
 }
 
+/// A dataset keeps what its recipe inherits: it is continued and checked although the other recipes have gone.
+#[test]
+fn a_dataset_needs_none_of_the_recipes_that_its_own_extends() {
+    let place = Place::with(&[]);
+    let child = "extends: tiny.yaml\nname: child\nlaser: {power_mw: 60}\n";
+    place.write("child.yaml", child);
+    assert_eq!(place.done("recipe show child.yaml").out, child);
+    let flat = place.done("recipe show child.yaml --flat").out;
+    place.done("--recipe child.yaml --n 3 --samples-per-shard 1 --out whole");
+    place.done("--recipe child.yaml --n 1 --samples-per-shard 1 --out set");
+    ["tiny.yaml", "child.yaml"].iter().for_each(|name| fs::remove_file(place.path(name)).expect("it was there"));
+    assert_eq!(place.done("recipe show set").out, flat);
+    place.done("--recipe set --n 3 --out set");
+    place.done("validate set");
+    assert!(
+        place.tree("set/data") == place.tree("whole/data")
+            && place.json("set/dataset.json") == place.json("whole/dataset.json")
+    );
+    place.write("child.yaml", child);
+    place.run("preview --recipe child.yaml").refused(&["child.yaml:1:10: extends", "no file `tiny.yaml` beside it"]);
+}
+
 #[test]
 #[ignore = "long"]
 fn validation_passes_what_is_whole_and_names_what_is_not() {
@@ -189,6 +211,28 @@ fn built_in_recipes_are_listed_and_printed() {
     assert!(run.code == 1 && run.err.contains("did you mean `wood`"), "{}", run.err);
 }
 
+/// A first recipe renders as it is, and presets are listed with their sources.
+#[test]
+fn a_first_recipe_renders_and_presets_are_listed() {
+    let place = Place::new();
+    for subject in ["wood", "blister", "sawtooth", "mesh"] {
+        let text = place.done(&format!("recipe new --subject {subject}")).out;
+        assert!(text.lines().count() <= 20, "{text}");
+        place.write("mine.yaml", text);
+        place.done(&format!("preview --recipe mine.yaml --out {subject}.png"));
+    }
+    let refused = place.run("recipe new --subject steel");
+    assert!(refused.code == 2 && refused.err.contains("wood, blister, sawtooth, mesh"), "{}", refused.err);
+    let listed = place.done("recipe presets").out;
+    for words in ["camera: {preset: alvium-c-508}", "exposure.full_well_e: 10400", "alliedvision.com", "lacks: QE"] {
+        assert!(listed.contains(words), "no `{words}` in {listed}");
+    }
+    let documents: Value = serde_json::from_str(&place.done("recipe presets --json").out).expect("it is JSON");
+    let documents = documents.as_array().expect("a list");
+    assert_eq!(documents.len(), listed.matches("{preset: ").count());
+    assert!(documents.iter().all(|preset| preset["numbers"][0]["source"].is_string()));
+}
+
 #[test]
 fn datasets_are_listed_with_their_facts() {
     let place = Place::with(&[]);
@@ -302,7 +346,7 @@ fn a_rig_is_told_in_words_of_data_sheets() {
         ("motion.step_mm=0.3 --set motion.line_rate_hz=20000", "rows in an exposure: shorten exposure.time_us"),
         ("motion.step_mm=0.5", "times as long as wide; set motion.step_mm"),
         ("output.bin.columns=8", "pixels of the binned images are 10.3 times as wide as long"),
-        ("motion.step_mm=0.001", "pixels are 87.5 times as wide as long"),
+        ("motion.step_mm=0.001", "pixels are 87.6 times as wide as long"),
         ("board.offset_mm=300", "0.0 % of the object lies in the field of the images"),
     ] {
         let told = rig(&format!("{bench} --set {change}"));
@@ -323,7 +367,7 @@ fn a_rig_warns_as_a_run_does() {
     let plain = place.done("rig wood-small");
     let odd = "rig wood-small --set motion.step_mm=0.001";
     let told = place.done(odd);
-    assert!(!plain.err.contains("warning: ") && told.err.starts_with("warning: profiles are 0.001 mm"), "{}", told.err);
+    assert!(!plain.err.contains("warning: ") && told.err.contains("\nwarning: profiles are 0.001 mm"), "{}", told.err);
     // Standard output holds the same lines, and nothing else.
     let names = |out: &str| out.lines().filter_map(|line| line.split(' ').next()).map(String::from).collect::<Vec<_>>();
     assert_eq!(names(&told.out), names(&plain.out));
@@ -333,7 +377,7 @@ fn a_rig_warns_as_a_run_does() {
     assert!(json["warnings"][0].as_str().is_some_and(|text| told.err.contains(text)), "{json}");
     for form in ["", "--json"] {
         let strict = place.run(&format!("{odd} --strict {form}"));
-        assert!(strict.code == 1 && strict.err.starts_with("gen: --strict: profiles are 0.001 mm"), "{}", strict.err);
+        assert!(strict.code == 1 && strict.err.contains("gen: --strict: profiles are 0.001 mm"), "{}", strict.err);
         assert!(strict.out.contains("field_of_view_mm"), "{}", strict.out);
     }
     place.done("rig wood-small --strict");

@@ -176,7 +176,7 @@ fn a_changed_key_leaves_every_other_number() {
     let power = ["power_mw: 50", "power_mw: 80"];
     let waist = ["waist_mm: {uniform: [0.08, 0.13]}", "waist_mm: {uniform: [0.1, 0.2]}"];
     // A class's own key changes its samples alone.
-    let reach = ["rot: {reach_mm: {uniform: [3, 8]}}", "rot: {reach_mm: {uniform: [4, 9]}}"];
+    let reach = ["reach_mm: {uniform: [3, 8]}", "reach_mm: {uniform: [4, 9]}"];
     for (change, key) in [(power, "laser.power_mw"), (waist, "laser.waist_mm"), (reach, "rot.reach_mm")] {
         let other = Place::with(&[change]);
         other.make("new", "--n 6");

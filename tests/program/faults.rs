@@ -69,8 +69,8 @@ fn recipes_that_cannot_be() {
     let cases: [(&str, &[&str]); 9] = [
         ("wod.yaml", &["wod.yaml", "did you mean `wood`", "wood-small"]),
         ("recipes/wood-smal", &["did you mean `wood-small`"]),
-        ("empty.yaml", &["empty.yaml:1:1", "empty", "`classes`"]),
-        ("huge.yaml", &["huge.yaml:12:", "scan.columns", "1e9", "8 to 16384"]),
+        ("empty.yaml", &["empty.yaml:1:1", "empty", "`subject`"]),
+        ("huge.yaml", &["huge.yaml:13:", "scan.columns", "1e9", "8 to 16384"]),
         ("pixels.yaml", &["268419072 pixels", "scan.profiles", "134217728"]),
         ("bomb.yaml", &["bomb.yaml:1:1", "no key of a recipe"]),
         ("laughs.yaml", &["laughs.yaml"]),

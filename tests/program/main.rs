@@ -3,6 +3,7 @@
 mod bits;
 mod channels;
 mod commands;
+mod cover;
 mod determinism;
 mod engines;
 mod faults;
@@ -17,5 +18,7 @@ mod red_team;
 mod rig_check;
 mod rig_mistakes;
 mod study;
+mod symptoms;
 mod thesis_frames;
 mod transport;
+mod variation;

@@ -248,7 +248,7 @@ fn a_recipe_is_a_word_or_an_option() {
     place.done("tiny.yaml -n 1 --out word");
     place.done("--recipe tiny.yaml -n 1 --out option");
     assert_same(&place.tree("word"), &place.tree("option"), "the same dataset");
-    for command in ["rig", "recipe show", "preview", "fit --real word"] {
+    for command in ["rig", "recipe show", "preview", "fit --real word", "cover"] {
         unusable(&place, command, &["which recipe?", "--recipe wood.yaml"]);
     }
 }

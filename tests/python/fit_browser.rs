@@ -1,5 +1,5 @@
-//! The page of `gen fit` in Chromium: every section, pictures, the filter of statistics, no request, and no scrolling
-//! sideways on a phone.
+//! The pages of `gen fit` and `gen cover` in Chromium: every section, pictures, the filter of statistics, no request,
+//! and no scrolling sideways on a phone.
 
 use serde_json::Value;
 use test_support::pages::between;
@@ -34,7 +34,7 @@ const PROBE: [&str; 2] = [
         sizes: [...new Set(images.map((image) => image.naturalWidth + ' ' + image.naturalHeight))],
         drawings: [...document.querySelectorAll('svg.strip')].filter(is_seen).length,
         rows: all.length,
-        marked: names(all.filter((row) => row.textContent.includes('out of reach'))),
+        marked: names(all.filter((row) => /out of reach|outside/.test(row.textContent))),
         out: names(out),
         again: rows().length,
         requests: performance.getEntriesByType('resource').map((entry) => entry.name).filter((name) => \
@@ -93,6 +93,30 @@ fn the_page_of_a_fit_works() {
     let broken = page.replace("<nav", "<img src=\"http://127.0.0.1:9/x.png\"><nav");
     assert!(!list_of(&told(&place, &broken), "faults").is_empty(), "a request is seen");
 
+    fits_a_phone(&place, &page);
+}
+
+/// What `gen cover` says of a scan with more noise than the recipe draws.
+#[test]
+fn the_page_of_a_cover_works() {
+    let place = Place::new();
+    place.write("tiny.yaml", sawtooth_recipe(&[["\n  profiles: 48 ", "\n  profiles: 64 "]]));
+    place.make("real", "--n 1 --seed 5 --set exposure.dark_noise_dn=12");
+    place.done("cover tiny.yaml --real real --simulations 200 --out cover.html");
+    let page = std::fs::read_to_string(place.path("cover.html")).expect("the page is written");
+    assert!(!page.contains("://") && !page.contains("<script"), "the page is one file without scripts");
+    let seen = told(&place, &page);
+    let (rows, out) = (seen["rows"].as_u64().expect("a number"), list_of(&seen, "out"));
+    assert_eq!(list_of(&seen, "sections"), ["widen", "scans"]);
+    assert_eq!((seen["drawings"].as_u64(), seen["again"].as_u64()), (Some(rows), Some(rows)));
+    assert!(!out.is_empty() && out.len() < rows as usize, "{seen:#}");
+    assert_eq!(out, list_of(&seen, "marked"), "the filter leaves what is marked");
+    assert!(list_of(&seen, "requests").is_empty() && list_of(&seen, "faults").is_empty(), "{seen:#}");
+    fits_a_phone(&place, &page);
+}
+
+/// Faults a page that scrolls sideways on a phone.
+fn fits_a_phone(place: &Place, page: &str) {
     let wide = "<script>addEventListener('load', () => \
         parent.postMessage(document.documentElement.scrollWidth + ' ' + innerWidth, '*'));</script>";
     place.write(

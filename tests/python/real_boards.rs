@@ -28,6 +28,7 @@ fn figures_are_those_of_the_definitions() {
 fn what_differs_is_told_apart_and_only_that() {
     holds(&Place::new(), "a_ring_tells_where_it_differs_and_only_there", &[]);
     holds(&Place::new(), "planted_waves_are_told_apart", &[]);
+    holds(&Place::new(), "what_tells_windows_apart_is_found", &[]);
 }
 
 #[test]
@@ -76,6 +77,10 @@ fn programs_compare_boards_with_photographs() {
     let place = both();
     let said = run(&place, "likeness.py", &["--only", "table", "ring"]);
     done(&said);
+    for name in ["simulated, grey", "simulated, reflectance"] {
+        assert!(said.out.contains(&format!("| {name} |")), "{}", said.out);
+    }
+    assert!(!said.out.contains("scatter"), "no images of it");
     assert!(said.out.contains("| rings |") && said.out.contains("| photographs |"), "{}", said.out);
     let told = written(&place, "likeness.json");
     assert_eq!(told["pictures"], 8, "sealed pictures are not looked at");
@@ -90,7 +95,7 @@ fn programs_compare_boards_with_photographs() {
     done(&said);
     let told = written(&place, "transfer.json");
     let finders = told["finders"].as_object().expect("finders");
-    let asked = ["simulated", "2 real", "4 real", "simulated and 4 real"];
+    let asked = ["simulated", "2 real", "simulated and 2 real", "4 real", "simulated and 4 real"];
     let names: Vec<_> = ["network", "forest"].iter().flat_map(|f| asked.map(|of| format!("{f}, {of}"))).collect();
     assert!(
         names.len() == finders.len() && names.iter().all(|name| finders.contains_key(name)),
@@ -98,6 +103,10 @@ fn programs_compare_boards_with_photographs() {
         finders.keys()
     );
     assert_eq!(finders["network, 2 real"]["found"].as_object().expect("boards").len(), 8);
+    let differences = told["differences"].as_object().expect("differences");
+    let both = &differences["forest, simulated and 4 real less forest, 4 real"]["knots 0.5"];
+    let [low, value, high] = ["low", "value", "high"].map(|key| both[key].as_f64().expect("a number"));
+    assert!(differences.len() == 9 && low <= value && value <= high, "{differences:?}");
     assert!(place.path("out/worst.png").exists());
     done(&run(&place, "transfer.py", &["--steps", "2", "--real-boards", "2", "--part", "sealed"]));
     assert_eq!(

@@ -42,7 +42,7 @@ impl Kept {
 
     /// Figures of `case`: what `ask` says of the `question`.
     pub fn says(&mut self, case: &str, question: &impl Debug, ask: impl FnOnce() -> Vec<f64>) -> Vec<f64> {
-        let key = format!("{case} {:016x}", Stream::root(0).child(&without_lamps(format!("{question:?}"))).key());
+        let key = format!("{case} {:016x}", Stream::root(0).child(&format!("{question:?}")).key());
         let figures = if self.bless {
             ask()
         } else {
@@ -81,17 +81,4 @@ impl Kept {
         let unused: Vec<&String> = self.known.keys().filter(|key| !self.told.contains_key(*key)).collect();
         assert!(unused.is_empty(), "nobody asks for {unused:?} of {}; BLESS=1 drops them", self.file.display());
     }
-}
-
-/// A question without what it says of lamps: they light a map of their own, about which no case asks.
-fn without_lamps(mut question: String) -> String {
-    while let Some(from) = question.find(", lamps: ") {
-        let rest = &question[from + 2..];
-        let length = match (rest.find('{'), rest.find([',', '}'])) {
-            (Some(open), Some(end)) if open < end => rest.find('}').map_or(rest.len(), |close| close + 1),
-            (_, end) => end.map_or(rest.len(), |end| end - usize::from(rest[..end].ends_with(' '))),
-        };
-        question.replace_range(from..from + 2 + length, "");
-    }
-    question
 }

@@ -1,5 +1,7 @@
 //! One number, declared once: YAML key = stream name = Parquet column = struct field, with its unit and range.
 
+use crate::Natural;
+
 /// The declaration of one drawable number.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Parameter {
@@ -19,6 +21,8 @@ pub struct Parameter {
     pub doc: &'static str,
     /// Where the default and the range come from.
     pub source: &'static str,
+    /// How it varies where a recipe says nothing and does not hold it at the default.
+    pub natural: Natural,
     /// What it needs to mean something; of several the first that is not met is told.
     pub conditions: &'static [Condition],
 }
@@ -93,22 +97,27 @@ impl Parameter {
 ///     /// A lamp.
 ///     lamp: Lamp {
 ///         /// Optical power.
-///         power_mw: 0.1, 500.0, 50.0, "class 3B at most";
+///         power_mw: 0.1, 500.0, 50.0, "class 3B at most", uniform(45.0, 55.0);
+///         /// How many of them.
+///         count: 1.0, 4.0, 1.0, "free", fixed, count;
 ///     }
 /// }
 /// let lamp = Lamp::from_values(&mut |p| p.default);
 /// assert_eq!(lamp.power_mw, 50.0);
 /// assert_eq!(Lamp::PARAMETERS[0].path(), "lamp.power_mw");
+/// assert_eq!(Lamp::PARAMETERS[0].natural.ends(), Some([45.0, 55.0]));
+/// assert_eq!(Lamp::PARAMETERS[1].natural, base::Natural::Fixed);
 /// ```
 ///
-/// The three numbers are the smallest, the largest and the default value. Marks follow the source: first `count`, of
-/// whole numbers; then what the number needs to mean something, `needs [...]`, `of [...]` and `zero_without [...]`, of
-/// which [`Unmet`] says the difference.
+/// The three numbers are the smallest, the largest and the default value. Source and [`Natural`] variation follow:
+/// `fixed`, `uniform(min, max)`, `log_uniform(min, max)`, `normal(mean, sd)` or `one_of(value, ...)`. Marks come last:
+/// first `count`, of whole numbers; then what the number needs to mean something, `needs [...]`, `of [...]` and
+/// `zero_without [...]`, of which [`Unmet`] says the difference.
 #[macro_export]
 macro_rules! parameters {
     ($(#[doc = $group_doc:literal])+ $group:ident : $Group:ident {
-        $($(#[doc = $doc:literal])+ $name:ident : $min:expr, $max:expr, $default:expr, $source:literal
-            $(, $mark:ident $([$($need:expr),+])?)*;)+
+        $($(#[doc = $doc:literal])+ $name:ident : $min:expr, $max:expr, $default:expr, $source:literal,
+            $natural:ident $(($($argument:expr),+))? $(, $mark:ident $([$($need:expr),+])?)*;)+
     }) => {
         $(#[doc = $group_doc])+
         #[derive(Debug, Clone, Copy, PartialEq)]
@@ -133,6 +142,7 @@ macro_rules! parameters {
                 integer: $crate::parameters!(@integer $($mark)*),
                 doc: concat!($($doc,)+),
                 source: $source,
+                natural: $crate::parameters!(@natural $natural $($($argument),+)?),
                 conditions: &[$($($($crate::Condition { need: $need, unmet: $crate::parameters!(@$mark) },)+)?)*],
             },)+];
 
@@ -148,6 +158,11 @@ macro_rules! parameters {
             }
         }
     };
+    (@natural fixed) => { $crate::Natural::Fixed };
+    (@natural uniform $min:expr, $max:expr) => { $crate::Natural::Uniform { min: $min, max: $max } };
+    (@natural log_uniform $min:expr, $max:expr) => { $crate::Natural::LogUniform { min: $min, max: $max } };
+    (@natural normal $mean:expr, $sd:expr) => { $crate::Natural::Normal { mean: $mean, sd: $sd } };
+    (@natural one_of $($value:expr),+) => { $crate::Natural::OneOf(&[$($value),+]) };
     (@integer count $($mark:ident)*) => { true };
     (@integer $($mark:ident)*) => { false };
     (@needs) => { $crate::Unmet::Refused };

@@ -48,6 +48,8 @@ pub struct KnotNames {
     pub is_pin: bool,
     /// Whether it is one of a cluster.
     pub is_clustered: bool,
+    /// Whether its wood has cracked.
+    pub is_cracked: bool,
 }
 
 impl KnotNames {
@@ -58,7 +60,12 @@ impl KnotNames {
             KnotPlace::Edge => "edge",
             KnotPlace::Arris => "arris",
         };
-        let others = [(self.is_spike, "spike"), (self.is_pin, "pin"), (self.is_clustered, "cluster")];
+        let others = [
+            (self.is_spike, "spike"),
+            (self.is_pin, "pin"),
+            (self.is_clustered, "cluster"),
+            (self.is_cracked, "crack"),
+        ];
         let others = others.into_iter().filter_map(|(holds, name)| holds.then_some(name));
         std::iter::once(place).chain(others).collect::<Vec<_>>().join(" ")
     }

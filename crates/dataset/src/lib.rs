@@ -28,6 +28,7 @@ mod encoding;
 mod exr;
 mod fault;
 mod folder;
+pub mod kept_lines;
 mod largest;
 mod limits;
 mod lock;

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use base::{Class, Instance};
 use optical_bench::settings::RangeForm;
-use optical_bench::split::Split;
+use optical_bench::split::{SampleGroups, Split};
 
 /// What the instrument measured, `[rows = profiles, cols]`, row-major.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -166,6 +166,8 @@ pub struct Record {
     pub split: Split,
     /// Name of the recipe's class.
     pub class: String,
+    /// What it has in common with other samples.
+    pub groups: SampleGroups,
     /// Columns of the images.
     pub cols: usize,
     /// Rows of the images (profiles).

@@ -20,7 +20,7 @@ use super::atomic_file::hex;
 use crate::record::{Object, Record, StackFrame};
 use crate::shares::SampleShares;
 use optical_bench::settings::{Channel, Readout};
-use optical_bench::split::Split;
+use optical_bench::split::{SampleGroups, Split};
 
 /// One sample, ready to be written.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,6 +33,8 @@ pub struct Encoded {
     pub split: Split,
     /// Name of the recipe's class.
     pub class: String,
+    /// What it has in common with other samples.
+    pub groups: SampleGroups,
     /// Columns of the images [px].
     pub cols: usize,
     /// Rows of the images [px].
@@ -109,6 +111,7 @@ pub fn encode_numbers(record: &Record, bits: u32) -> Encoded {
         id: record.id.clone(),
         split: record.split,
         class: record.class.clone(),
+        groups: record.groups,
         cols: record.cols,
         rows: record.rows,
         row_mm: record.row_mm,
@@ -164,6 +167,9 @@ pub(crate) fn cell(field: &Field, head: &DatasetHead, sample: &Encoded) -> Resul
             let number = head.classes.iter().position(|name| *name == sample.class);
             int64(number.ok_or_else(|| format!("its class `{}` is none of {:?}", sample.class, head.classes))? as i64)
         }
+        "rig" => int64(sample.groups.rig as i64),
+        "log_number" => group_number(sample.groups.log),
+        "batch" => group_number(sample.groups.batch),
         "cols" => Arc::new(Int32Array::from(vec![sample.cols as i32])),
         "rows" => Arc::new(Int32Array::from(vec![sample.rows as i32])),
         "row_mm" => number(sample.row_mm),
@@ -289,6 +295,10 @@ fn text(value: &str) -> ArrayRef {
 
 fn int64(value: i64) -> ArrayRef {
     Arc::new(Int64Array::from(vec![value]))
+}
+
+fn group_number(value: Option<u64>) -> ArrayRef {
+    Arc::new(Int64Array::from(vec![value.map(|number| number as i64)]))
 }
 
 fn number(value: f64) -> ArrayRef {

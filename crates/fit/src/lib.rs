@@ -1,4 +1,5 @@
-//! Fitting a recipe to scans of a real camera: simulation-based inference over the summary statistics of scans.
+//! Fitting a recipe to scans of a real camera: simulation-based inference over the summary statistics of scans; and
+//! whether a recipe's scans cover real ones (`cover`).
 //!
 //! ```text
 //! recipe -> keys with priors -> scores -> simulated scans -> statistics --.
@@ -12,6 +13,7 @@
 //! on simulated scans whose scores are known, and widened where they scatter more than it says (`rounds`).
 //! docs/theory/fitting.md has the equations and sources.
 
+mod cover;
 mod emulator;
 mod observation;
 mod page;
@@ -23,6 +25,7 @@ mod rounds;
 mod simulator;
 mod store;
 
+pub use cover::{Cover, CoverOptions, CoverProgress, CoveredScan, CoveredStatistic, cover};
 pub use observation::RealScan;
 pub use prior::{FitKey, fit_keys};
 pub use recipe_text::{NewValue, with_new_values};

@@ -55,33 +55,43 @@ impl FitKey {
 }
 
 /// Whether a distribution can draw more than one number.
-fn is_spread(distribution: &Distribution, parameter: &'static Parameter) -> bool {
+pub(crate) fn is_spread(distribution: &Distribution, parameter: &'static Parameter) -> bool {
     let (min, max) = distribution.bounds(parameter);
     min < max
 }
 
-/// The keys to fit: those that are named, else every key of bench and matter that the recipe draws from a distribution.
-///
-/// # Errors
-/// Every name at fault in a line, what is wrong with it and what to do; or that there is nothing to fit.
-pub fn fit_keys(recipe: &Recipe, named: &[String]) -> Result<Vec<FitKey>, Vec<String>> {
-    let key = |(parameter, distribution): (&'static Parameter, &Distribution)| FitKey {
+/// Whether a recipe states a distribution of the key that can draw more than one number.
+fn is_sought(recipe: &Recipe, key: &FitKey) -> bool {
+    recipe.is_stated(&key.path) && is_spread(&key.prior, key.parameter)
+}
+
+/// A key of a recipe with what it is drawn from.
+fn key((parameter, distribution): (&'static Parameter, &Distribution)) -> FitKey {
+    FitKey {
         path: parameter.path(),
         parameter,
         prior: distribution.clone(),
         is_bench: BENCH.contains(&parameter.group),
-    };
+    }
+}
+
+/// Every key whose distribution is the same for all classes and goes with no other's.
+pub(crate) fn free_keys(recipe: &Recipe) -> impl Iterator<Item = FitKey> {
+    let is_free = |path: &str| !recipe.is_correlated(path) && !recipe.is_changed_by_class(path);
+    recipe.parameters().map(key).filter(move |key| is_free(&key.path))
+}
+
+/// The keys to fit: those that are named, else every key of bench and matter that the recipe states a distribution of.
+/// What varies by nature alone is drawn anew for each scan.
+///
+/// # Errors
+/// Every name at fault in a line, what is wrong with it and what to do; or that there is nothing to fit.
+pub fn fit_keys(recipe: &Recipe, named: &[String]) -> Result<Vec<FitKey>, Vec<String>> {
     if named.is_empty() {
-        let of_light = |parameter: &Parameter| BENCH.contains(&parameter.group) || MATTER.contains(&parameter.group);
-        let is_free = |path: &str| !recipe.is_correlated(path) && !recipe.is_changed_by_class(path);
-        let found: Vec<FitKey> = recipe
-            .parameters()
-            .filter(|(parameter, distribution)| of_light(parameter) && is_spread(distribution, parameter))
-            .filter(|(parameter, _)| is_free(&parameter.path()))
-            .map(key)
-            .collect();
+        let of_light = |key: &FitKey| key.is_bench || MATTER.contains(&key.parameter.group);
+        let found: Vec<FitKey> = free_keys(recipe).filter(|key| of_light(key) && is_sought(recipe, key)).collect();
         if found.is_empty() {
-            let problem = "no key of bench and matter has a distribution that is the same for all classes: there is \
+            let problem = "the recipe states no distribution of bench and matter that all classes have: there is \
                 nothing to fit";
             let remedy = "give those that you don't know one that holds all you believe in, for instance \
                           --set 'laser.waist_mm={log_uniform: [0.03, 0.3]}'";
@@ -106,6 +116,10 @@ pub fn fit_keys(recipe: &Recipe, named: &[String]) -> Result<Vec<FitKey>, Vec<St
         };
         if found.iter().any(|known| known.path == *name) {
             fault("it is named twice", "name it once");
+        } else if !recipe.is_stated(name) && is_spread(distribution, parameter) {
+            let set = format!("--set '{name}={{uniform: [a, b]}}'");
+            let remedy = format!("state what you believe: {set}");
+            fault("the recipe does not state it, so that it varies by nature from scan to scan", &remedy);
         } else if recipe.is_correlated(name) {
             let remedy = "take its pair out of `correlations`";
             fault("it is correlated with another key, and keys are fitted as independent ones", remedy);
@@ -121,4 +135,24 @@ pub fn fit_keys(recipe: &Recipe, named: &[String]) -> Result<Vec<FitKey>, Vec<St
         }
     }
     if faults.is_empty() { Ok(found) } else { Err(faults) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What varies by nature is no key to fit: it is drawn anew for each scan.
+    #[test]
+    fn natural_numbers_are_nuisance() {
+        let text = "name: a\nsubject: sawtooth\nlaser: {power_mw: {uniform: [30, 80]}}\nclasses: {a: {share: 1}}\n";
+        let recipe = Recipe::parse("test", text).unwrap_or_else(|error| panic!("{error}"));
+        let paths = |named: &[String]| -> Result<Vec<String>, Vec<String>> {
+            Ok(fit_keys(&recipe, named)?.into_iter().map(|key| key.path).collect())
+        };
+        assert_eq!(paths(&[]), Ok(vec!["laser.power_mw".to_owned()]));
+        let faults = paths(&["laser.waist_mm".to_owned()]).expect_err("it is not stated");
+        assert!(faults[0].contains("varies by nature from scan to scan") && faults[0].contains("--set"), "{faults:?}");
+        let value = |index: u64| recipe.draw(0, index).bench.laser.waist_mm;
+        assert_ne!(value(0), value(1));
+    }
 }

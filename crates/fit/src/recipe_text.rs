@@ -173,6 +173,7 @@ mod tests {
 # A recipe.
 name: plate
 subject: sawtooth
+unstated: fixed
 
 laser:            # the laser
   waist_mm: {uniform: [0.05, 0.2]}   # as sold
@@ -205,6 +206,7 @@ classes: {plate: {share: 1}}
 # A recipe.
 name: plate
 subject: sawtooth
+unstated: fixed
 
 laser:            # the laser
   # laser.waist_mm: fitted

@@ -54,16 +54,26 @@ impl<'a> ScanSimulator<'a> {
     pub fn scan(&self, scores: &[f64], index: u64) -> (ScanMaps, Option<Vec<bool>>) {
         let values: Vec<(&str, f64)> =
             self.keys.iter().zip(scores).map(|(key, &score)| (key.path.as_str(), key.value(score))).collect();
-        let mut scene = self.recipe.with_values(values).draw(self.seed, index);
+        let maps = self.scan_of(&self.recipe.with_values(values), index);
+        let ignored = self.ignored(&maps);
+        (maps, ignored)
+    }
+
+    /// Pixels of one of its scans that don't count; `None` where all do.
+    pub fn ignored(&self, maps: &ScanMaps) -> Option<Vec<bool>> {
+        let is_background = |class: &u8| *class == Class::Background as u8;
+        self.object_alone.then(|| maps.classes.iter().flatten().map(is_background).collect())
+    }
+
+    /// Scan `index` of a recipe whose keys hold what they hold.
+    pub fn scan_of(&self, recipe: &Recipe, index: u64) -> ScanMaps {
+        let mut scene = recipe.draw(self.seed, index);
         scene.output.truth_maps = false;
         if !self.frames {
             scene.output.sensor_stack = SensorStack::None;
         }
         let record = pipeline::render(&scene, &self.patterns[(index % PATTERN_SETS) as usize], &|_| ());
-        let ignored = self
-            .object_alone
-            .then(|| record.labels.class.iter().map(|&class| class == Class::Background as u8).collect());
-        (scan_maps(record, self.recipe.size().columns, self.recipe.output().bits), ignored)
+        scan_maps(record, self.recipe.size().columns, self.recipe.output().bits)
     }
 
     /// Its statistics.
@@ -105,6 +115,7 @@ fn scan_maps(record: Record, sensor_cols: usize, bits: u32) -> ScanMaps {
         range: record.maps.range.iter().map(|&z| f64::from(z)).collect(),
         reflectance: Some(eight(record.maps.reflectance)),
         scatter: Some(eight(record.maps.scatter)),
+        classes: Some(record.labels.class),
         ..ScanMaps::default()
     }
 }

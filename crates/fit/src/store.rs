@@ -1,21 +1,22 @@
-//! Simulated scans that are kept on disk while a fit runs: one JSON document a line, so that a fit that was killed goes
-//! on where it was. The first line says what is fitted; a scan is taken from the file only where its number and its
-//! scores are those that the fit asks for, so a kept file can save time and never change a result. A last line that a
-//! kill cut short is dropped.
+//! Simulated scans that are kept on disk while a fit runs, so that a killed one goes on where it was. A scan is taken
+//! from the file only where its number and its scores are those that the fit asks for.
 
-use std::fs::File;
-use std::io::{BufRead, BufReader, Error, ErrorKind, Read, Seek, SeekFrom, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use dataset::{Fault, atomic_file, enclosed};
+use dataset::Fault;
+use dataset::kept_lines::{KeptKind, KeptLines};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 /// What kept scans are of.
-const KIND: &str = "sheetlight fit";
-
-/// Longest line that is read: the first one holds a recipe [bytes].
-const MAX_LINE_BYTES: u64 = 1 << 24;
+const KIND: KeptKind = KeptKind {
+    kind: "sheetlight fit",
+    key: "fit",
+    refusals: [
+        "it keeps the scans of another fit (recipe, keys, seed or real scans differ)",
+        "it keeps no scans of a fit",
+    ],
+};
 
 /// A kept scan.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -31,8 +32,7 @@ pub(crate) struct KeptScan {
 /// The file, with what it held.
 #[derive(Debug)]
 pub(crate) struct ScanStore {
-    path: PathBuf,
-    file: File,
+    lines: KeptLines,
     kept: std::collections::VecDeque<KeptScan>,
 }
 
@@ -40,45 +40,10 @@ impl ScanStore {
     /// Opens the file of a fit that `what` describes, or begins it.
     ///
     /// # Errors
-    /// Where something else has the name or it is of another fit, which stays as it is, or it cannot be written.
+    /// As [`KeptLines::open`].
     pub fn open(path: &Path, what: &Value) -> Result<Self, Fault> {
-        let refused =
-            |e: &Error| Fault::at(path, format!("it cannot be used: {e}"), "give another --out, or remove it");
-        let head = serde_json::json!({ "kind": KIND, "fit": what });
-        let file = match enclosed::open_kept(path) {
-            Err(e) if e.kind() == ErrorKind::NotFound => begin(path, &head)?,
-            opened => opened.map_err(|e| refused(&e))?,
-        };
-        let mut store = Self { path: path.into(), file, kept: Default::default() };
-        let mut reader = BufReader::new(&store.file);
-        let (mut whole, mut line) = (0_u64, Vec::new());
-        loop {
-            line.clear();
-            let read = (&mut reader).take(MAX_LINE_BYTES).read_until(b'\n', &mut line).map_err(|e| refused(&e))?;
-            if whole == 0 {
-                let found = line.strip_suffix(b"\n").and_then(|head| serde_json::from_slice::<Value>(head).ok());
-                if found.as_ref() != Some(&head) {
-                    let is_fit = found.is_some_and(|found| found["kind"] == KIND);
-                    let what = if is_fit {
-                        "it keeps the scans of another fit (recipe, keys, seed or real scans differ)"
-                    } else {
-                        "it keeps no scans of a fit"
-                    };
-                    return Err(Fault::at(path, what, "give another --out, or remove that file to begin anew"));
-                }
-            } else if line.ends_with(b"\n")
-                && let Ok(scan) = serde_json::from_slice(&line)
-            {
-                store.kept.push_back(scan);
-            } else {
-                break;
-            }
-            whole += read as u64;
-        }
-        drop(reader);
-        store.file.set_len(whole).map_err(|e| refused(&e))?;
-        store.file.seek(SeekFrom::Start(whole)).map_err(|e| refused(&e))?;
-        Ok(store)
+        let (lines, kept) = KeptLines::open(path, &KIND, what)?;
+        Ok(Self { lines, kept: kept.into() })
     }
 
     /// Scans that it holds and that were not asked for yet.
@@ -98,7 +63,7 @@ impl ScanStore {
 
     /// Removes the file, whose scans are of use to nobody. Where that is refused, the next fit says what to do.
     pub fn remove(&self) {
-        let _ = std::fs::remove_file(&self.path);
+        let _ = std::fs::remove_file(self.lines.path());
     }
 
     /// Keeps scans.
@@ -106,32 +71,8 @@ impl ScanStore {
     /// # Errors
     /// Where the disk refuses.
     pub fn keep(&mut self, scans: &[KeptScan]) -> Result<(), Fault> {
-        let mut keep = |scan| line(scan).and_then(|line| self.file.write_all(&line));
-        scans.iter().try_for_each(|scan| keep(scan).map_err(|e| unwritten(&self.path, &e)))
+        self.lines.keep(scans)
     }
-}
-
-/// A document as a line.
-fn line(document: &impl Serialize) -> Result<Vec<u8>, Error> {
-    let mut line = serde_json::to_vec(document)?;
-    line.push(b'\n');
-    Ok(line)
-}
-
-/// A new file with this first line, which is there as a whole or not at all.
-fn begin(path: &Path, head: &Value) -> Result<File, Fault> {
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let partial = path.with_file_name(format!(".tmp-{}-{name}", std::process::id()));
-    let begun = line(head).and_then(|head| {
-        atomic_file::write(&partial, path, &head).map_err(|refused| refused.source)?;
-        enclosed::open_kept(path)
-    });
-    begun.map_err(|e| unwritten(path, &e))
-}
-
-fn unwritten(path: &Path, error: &Error) -> Fault {
-    let remedy = "make room, and give the same command again: it goes on";
-    Fault::at(path, format!("it cannot be written: {error}"), remedy)
 }
 
 #[cfg(test)]

@@ -107,6 +107,18 @@ pub struct Splits {
 }
 
 words! {
+    /// What splits do not part.
+    SplitBy {
+        /// All that an instrument has scanned.
+        Rig = "rig",
+        /// The boards of a log.
+        Log = "log",
+        /// The objects of a batch.
+        Batch = "batch",
+    }
+}
+
+words! {
     /// Where the log of a board and its knots come from.
     LogSource {
         /// A pith line of the board's own, and knots that are placed on its face one by one.

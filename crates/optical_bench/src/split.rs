@@ -1,4 +1,4 @@
-//! Splits of a dataset: training, validation and test.
+//! Splits of a dataset: training, validation and test; and the groups that they do not part.
 
 use base::words;
 
@@ -14,4 +14,15 @@ words! {
         /// For the last word.
         Test = "test",
     }
+}
+
+/// Which instrument, log and batch a sample has, by their numbers from 0.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct SampleGroups {
+    /// Instrument.
+    pub rig: u64,
+    /// Log, of a board.
+    pub log: Option<u64>,
+    /// Batch, of other objects.
+    pub batch: Option<u64>,
 }

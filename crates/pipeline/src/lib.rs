@@ -253,6 +253,7 @@ impl Scan {
             id: scene.id.clone(),
             split: scene.split,
             class: scene.class.clone(),
+            groups: scene.groups,
             cols: cols / columns,
             rows: scene.size.profiles / rows,
             row_mm,

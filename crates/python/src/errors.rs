@@ -27,8 +27,8 @@ fn of_faults(py: Python<'_>, faults: &YamlFaults) -> PyErr {
         .list
         .iter()
         .map(|fault| {
-            let line = (fault.line < faults.set_from).then_some((fault.line, fault.column));
-            (line, &fault.key, &fault.problem, &fault.remedy)
+            let place = (!faults.is_set(fault)).then_some((fault.place.line, fault.place.column));
+            (place, &fault.key, &fault.problem, &fault.remedy, &fault.origin)
         })
         .collect();
     declared(py, "RecipeError", (faults.to_string().trim_end(), list))

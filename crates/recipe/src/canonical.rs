@@ -1,8 +1,8 @@
 //! The canonical form of a recipe: everything it means, defaults included, and nothing of how it was written.
 //!
 //! It is a recipe itself (JSON is YAML): sorted keys, classes by name, class keys only where they change the top level.
-//! Ways of drawing that a recipe does not use (correlations, low discrepancy) are left out, so that they leave the hash
-//! of other recipes as it is.
+//! Ways of drawing that a recipe does not use (rigs, batches, correlations, low discrepancy) are left out, so that they
+//! leave the hash of other recipes as it is. So is `unstated`: here every number is stated.
 
 use serde_json::{Map, Value, json};
 use sha2::{Digest, Sha256};
@@ -10,8 +10,9 @@ use sha2::{Digest, Sha256};
 use super::asset::hex;
 use super::correlation::{CORRELATIONS, Correlation};
 use super::distribution::{Distribution, form_keys};
+use super::groups::{BATCH, RIGS};
 use super::sampling::{SAMPLING, Sampling};
-use super::{Recipe, keys};
+use super::{Recipe, Subject, keys};
 
 /// The canonical form of `recipe`.
 pub(super) fn json(recipe: &Recipe) -> Value {
@@ -28,6 +29,12 @@ pub(super) fn json(recipe: &Recipe) -> Value {
     insert(&mut root, "name", json!(recipe.name));
     insert(&mut root, "family", json!(recipe.family));
     insert(&mut root, "subject", json!(recipe.subject.name()));
+    if let Some(rigs) = recipe.groups.rigs {
+        insert(&mut root, RIGS, json!(rigs));
+    }
+    if recipe.subject != Subject::Wood && recipe.groups.lot > 1 {
+        insert(&mut root, BATCH, json!(recipe.groups.lot));
+    }
     if recipe.sampling != Sampling::Independent {
         insert(&mut root, SAMPLING, json!(recipe.sampling.name()));
     }

@@ -3,10 +3,10 @@
 //! The text with its changes is a text again, with one more section: `set` maps key paths to values, which replace
 //! those of the text. So a dataset records both, and is made again from that text alone.
 
+use super::flat_text::{flow, quoted};
+use super::merge::SET;
 use yaml::{TextPosition, YamlError, YamlKey, YamlNode, YamlReader, YamlValue, parse_yaml};
 
-/// The section that changes the others.
-pub(super) const SET: &str = "set";
 /// What the section is about.
 pub(super) const SET_DOC: &str = "\
 What was changed on the command line (`--set KEY=VALUE`): key paths with the values that replace those above.";
@@ -134,54 +134,4 @@ fn replace(yaml: &mut YamlReader, node: &mut YamlNode, path: (&[&str], TextPosit
         entries[at].0.place = place;
     }
     replace(yaml, &mut entries[at].1, (inner, place, whole), value);
-}
-
-/// A value as YAML in one line.
-fn flow(node: &YamlNode) -> String {
-    match &node.value {
-        YamlValue::Nothing => "null".to_owned(),
-        YamlValue::Flag(flag) => flag.to_string(),
-        YamlValue::Number(number) if number.is_nan() => ".nan".to_owned(),
-        YamlValue::Number(number) if number.is_infinite() => if *number > 0.0 { ".inf" } else { "-.inf" }.to_owned(),
-        YamlValue::Number(number) => serde_json::json!(number).to_string().trim_end_matches(".0").to_owned(),
-        YamlValue::Text(text) => quoted(text),
-        YamlValue::List(list) => format!("[{}]", list.iter().map(flow).collect::<Vec<_>>().join(", ")),
-        YamlValue::Map(map) => {
-            let entries: Vec<_> =
-                map.iter().map(|(key, node)| format!("{}: {}", quoted(&key.name), flow(node))).collect();
-            format!("{{{}}}", entries.join(", "))
-        }
-    }
-}
-
-/// A text, in quotes where it could be read as something else.
-fn quoted(text: &str) -> String {
-    let word = text.starts_with(|c: char| c.is_ascii_alphabetic())
-        && text.bytes().all(|c| c.is_ascii_alphanumeric() || b"_-/.".contains(&c));
-    let reserved = ["true", "false", "null", "yes", "no", "on", "off", "y", "n"];
-    if word && !reserved.contains(&text.to_ascii_lowercase().as_str()) {
-        text.to_owned()
-    } else {
-        serde_json::json!(text).to_string()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// A line of YAML means what the value meant.
-    #[test]
-    fn values_keep_their_meaning_in_one_line() {
-        for value in
-            ["30", "1.5e-7", "[1, 2]", "{uniform: [20, 30]}", "'30'", "wood", "\"a: b\"", "true", "'no'", ".inf"]
-        {
-            let once = flow(&parse_yaml(value, "value").unwrap_or_else(|_| panic!("{value}")));
-            let again = flow(&parse_yaml(&once, "value").unwrap_or_else(|_| panic!("{once}")));
-            assert_eq!(once, again, "{value}");
-        }
-        let flow_of = |text: &str| flow(&parse_yaml(text, "value").unwrap_or_else(|_| panic!("{text}")));
-        assert_eq!(flow_of("{uniform: [20, 30.50]}"), "{uniform: [20, 30.5]}");
-        assert_eq!((flow_of("'30'"), flow_of("30"), flow_of("{}")), ("\"30\"".into(), "30".into(), "{}".into()));
-    }
 }

@@ -64,6 +64,18 @@ pub(super) struct WrittenPair {
     pair: Correlation,
 }
 
+impl WrittenPair {
+    /// A pair that no recipe writes and that can be together with those that are.
+    pub fn of_nature(pair: Correlation) -> Self {
+        Self { place: TextPosition::START, pair }
+    }
+
+    /// Whether it has the key at `path`.
+    pub fn has(&self, path: &str) -> bool {
+        self.pair.keys.iter().any(|key| key == path)
+    }
+}
+
 /// For each key of a class that is correlated, the keys whose normal scores its own is mixed from, each with its
 /// weight: rows of L.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -228,15 +240,19 @@ fn meant(subject: Option<Subject>, name: &str) -> String {
     )
 }
 
-/// Notes a fault of each pair of which one key belongs to the log, as `is_of_log` says, and the other to each of its
-/// boards: the log's is drawn before any board is there.
-pub(super) fn refuse_across(yaml: &mut YamlReader, pairs: &[WrittenPair], why: &str, is_of_log: &dyn Fn(&str) -> bool) {
+/// Notes a fault of each pair of which one key is drawn for more samples than the other: the one is drawn before the
+/// other is there. `of` says for what a key is drawn, and the key that makes it so, where one does.
+pub(super) fn refuse_across(
+    yaml: &mut YamlReader,
+    pairs: &[WrittenPair],
+    of: impl Fn(&str) -> (&'static str, Option<&'static str>),
+) {
     for WrittenPair { place, pair } in pairs {
         let [a, b] = &pair.keys;
-        if is_of_log(a) != is_of_log(b) {
-            let (log, board) = if is_of_log(a) { (a, b) } else { (b, a) };
-            let problem = format!("`{log}` is drawn once for a log and `{board}` for each of its boards");
-            yaml.fault(*place, CORRELATIONS, problem, format!("correlate keys of one of both, or give `{why}: 1`"));
+        let ((for_a, why_a), (for_b, why_b)) = (of(a), of(b));
+        if let Some(why) = why_a.or(why_b).filter(|_| for_a != for_b) {
+            let problem = format!("`{a}` is drawn once for {for_a} and `{b}` once for {for_b}");
+            yaml.fault(*place, CORRELATIONS, problem, format!("correlate keys of one of both, or remove `{why}`"));
         }
     }
 }

@@ -26,7 +26,7 @@
 //! `schema.rs` has its arguments, `canonical.rs` its canonical form. `every_form` of the tests holds its quantile to
 //! its law.
 
-use base::{Parameter, Stream, normal};
+use base::{Natural, Parameter, Stream, normal};
 use rand::{Rng, RngExt};
 
 use super::keys::unit;
@@ -157,6 +157,20 @@ pub enum Distribution {
 }
 
 impl Distribution {
+    /// What `parameter` is drawn from by nature ([`Natural`]); always its default where that does not vary.
+    pub fn natural(parameter: &Parameter) -> Self {
+        match parameter.natural {
+            Natural::Fixed => Self::Fixed(parameter.default),
+            Natural::Uniform { min, max } => Self::Uniform { min, max },
+            Natural::LogUniform { min, max } => Self::LogUniform { min, max },
+            Natural::Normal { mean, sd } => {
+                let [min, max] = [-1.0, 1.0].map(|side| mean + side * Natural::CUT_SD * sd);
+                Self::Truncated { of: Box::new(Self::Normal { mean, sd }), min, max }
+            }
+            Natural::OneOf(values) => Self::Choice { values: values.to_vec(), weights: vec![1.0; values.len()] },
+        }
+    }
+
     /// The law of `factor` times what this one draws; the factor is above 0.
     pub(super) fn scaled(self, factor: f64) -> Self {
         match self {

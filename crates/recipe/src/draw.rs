@@ -5,7 +5,8 @@
 //! do with it, unless both say that they are one family. The split follows from seed, index and classes and not from
 //! the id, which changes with the recipe: no sample changes sides when a recipe is edited, but where its classes are.
 //!
-//! Boards of one log ([`super::log_group`]) have class, split and what belongs to the log in common.
+//! What samples have in common ([`super::groups`]), numbers of an instrument, a log or a batch ([`super::level`]), is
+//! drawn once for it.
 //!
 //! A key is drawn in one of two ways. By itself and independently of other samples: numbers from its stream, again
 //! until one lies within the bounds ([`super::Distribution::draw`]). Where it is correlated ([`super::correlation`]) or
@@ -19,13 +20,14 @@ use numerics::chance::{normal_below, normal_quantile};
 use rand::Rng;
 use uuid::Uuid;
 
-use super::balance::{self, ClassRotation};
 use super::distribution::Distribution;
+use super::groups::{Groups, GroupsOf};
+use super::level::DrawLevel;
 use super::log_group::{self, LogBoard};
 use super::sampling::{self, Sampling};
-use super::{Plan, Recipe, SampleClass, Scene, keys};
+use super::{Plan, Recipe, SampleClass, Scene, Subject, keys};
 use optical_bench::parameters::Bench;
-use optical_bench::split::Split;
+use optical_bench::split::{SampleGroups, Split};
 
 /// The namespace of all sample ids; drawn once, at random.
 const NAMESPACE: Uuid = Uuid::from_u128(0x7d0b_5c1e_93a4_4f6b_8e27_51c6_d20f_a938);
@@ -35,24 +37,31 @@ impl Recipe {
     pub fn draw(&self, seed: u64, index: u64) -> Scene {
         let root = self.streams(seed);
         let stream = root.child("sample").index(index);
-        let rotation = self.rotation(seed);
-        let boards = self.boards_per_log();
-        let (log, board) = (index / boards, index % boards);
-        let log_stream = if boards > 1 { root.child("log").index(log) } else { stream };
-        let number = rotation.class(log);
+        let groups = self.groups(seed);
+        let own = groups.of(index);
+        let number = groups.class(index);
         let (class, mixture) = (&self.classes[number], &self.mixtures[number]);
-        let sequences = root.child("sequence").child(&class.name);
-        let log_rank = rotation.rank(number, log);
-        // Stream and rank of what a key is drawn for: the log or the board.
-        let drawn_for = |path: &str| match boards > 1 && log_group::is_of_log(path) {
-            true => (log_stream, log_rank),
-            false => (stream, log_rank * boards + board),
+        let is_wood = self.subject == Subject::Wood;
+        let boards = self.boards_per_log();
+        let lot = groups.lot(index);
+        let lot_stream = match self.groups.lot {
+            1 => stream,
+            _ => root.child(if is_wood { "log" } else { "batch" }).index(lot),
+        };
+        let of_class = || root.child("sequence").child(&class.name);
+        // Stream, sequence and rank of what a key is drawn for.
+        let drawn_for = |path: &str| match self.groups.level(path) {
+            DrawLevel::Rig => (root.child("rig").index(own.rig), root.child("sequence of rigs"), own.rig),
+            // Boards of a log have one class, objects of a batch have not.
+            DrawLevel::Lot if is_wood => (lot_stream, of_class(), groups.rank(index)),
+            DrawLevel::Lot => (lot_stream, root.child("sequence of batches"), lot),
+            DrawLevel::Sample => (stream, of_class(), groups.sample_rank(index)),
         };
         let unit = |path: &str| {
-            let (stream, rank) = drawn_for(path);
+            let (stream, sequence, rank) = drawn_for(path);
             match self.sampling {
                 Sampling::Independent => sampling::open_unit(stream.child(path).rng().next_u64()),
-                Sampling::LowDiscrepancy => sampling::point(sequences.child(path), rank),
+                Sampling::LowDiscrepancy => sampling::point(sequence.child(path), rank),
             }
         };
         let mut value = |parameter: &'static Parameter| {
@@ -72,16 +81,17 @@ impl Recipe {
         let bench = Bench::from_values(&mut value, self.settings.optics());
         let mut plan = Plan::from_values(self.subject, &mut value);
         if boards > 1 {
-            log_group::lay(&mut plan, self.contents.measured.as_deref(), board);
+            log_group::lay(&mut plan, self.contents.measured.as_deref(), index % boards);
         }
         Scene {
             index,
             id: Uuid::new_v5(&NAMESPACE, format!("{}/{seed}/{index}", self.hash).as_bytes()).to_string(),
-            split: self.split_at(seed, &rotation, index),
+            split: groups.split(index),
             class: class.name.clone(),
             stream,
-            log_stream,
-            log_board: (boards > 1).then_some(LogBoard { log, board }),
+            log_stream: lot_stream,
+            groups: own,
+            log_board: (boards > 1).then_some(LogBoard { log: lot, board: index % boards }),
             size: self.settings.size(),
             bench,
             line: self.settings.line(self.contents.texture.clone()),
@@ -124,40 +134,28 @@ impl Recipe {
 
     /// The class of sample `index`.
     pub fn class_of(&self, seed: u64, index: u64) -> &SampleClass {
-        &self.classes[self.rotation(seed).class(index / self.boards_per_log())]
+        &self.classes[self.groups(seed).class(index)]
     }
 
     /// The split of sample `index`.
     pub fn split_of(&self, seed: u64, index: u64) -> Split {
-        self.split_at(seed, &self.rotation(seed), index)
+        self.groups(seed).split(index)
     }
 
-    /// Samples of each class among the first `samples`, in the recipe's order, by split: train, validation, test. Takes
-    /// no longer for many.
+    /// Samples of each class among the first `samples`, in the recipe's order, by split: train, validation, test.
     pub fn class_counts(&self, seed: u64, samples: u64) -> Vec<[u64; 3]> {
-        let (rotation, boards, stream) =
-            (self.rotation(seed), self.boards_per_log(), self.streams(seed).child("split"));
-        let (logs, rest) = (samples / boards, samples % boards);
-        let of_class = |class| {
-            let (_, counts) = balance::split(self.settings.splits(), stream, class, rotation.rank(class, logs));
-            counts.map(|count| count * boards)
-        };
-        let mut counts: Vec<[u64; 3]> = (0..self.classes.len()).map(of_class).collect();
-        if rest > 0 {
-            counts[rotation.class(logs)][self.split_at(seed, &rotation, samples - 1) as usize] += rest;
-        }
-        counts
+        self.groups(seed).counts(samples)
     }
 
-    fn split_at(&self, seed: u64, rotation: &ClassRotation, index: u64) -> Split {
-        let log = index / self.boards_per_log();
-        let class = rotation.class(log);
-        let stream = self.streams(seed).child("split");
-        balance::split(self.settings.splits(), stream, class, rotation.rank(class, log)).0
+    /// Which instrument, log and batch sample `index` has.
+    pub fn groups_of(&self, seed: u64, index: u64) -> SampleGroups {
+        self.groups(seed).of(index)
     }
 
-    fn rotation(&self, seed: u64) -> ClassRotation {
-        ClassRotation::new(self.classes.iter().map(|class| class.share), self.streams(seed).child("class"))
+    fn groups(&self, seed: u64) -> Groups {
+        let shares = self.classes.iter().map(|class| class.share).collect();
+        let of = GroupsOf { shares, sizes: self.groups, subject: self.subject, settings: &self.settings };
+        Groups::new(of, self.streams(seed))
     }
 }
 

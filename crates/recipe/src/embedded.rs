@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use crate::Recipe;
 use crate::asset_source::AssetSource;
+use crate::subject::Subject;
 use yaml::{YamlFaults, nearest_spelling, read_bytes, utf8_text};
 
 /// A recipe that is built in.
@@ -74,6 +75,16 @@ impl Recipe {
         EMBEDDED.iter()
     }
 
+    /// The text of a first recipe about `subject`, to be changed.
+    pub fn first(subject: Subject) -> &'static str {
+        match subject {
+            Subject::Wood => include_str!("../../../recipes/new/wood.yaml"),
+            Subject::Blister => include_str!("../../../recipes/new/blister.yaml"),
+            Subject::Sawtooth => include_str!("../../../recipes/new/sawtooth.yaml"),
+            Subject::Mesh => include_str!("../../../recipes/new/mesh.yaml"),
+        }
+    }
+
     /// The built-in recipe that [`Self::load`] takes for `name`, also as `recipes/{name}.yaml`; `None` where it takes a
     /// file, or finds nothing.
     pub fn built_in(name: &str) -> Option<&'static BuiltInRecipe> {
@@ -92,23 +103,45 @@ fn stem(name: &str) -> &str {
     stem.strip_suffix(".yaml").unwrap_or(stem)
 }
 
-/// The text of the recipe `name`: of the file, or else of the embedded recipe `name`, also as `recipes/{name}.yaml`;
-/// and where the files are that it names.
-pub(super) fn text(name: &str) -> Result<(String, AssetSource), RecipeError> {
-    if let Some(known) = Recipe::built_in(name) {
-        return Ok((known.text.to_owned(), AssetSource::BuiltIn));
+/// The text of a recipe.
+pub(super) struct FoundText {
+    pub text: String,
+    /// Where the files are that it names.
+    pub files: AssetSource,
+    /// The same for each name of the recipe.
+    pub identity: PathBuf,
+}
+
+/// The recipe `name` for one whose files are in `files`: the file, or else the embedded recipe `name`, also as
+/// `recipes/{name}.yaml`.
+pub(super) fn find(name: &str, files: &AssetSource) -> Result<FoundText, RecipeError> {
+    let path = match files {
+        AssetSource::Beside(folder) => Some(folder.join(name)).filter(|path| path.exists() && !path.is_dir()),
+        AssetSource::BuiltIn | AssetSource::Kept(_) => None,
+    };
+    if let Some(path) = path {
+        let bytes = read_bytes(&path).map_err(|source| RecipeError::Unreadable { path: path.clone(), source })?;
+        let files = AssetSource::Beside(path.parent().unwrap_or(Path::new("")).to_owned());
+        let identity = identity(&path.to_string_lossy(), &files);
+        return Ok(FoundText { text: utf8_text(name, bytes, "recipe")?, files, identity });
     }
-    let path = Path::new(name);
-    if path.exists() && !path.is_dir() {
-        let bytes = read_bytes(path).map_err(|source| RecipeError::Unreadable { path: path.to_owned(), source })?;
-        let folder = path.parent().unwrap_or(Path::new("")).to_owned();
-        return Ok((utf8_text(name, bytes, "recipe")?, AssetSource::Beside(folder)));
+    if let Some(known) = EMBEDDED.iter().find(|known| known.name == stem(name)) {
+        let (text, files) = (known.text.to_owned(), AssetSource::BuiltIn);
+        return Ok(FoundText { text, identity: identity(name, &files), files });
     }
     let known: Vec<_> = EMBEDDED.iter().map(|known| known.name).collect();
     let last = |known: &&str| known.rsplit('/').next() == Some(stem(name));
     let in_folder = known.iter().copied().find(last);
     let nearest = in_folder.or_else(|| nearest_spelling(stem(name), known.iter().copied())).map(str::to_owned);
     Err(RecipeError::NotFound { name: name.to_owned(), known, nearest })
+}
+
+/// What is the same for each name of the recipe `origin`, whose files are in `files`.
+pub(super) fn identity(origin: &str, files: &AssetSource) -> PathBuf {
+    match files {
+        AssetSource::Beside(_) => Path::new(origin).canonicalize().unwrap_or_else(|_| origin.into()),
+        AssetSource::BuiltIn | AssetSource::Kept(_) => Path::new("/built in").join(stem(origin)),
+    }
 }
 
 /// Why there is no recipe.

@@ -17,11 +17,18 @@ mod correlation;
 mod distribution;
 mod draw;
 mod embedded;
+mod extends;
 mod file_contents;
+mod flat_text;
+mod groups;
 mod keys;
+mod kinds;
+mod level;
 mod log_group;
 mod measured_log;
+mod merge;
 mod picture;
+mod presets;
 mod reader;
 mod reference;
 mod sample_work;
@@ -31,24 +38,29 @@ mod slice_tar;
 mod slices;
 mod subject;
 mod texture;
+mod variation;
 
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use base::{Mesh, Parameter, Stream};
 use procedural::wood::Stem;
 
+use self::constraints::RecipeObject;
 use self::correlation::{Correlation, ScoreMixture};
 use self::file_contents::FileContents;
+use self::groups::GroupSizes;
 use self::keys::settings::Settings;
 use self::sampling::Sampling;
+use self::variation::Variation;
 use crate::asset::Asset;
-use crate::asset_source::AssetSource;
+use crate::asset_source::{AssetSource, KeptAsset};
 use optical_bench::parameters::Bench;
 use optical_bench::settings::{
     Extraction, LaserLine, LogSource, Movement, Output, Postprocess, Readout, Size, SpeckleLaw, Splits, Transport,
 };
-use optical_bench::split::Split;
+use optical_bench::split::{SampleGroups, Split};
 
 pub use self::canonical::differences;
 pub use self::changes::{Change, changed_text};
@@ -57,9 +69,11 @@ pub use self::constraints::of_samples::SampleNeeds;
 pub use self::distribution::Distribution;
 pub use self::embedded::{BuiltInRecipe, RecipeError};
 pub use self::log_group::LogBoard;
+pub use self::presets::{Preset, PresetNumber, PresetSource, presets};
 pub use self::reference::{ReferencePage, reference_markdown, reference_pages};
 pub use self::schema::schema;
 pub use self::subject::{Plan, Subject};
+pub use self::variation::VariationCount;
 pub use wood_picture::{BoardPicture, WoodVolume};
 pub use yaml::{YamlFault, YamlFaults, nearest_spelling};
 
@@ -75,6 +89,8 @@ pub struct Recipe {
     parameters: BTreeMap<String, Distribution>,
     /// By name.
     classes: Vec<SampleClass>,
+    variation: Variation,
+    groups: GroupSizes,
     sampling: Sampling,
     /// Pairs of keys that go together, in their order.
     correlations: Vec<Correlation>,
@@ -84,6 +100,8 @@ pub struct Recipe {
     /// Keys that have no effect, and boards that show air, with what to do.
     notes: Vec<String>,
     text: String,
+    /// What was read, where it extends another recipe.
+    written: Option<String>,
     canonical: serde_json::Value,
     hash: String,
 }
@@ -101,8 +119,10 @@ pub struct Scene {
     pub class: String,
     /// Root of every stream of this sample.
     pub stream: Stream,
-    /// Root of the streams of what belongs to a board's log: that of the sample, but for boards of one log.
+    /// Root of the streams of what belongs to a log or a batch: that of the sample, but where several have one.
     pub log_stream: Stream,
+    /// Which instrument, log and batch it has.
+    pub groups: SampleGroups,
     /// Which board of which log it is, where logs have several.
     pub log_board: Option<LogBoard>,
     /// Sizes.
@@ -147,8 +167,8 @@ impl Recipe {
 
     /// The same with `changes`, which its text has then too.
     pub fn load_changed(name: &str, changes: &[Change]) -> Result<Self, RecipeError> {
-        let (text, files) = embedded::text(name)?;
-        Self::parse_changed(name, &text, &files, changes)
+        let found = embedded::find(name, &AssetSource::Beside(PathBuf::new()))?;
+        Self::parse_changed(name, &found.text, &found.files, changes)
     }
 
     /// The recipe that `text` writes, which can name built-in files alone; `origin` is where faults say that it comes
@@ -169,8 +189,25 @@ impl Recipe {
         files: &AssetSource,
         changes: &[Change],
     ) -> Result<Self, RecipeError> {
-        let changes::ChangedText { text, changed_from } = changes::changed(text, changes);
-        Ok(reader::read(origin, &text, changed_from, files)?)
+        Ok(reader::read(origin, text, changes, files)?)
+    }
+
+    /// The same recipe with `changes`, and with the files that it has.
+    ///
+    /// # Errors
+    /// Every fault of what becomes of it.
+    pub fn changed(&self, changes: &[Change]) -> Result<Self, RecipeError> {
+        Self::parse_changed(&self.name, &self.text, &self.kept_files(), changes)
+    }
+
+    /// The files that it names, as they were read.
+    pub fn kept_files(&self) -> AssetSource {
+        let kept = self.files().map(|(key, file)| KeptAsset {
+            key: key.to_owned(),
+            name: file.name().to_owned(),
+            content: Ok(file.bytes().to_vec()),
+        });
+        AssetSource::Kept(kept.collect())
     }
 
     /// Keys that have no effect in any sample, although objects of its subject can have what they are about; each with
@@ -240,6 +277,11 @@ impl Recipe {
         self.settings.splits()
     }
 
+    /// What splits part as one, where that is more than a sample: rigs, logs or batches.
+    pub fn split_groups(&self) -> Option<&'static str> {
+        groups::unparted(self.subject, &self.settings, self.groups)
+    }
+
     /// Every file that it names, with the key, by key.
     pub fn files(&self) -> impl Iterator<Item = (&str, &Asset)> {
         let of_subject = keys::settings(Some(self.subject));
@@ -270,6 +312,23 @@ impl Recipe {
         self.mixtures.iter().any(|mixture| mixture.of(path).is_some())
     }
 
+    /// Whether the recipe states the distribution of the key at `path`, in a class or for all; others are drawn as they
+    /// vary by nature, or fixed.
+    pub fn is_stated(&self, path: &str) -> bool {
+        self.variation.stated.contains(path) || self.is_changed_by_class(path)
+    }
+
+    /// How many numbers vary, and why.
+    pub fn variation(&self) -> VariationCount {
+        self.variation.count(RecipeObject {
+            subject: Some(self.subject),
+            settings: &self.settings,
+            contents: &self.contents,
+            parameters: &self.parameters,
+            classes: &self.classes,
+        })
+    }
+
     /// Whether a class has a distribution of its own for the key at `path`.
     pub fn is_changed_by_class(&self, path: &str) -> bool {
         self.classes.iter().any(|class| class.overrides.contains_key(path))
@@ -289,9 +348,14 @@ impl Recipe {
         fixed
     }
 
-    /// The text that the recipe was read from.
+    /// Its text, which needs no other recipe: that which it was read from, or written out where that extends another.
     pub fn text(&self) -> &str {
         &self.text
+    }
+
+    /// The text that it was read from, with what was changed.
+    pub fn written(&self) -> &str {
+        self.written.as_ref().unwrap_or(&self.text)
     }
 
     /// Everything that the recipe means, defaults included, as JSON that is a recipe itself.

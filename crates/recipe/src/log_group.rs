@@ -7,8 +7,7 @@
 //! that begins where `stem` says. With `sampling: low_discrepancy` a key of the log has a point for each log, a key of
 //! the board one for each board.
 //!
-//! **What belongs to the log**: all of `log`, `stem`, `knots` and `anatomy`, of `media` all but the gloss, which the
-//! tool leaves, and of `board` the size.
+//! What belongs to the log is said in [`super::level`].
 //!
 //! **Limits.** Rot, stain, compression wood, inclusions, cracks and all that lies on the face are each board's own,
 //! although some would go on in the next one; the same holds for the waviness of growth layers and the pattern of fibre
@@ -39,16 +38,6 @@ pub(super) fn boards_per_log(settings: &Settings) -> u64 {
     match settings.log.source {
         LogSource::Stem | LogSource::Measured => settings.log.boards_per_log as u64,
         LogSource::Placed | LogSource::Picture | LogSource::Slices => 1,
-    }
-}
-
-/// Whether the parameter at `path` belongs to the log.
-pub(super) fn is_of_log(path: &str) -> bool {
-    match path.split_once('.') {
-        Some(("log" | "stem" | "knots" | "anatomy", _)) => true,
-        Some(("media", name)) => name != "gloss",
-        Some(("board", name)) => ["width_mm", "length_mm", "thickness_mm"].contains(&name),
-        _ => false,
     }
 }
 

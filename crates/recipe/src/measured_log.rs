@@ -179,7 +179,9 @@ mod tests {
     /// A recipe says where the files are; each sample has the log, and recipes without it name no file of one.
     #[test]
     fn a_recipe_loads_the_log_that_it_names() {
-        let text = |log: &str| format!("name: a\nsubject: wood\nlog: {{{log}}}\nclasses: {{a: {{share: 1}}}}\n");
+        let text = |log: &str| {
+            format!("name: a\nsubject: wood\nunstated: fixed\nlog: {{{log}}}\nclasses: {{a: {{share: 1}}}}\n")
+        };
         let recipe = Recipe::parse("a", &text("source: measured")).expect("a recipe");
         assert_eq!(recipe.files().map(|(key, _)| key).collect::<Vec<_>>(), KEYS);
         let stem = recipe.draw(0, 3).measured.expect("a log");

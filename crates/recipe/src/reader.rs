@@ -2,18 +2,25 @@
 
 use std::collections::BTreeMap;
 
-use super::changes::{self, SET};
+use super::changes::{self, Change, ChangedText};
 use super::class::SampleClass;
 use super::constraints::{self, RecipeObject};
 use super::correlation::{self, CORRELATIONS, ScoreMixture, WrittenPair};
 use super::distribution::{self, Distribution};
+use super::extends::{self, EXTENDS, Written};
 use super::file_contents::FileContents;
+use super::groups::{self, BATCH, GroupSizes, RIGS};
 use super::keys::alternatives::{self, alternatives};
 use super::keys::settings::{Settings, TransportSettings};
 use super::keys::{self, SECTIONS, TRANSPORT, sections};
-use super::log_group::{self, BOARDS_PER_LOG};
+use super::kinds;
+use super::level::DrawLevel;
+use super::log_group::BOARDS_PER_LOG;
+use super::merge::SET;
+use super::presets::{self, PRESET};
 use super::sampling::{SAMPLING, Sampling};
 use super::subject::Subject;
+use super::variation::{self, UNSTATED, Unstated, Variation};
 use super::{Recipe, canonical};
 use crate::asset_source::AssetSource;
 use base::Words;
@@ -29,15 +36,19 @@ const MAX_CLASSES: usize = 255;
 /// Longest name of a recipe or class [bytes].
 const MAX_NAME_BYTES: usize = 64;
 
-/// Reads `text`, whose lines from `set_from` on come from the command line, and the files that it names; every fault
-/// that is found comes back.
-pub(super) fn read(origin: &str, text: &str, set_from: usize, files: &AssetSource) -> Result<Recipe, YamlFaults> {
-    let mut yaml = YamlReader::new(text, "recipe").set_from(set_from);
-    let recipe = match parse_yaml(text, "recipe") {
-        Ok(root) => {
-            let root = changes::applied(&mut yaml, &root);
-            recipe(&mut yaml, &root, text, files)
-        }
+/// Reads `text` with `changes`, what it extends and the files that it names; every fault that is found comes back.
+pub(super) fn read(origin: &str, text: &str, changes: &[Change], files: &AssetSource) -> Result<Recipe, YamlFaults> {
+    let ChangedText { text: changed, changed_from } = changes::changed(text, changes);
+    let mut yaml = YamlReader::new(&changed, "recipe").set_from(changed_from);
+    let recipe = match parse_yaml(&changed, "recipe") {
+        Ok(root) => extends::whole(&mut yaml, Written { origin, text, root: &root, files }).and_then(|whole| {
+            let root = changes::applied(&mut yaml, whole.as_ref().map_or(&root, |whole| &whole.root));
+            let recipe = recipe(&mut yaml, &root, &changed, files);
+            Some(match whole {
+                Some(whole) => Recipe { text: whole.text, written: Some(changed.clone()), ..recipe? },
+                None => recipe?,
+            })
+        }),
         Err(error) => {
             yaml.fault(error.place, "", error.problem, error.remedy);
             None
@@ -55,11 +66,12 @@ fn recipe(yaml: &mut YamlReader, root: &YamlNode, text: &str, files: &AssetSourc
     let mut keys = written_keys(yaml, root);
     load_files(yaml, &mut keys, files);
     let contents = FileContents::read(yaml, keys.subject, &keys.settings);
-    // Then the keys together: how large a board may be follows from its picture.
+    // Then the keys together: how large a board may be follows from its picture. What is not stated fits in with it.
+    let variation = fill(yaml, &mut keys, &contents);
     let notes = check_together(yaml, &keys, &contents);
     // Correlations last: they are worked out from distributions that are in range.
-    let mixtures = mixtures(yaml, &keys);
-    let WrittenKeys { name, family, subject, settings, parameters, sampling, pairs, classes } = keys;
+    let mixtures = mixtures(yaml, &mut keys, &variation);
+    let WrittenKeys { name, family, subject, settings, parameters, sampling, pairs, classes, groups, .. } = keys;
     let mut recipe = Recipe {
         name: name?,
         family: family?,
@@ -67,12 +79,15 @@ fn recipe(yaml: &mut YamlReader, root: &YamlNode, text: &str, files: &AssetSourc
         settings,
         parameters,
         classes,
+        variation,
+        groups,
         sampling: sampling?,
         correlations: correlation::sorted(&pairs),
         mixtures,
         contents,
         notes,
         text: text.to_owned(),
+        written: None,
         canonical: serde_json::Value::Null,
         hash: String::new(),
     };
@@ -88,11 +103,11 @@ fn is_map(yaml: &mut YamlReader, root: &YamlNode) -> bool {
         YamlValue::Nothing => "the file is empty".to_owned(),
         other => format!("the file is {}", other.kind()),
     };
-    yaml.fault(root.place, "", problem, "a recipe is a map with at least `name`, `subject` and `classes`");
+    yaml.fault(root.place, "", problem, "a recipe is a map with at least `name` and `subject`");
     false
 }
 
-/// What each key says by itself, with every default; `None` where one that has none is missing or at fault.
+/// What each key says by itself; `None` where one that has no default is missing or at fault.
 struct WrittenKeys {
     name: Option<String>,
     family: Option<String>,
@@ -100,12 +115,18 @@ struct WrittenKeys {
     settings: Settings,
     parameters: BTreeMap<String, Distribution>,
     sampling: Option<Sampling>,
+    unstated: Unstated,
+    groups: GroupSizes,
     pairs: Vec<WrittenPair>,
     classes: Vec<SampleClass>,
 }
 
-/// Reads every key, each in its own range. The subject comes first, by which sections are known; classes come last,
-/// since what they repeat of the top level is no change.
+/// Where a key that is unknown where it stands belongs.
+fn home(subject: Option<Subject>, name: &str, known: &[&str]) -> Option<String> {
+    if name == PRESET { Some(presets::remedy()) } else { keys::home(subject, name, known) }
+}
+
+/// Reads every key, each in its own range. The subject comes first, by which sections are known.
 fn written_keys(yaml: &mut YamlReader, root: &YamlNode) -> WrittenKeys {
     let mut top = yaml.mapping(root, "");
     let name = required(yaml, &mut top, root, "name").and_then(|node| name(yaml, node, "name"));
@@ -131,24 +152,44 @@ fn written_keys(yaml: &mut YamlReader, root: &YamlNode) -> WrittenKeys {
         }
     }
     settings.list_grey(|path| yaml.has(path));
-    for parameter in keys::parameters(subject) {
-        parameters.entry(parameter.path()).or_insert(Distribution::Fixed(parameter.default));
-    }
+    let unstated = top.take(yaml, UNSTATED).and_then(|node| {
+        let word = yaml.word(node, UNSTATED, &Unstated::NAMES)?;
+        Unstated::named(word)
+    });
+    let groups = groups::read(yaml, &mut top, subject, &settings);
     let sampling = top.take(yaml, SAMPLING).map_or(Some(Sampling::Independent), |node| {
         let word = yaml.word(node, SAMPLING, &Sampling::NAMES)?;
         Sampling::named(word)
     });
     let pairs = top.take(yaml, CORRELATIONS).map_or_else(Vec::new, |node| correlation::read(yaml, node, subject));
-    let classes = required(yaml, &mut top, root, "classes").map(|node| classes(yaml, node, subject, &parameters));
-    let classes = classes.unwrap_or_default();
+    let classes = match top.take(yaml, "classes") {
+        Some(node) => classes(yaml, node, subject),
+        None => kinds::usual(subject, &settings),
+    };
     let sections = sections(subject).map(|section| section.path).filter(|path| !path.contains('.'));
     let known: Vec<_> = ["name", "family", "subject"]
         .into_iter()
         .chain(sections)
-        .chain([SAMPLING, CORRELATIONS, "classes", SET])
+        .chain([UNSTATED, RIGS, BATCH, SAMPLING, CORRELATIONS, "classes", EXTENDS, SET])
         .collect();
-    top.close(yaml, &known, &|name| keys::home(subject, name, &known));
-    WrittenKeys { name, family, subject, settings, parameters, sampling, pairs, classes }
+    let in_text = || "it is no key to set: write it in the recipe's text".to_owned();
+    top.close(yaml, &known, &|name| (name == EXTENDS).then(in_text).or_else(|| home(subject, name, &known)));
+    let unstated = unstated.unwrap_or(Unstated::Drawn);
+    WrittenKeys { name, family, subject, settings, parameters, sampling, unstated, groups, pairs, classes }
+}
+
+/// Gives each key that is not stated its distribution; what a class repeats of the top level is no change then.
+fn fill(yaml: &YamlReader, keys: &mut WrittenKeys, contents: &FileContents) -> Variation {
+    let WrittenKeys { subject, settings, parameters, unstated, classes, .. } = keys;
+    let (mut filled, stated) = (parameters.clone(), parameters.keys().cloned().collect());
+    let object = RecipeObject { subject: *subject, settings, contents, parameters, classes };
+    let natural = variation::fill(yaml, *unstated, object, &mut filled);
+    *parameters = filled;
+    // It leaves the hash as it is.
+    for class in classes {
+        class.overrides.retain(|path, distribution| parameters.get(path) != Some(distribution));
+    }
+    Variation { stated, natural }
 }
 
 /// Reads the files that are named. What has no effect names none, though it may have a default.
@@ -165,6 +206,7 @@ fn check_together(yaml: &mut YamlReader, keys: &WrittenKeys, contents: &FileCont
     let WrittenKeys { subject, settings, parameters, classes, .. } = keys;
     let object = RecipeObject { subject: *subject, settings, contents, parameters, classes };
     constraints::check(yaml, object);
+    groups::check(yaml, settings, keys.groups.rigs);
     let mut notes = constraints::notes(object);
     let mut every = classes.iter().flat_map(|class| class.overrides.values()).chain(parameters.values());
     if keys.sampling == Some(Sampling::LowDiscrepancy) && every.all(|own| matches!(own, Distribution::Fixed(_))) {
@@ -173,11 +215,16 @@ fn check_together(yaml: &mut YamlReader, keys: &WrittenKeys, contents: &FileCont
     notes
 }
 
-/// What correlations do in each class.
-fn mixtures(yaml: &mut YamlReader, keys: &WrittenKeys) -> Vec<ScoreMixture> {
-    if log_group::boards_per_log(&keys.settings) > 1 {
-        correlation::refuse_across(yaml, &keys.pairs, BOARDS_PER_LOG, &log_group::is_of_log);
-    }
+/// What correlations do in each class, those that nature has with those that the recipe has.
+fn mixtures(yaml: &mut YamlReader, keys: &mut WrittenKeys, variation: &Variation) -> Vec<ScoreMixture> {
+    let is_wood = keys.subject == Some(Subject::Wood);
+    correlation::refuse_across(yaml, &keys.pairs, |path| match keys.groups.level(path) {
+        DrawLevel::Rig => ("a rig", Some(RIGS)),
+        DrawLevel::Lot if is_wood => ("a log", Some(BOARDS_PER_LOG)),
+        DrawLevel::Lot => ("a batch", Some(BATCH)),
+        DrawLevel::Sample => ("a sample", None),
+    });
+    keys.pairs.extend(variation.correlated(&keys.pairs, &keys.groups, &keys.classes));
     correlation::mixtures(yaml, &keys.pairs, keys.subject, &keys.parameters, &keys.classes)
 }
 
@@ -241,17 +288,12 @@ fn section_keys(yaml: &mut YamlReader, node: &YamlNode, section: &keys::RecipeSe
     map.close(yaml, &known, &|name| {
         let setting = in_class && section.settings.iter().any(|setting| setting.name == name);
         let fixed = || format!("`{}.{name}` is the same for all classes: set it at the top level", section.path);
-        if setting { Some(fixed()) } else { keys::home(into.subject, name, &known) }
+        if setting { Some(fixed()) } else { home(into.subject, name, &known) }
     });
 }
 
 /// The classes by name.
-fn classes(
-    yaml: &mut YamlReader,
-    node: &YamlNode,
-    subject: Option<Subject>,
-    base: &BTreeMap<String, Distribution>,
-) -> Vec<SampleClass> {
+pub(super) fn classes(yaml: &mut YamlReader, node: &YamlNode, subject: Option<Subject>) -> Vec<SampleClass> {
     let entries = yaml.mapping(node, "classes").take_all();
     if entries.is_empty() || entries.len() > MAX_CLASSES {
         let problem = format!("has {} classes", entries.len());
@@ -271,10 +313,16 @@ fn classes(
             if key.name.is_empty() || key.name.len() > MAX_NAME_BYTES || !key.name.chars().all(letters) {
                 yaml.fault(key.place, &path, "is no name for a class", "use a-z, 0-9 and _, at most 64 of them");
             }
-            class(yaml, (&key.name, node), &path, subject, base)
+            class(yaml, (&key.name, node), &path, subject)
         })
         .collect();
     classes.sort_by(|a, b| a.name.cmp(&b.name));
+    share_out(yaml, &mut classes);
+    classes
+}
+
+/// Makes shares sum to 1.
+pub(super) fn share_out(yaml: &mut YamlReader, classes: &mut [SampleClass]) {
     let sum: f64 = classes.iter().map(|class| class.share).sum();
     // Shares that were written to sum to 1 stay as they were written.
     if sum > 0.0 && (sum - 1.0).abs() > 1e-9 {
@@ -285,7 +333,6 @@ fn classes(
         let problem = format!("is {} of all shares", number_text(class.share));
         yaml.joint_fault(&[key], problem, format!("give at least {MIN_SHARE} of their sum, or remove the class"));
     }
-    classes
 }
 
 fn class(
@@ -293,7 +340,6 @@ fn class(
     (name, node): (&str, &YamlNode),
     path: &str,
     subject: Option<Subject>,
-    base: &BTreeMap<String, Distribution>,
 ) -> Option<SampleClass> {
     let mut map = yaml.mapping(node, path);
     let range = NumberRange { min: 0.0, max: MAX_SHARE, whole: false, unit: "" };
@@ -311,15 +357,13 @@ fn class(
     let known: Vec<_> = ["share"].into_iter().chain(drawn().map(|section| section.path)).collect();
     map.close(yaml, &known, &|name| {
         let fixed = sections(subject).any(|section| section.path == name)
-            || ["name", "family", "subject", SAMPLING, CORRELATIONS].contains(&name);
+            || ["name", "family", "subject", UNSTATED, RIGS, BATCH, SAMPLING, CORRELATIONS].contains(&name);
         if fixed {
             Some(format!("`{name}` is the same for all classes: set it at the top level"))
         } else {
-            keys::home(subject, name, &known)
+            home(subject, name, &known)
         }
     });
-    // What repeats the top level has no meaning of its own and leaves the hash as it is.
-    overrides.retain(|path, distribution| base.get(path) != Some(distribution));
     Some(SampleClass { name: name.to_owned(), share: share?, overrides })
 }
 

@@ -2,12 +2,14 @@
 
 use std::fmt::Write;
 
+use base::{Natural, Parameter};
 use serde_json::Value;
 
 use super::distribution::{FORMS, range};
 use super::embedded::EMBEDDED;
 use super::keys::alternatives::alternatives;
 use super::keys::{RecipeSection, SECTIONS, tidy, unit};
+use super::presets::{PRESET, PRESET_DOC, PresetSource, names, presets};
 use super::subject::Subject;
 use yaml::number_text;
 
@@ -19,7 +21,7 @@ A recipe is a YAML file that says what a dataset is made of: the bench, the obje
 written. Copy one that is built in and change it:
 
     gen recipe list
-    gen recipe show wood-small > mine.yaml
+    gen recipe new --subject wood > mine.yaml      # a first one of 20 lines; or all of one: gen recipe show wood-small
     gen preview --recipe mine.yaml --out board.png
 
 A whole recipe:
@@ -43,14 +45,45 @@ output: {bin: {columns: 2, profiles: 2}}
 
 ";
 
+/// How one takes values from another.
+const INHERITANCE: &str = "\
+## A recipe that extends another
+
+```yaml
+# yaml-language-server: $schema=recipe.schema.json
+extends: wood-small                                  # a built-in recipe, or a file beside this one
+name: steep
+camera: {tilt_deg: 35, blur_um: null}                # one number is another, one key goes back to its default
+classes:
+  rot: null                                          # one class less
+  sound_knot: {share: 0.4}                           # what it changes of the bench and the board stays
+  broad_knot: {share: 0.1, knots: {sound_count: 1, width_mm: 7}}
+```
+
+- Sections, classes and their sections are merged key by key: what stands in this recipe wins, and `null` removes a key
+  of the parent. `camera:` with nothing behind it is `null` too.
+- Every other value replaces the parent's whole: a number, a distribution, a list, `transport` with its keys.
+- A key in the words of data sheets removes the keys that it stands for, and these remove it.
+- A parent may extend another, at most eight of them in a line. Files that it names stay its own.
+- Where something is wrong with an inherited value, the fault names the parent's file and line.
+- `gen recipe show --flat` prints all of it as one text. A dataset keeps that text, with the SHA-256 of each recipe that
+  it was made from, and needs none of their files any more. Ids follow from what it means, not from how it is split.
+
+";
+
 /// How one is written.
 const READING: &str = "\
 ## How a recipe reads
 
-- `name`, `subject` (`wood`, `blister`, `sawtooth` or `mesh`) and `classes` are required; every other key has a default.
-- A *setting* is the same for all samples. A *parameter* is drawn for each sample: give a number or a
+- `name` and `subject` (`wood`, `blister`, `sawtooth` or `mesh`) are required. A recipe that extends another has them
+  from there.
+- Numbers that are not stated [vary by nature](keys/draws.md#what-is-not-stated), or keep their defaults where it says
+  `unstated: fixed`. Settings that are not stated have their defaults.
+- A *setting* is the same for all samples. A *parameter* is drawn for each sample, or for each of its
+  [groups](keys/draws.md#rigs-logs-and-batches): give a number or a
   [distribution](keys/draws.md#distributions).
-- [`classes`](keys/draws.md#classes) names kinds of samples, with their shares and the keys that they change.
+- [`classes`](keys/draws.md#classes) names kinds of samples, with their shares and the keys that they change; without
+  it there is one of each kind.
 - `family` names the recipes that draw the same random numbers for the same seed; without it, `name` is a family of its
   own.
 - [`sampling` and `correlations`](keys/draws.md#correlations) say how draws of samples and of keys hang together;
@@ -104,11 +137,36 @@ const KEY_PAGES: [(&str, &str, &str); 5] = [
 /// The page of draws.
 const DRAWS: (&str, &str) = ("keys/draws.md", "Distributions, classes and sampling");
 
+/// The page of presets.
+const PRESETS: (&str, &str) = ("keys/presets.md", "Presets");
+
+/// What a preset is.
+const PRESETS_INTRODUCTION: &str = "\
+What data sheets say, as values of a [recipe](../README.md). `gen recipe presets` lists the same, `--json` for programs.
+
+```yaml
+extends: wood-small
+name: my-line
+camera: {preset: alvium-c-508, f_number: 4}      # numbers of the sheet; what stands beside them wins
+laser: {preset: s-laser-660-fine, power_mw: 60}
+classes:
+  larch: {share: 1, log: {preset: european-larch}}
+```
+
+- What a recipe states wins over its presets, and these win over what it extends. Of a list of names (`preset: [a, b]`)
+  the last one wins.
+- A preset may have keys of other sections: a camera has the keys of `exposure` that its sheet tells.
+- What a sheet lacks stays as it is: as inherited, or the default.
+- The values become part of the recipe: a dataset keeps them, with the SHA-256 of the file that they are from.
+";
+
 /// What the letters of the column *source* mean.
 const SOURCES: &str = "\
 Sources: [T] Kihl and Källberg 2021, the thesis whose bench this is; [V] vendors' published figures; [M] and [E]
 engineering estimates; [C] computed or chosen so that the observables come out; [G] statistics of a scanned spruce log
-(Larsson et al. 2022); [P] photographs of sawn boards; [L] literature named in the project's documentation.
+(Larsson et al. 2022); [P] photographs of sawn boards; [L] literature named in the project's documentation. The column
+*natural* says how a number differs between rigs, logs, batches or samples of good installations; empty where it does
+not, is chosen, or is off. Where the source tells no such spread, *spread [M]* marks an estimate.
 ";
 
 const BOUNDS: &str = "
@@ -128,6 +186,49 @@ Sample i belongs to the class at the point (offset + i / golden ratio) mod 1 of 
 their names. So every prefix of a dataset holds each class within a few samples of its share, and the first hundred
 samples of a large dataset are the dataset of a hundred. Splits go by the order of the samples of each class: in every
 prefix each split holds each class within two samples of its share.
+
+Without `classes` a recipe has one class for each kind of object that its subject knows, with shares as a line sees them
+that looks for defects (estimates): `--estimate` lists them, and `gen recipe show --json` prints what they change.
+
+";
+
+const UNSTATED: &str = "\
+## What is not stated
+
+With `unstated: drawn`, the default, a number that a recipe does not state varies as it does between good installations:
+the column *natural* of the tables of keys. With `unstated: fixed` all of them are at their defaults. Recipes that are
+built in say so, and hand it on to those that extend them.
+
+- What is off by default stays off: an effect that one must ask for, counts of defects, what one builds or chooses.
+- A number is drawn only where it has an effect: how rot looks, where a class has rot.
+- What is stated comes first. Natural numbers that have no room beside it go back to their defaults.
+- Some go together by nature, and a recipe's own pairs come first: wide rings have less latewood.
+- `gen rig`, `gen preview`, `--estimate` and `gen report` say how many vary. They name numbers of matter that are fixed
+  although classes are told by what moves with them.
+- `gen fit` looks for what is stated; natural numbers are drawn for each scan.
+- A dataset that an earlier version began counts as `unstated: fixed`.
+
+";
+
+const GROUPS: &str = "\
+## Rigs, logs and batches
+
+| numbers | are the same in |
+|---|---|
+| of the bench: `motion`, `laser`, `camera`, `exposure`, `speckle`, `lamps` | all that one of `rigs` has scanned |
+| of boards: `log`, `stem`, `knots`, `anatomy`, `media` but `gloss`, size of `board` | boards of one log \
+(`log.boards_per_log`) |
+| of others: `tablet`, `pocket`, `film`, `foil`, `material`, sizes of `pack` and `sawtooth` | objects of one batch \
+(`samples_per_batch`) |
+| all others: how the object lies, its face, its defects | one sample |
+
+- `rigs: 8` makes eight instruments, each drawn once. Each scans as many samples of each class as another. A log or a
+  batch is scanned by one of them. Without it each sample has its own.
+- `samples_per_batch: 10` makes ten samples in a row one batch. Without it each sample has its own, and each board its
+  own log without `log.boards_per_log`.
+- The columns `rig`, `log_number` and `batch` of the table of samples say which.
+- `splits.by` names what splits do not part: `[log, batch]` unless it says otherwise, `[rig]` to test on instruments
+  never seen, `[]` for nothing. Shares are met as well as whole groups allow; `--estimate` and a run tell how well.
 
 ";
 
@@ -225,6 +326,7 @@ pub fn reference_pages() -> Vec<ReferencePage> {
         }
         pages.push(ReferencePage { file, text });
     }
+    pages.push(ReferencePage { file: PRESETS.0, text: preset_page() });
     pages.push(ReferencePage { file: DRAWS.0, text: draws() });
     pages
 }
@@ -242,7 +344,14 @@ fn overview() -> String {
         let paths: Vec<_> = sections.map(|section| format!("`{}`", section.path)).collect();
         row(&mut page, &[&format!("[{title}]({file})"), &paths.join(", ")]);
     }
-    row(&mut page, &[&format!("[{}]({})", DRAWS.1, DRAWS.0), "distributions, `classes`, `correlations`, `sampling`"]);
+    row(&mut page, &[&format!("[{}]({})", PRESETS.1, PRESETS.0), "`preset` of `camera`, `laser` and more"]);
+    row(
+        &mut page,
+        &[
+            &format!("[{}]({})", DRAWS.1, DRAWS.0),
+            "distributions, `unstated`, `rigs`, `classes`, `correlations`, `sampling`",
+        ],
+    );
     page.push_str("\n## Fifteen keys that matter first\n\n| key | default | meaning |\n|---|---|---|\n");
     for (path, name) in FIRST {
         let section = SECTIONS.iter().find(|section| section.path == path);
@@ -253,6 +362,7 @@ fn overview() -> String {
         row(&mut page, &[&format!("`{path}.{name}`"), default.trim_end(), &meaning]);
     }
     page.push('\n');
+    page.push_str(INHERITANCE);
     page.push_str(READING);
     page.push_str("\n## Recipes that are built in\n\n");
     page.push_str("`wood` names the first wherever no file of that name exists.\n\n| recipe | what |\n|---|---|\n");
@@ -268,8 +378,41 @@ fn draws() -> String {
     for form in FORMS {
         row(&mut page, &[&format!("`{}`", form.example), form.law, form.source]);
     }
-    for part in [BOUNDS, CLASSES, CORRELATIONS, SAMPLING, EDITING, FITTING] {
+    for part in [BOUNDS, UNSTATED, GROUPS, CLASSES, CORRELATIONS, SAMPLING, EDITING, FITTING] {
         page.push_str(part);
+    }
+    page
+}
+
+/// Every preset with its sources.
+fn preset_page() -> String {
+    let mut page = format!("# {}\n\n{PRESETS_INTRODUCTION}", PRESETS.1);
+    let all = presets();
+    let mut sources: Vec<&PresetSource> = Vec::new();
+    let mut section = "";
+    for preset in &all {
+        if preset.section != section {
+            section = preset.section;
+            let _ = write!(
+                page,
+                "\n## `{section}`\n\n| preset | what | numbers | says too | lacks |\n|---|---|---|---|---|\n"
+            );
+        }
+        let numbers = preset.numbers.iter().map(|number| {
+            let at = sources.iter().position(|known| **known == number.source).unwrap_or_else(|| {
+                sources.push(&number.source);
+                sources.len() - 1
+            });
+            let remark = if number.remark.is_empty() { String::new() } else { format!(": {}", number.remark) };
+            format!("`{}` {} ({}{remark})", number.key, number.value, at + 1)
+        });
+        let numbers = numbers.collect::<Vec<_>>().join("; ");
+        let name = format!("`{}`", preset.name);
+        row(&mut page, &[&name, &preset.what, &numbers, &preset.says.join("; "), &preset.lacks.join("; ")]);
+    }
+    page.push_str("\n## Sources\n\n| number | source | where | taken over |\n|---|---|---|---|\n");
+    for (at, source) in sources.iter().enumerate() {
+        row(&mut page, &[&(at + 1).to_string(), &source.what, &source.address, &source.seen]);
     }
     page
 }
@@ -297,15 +440,27 @@ fn keys(page: &mut String, section: &RecipeSection) {
     let _ = write!(page, "\n### `{}`{kind}\n\n", section.path);
     wrapped(page, &format!("{subject}{}", tidy(section.doc)));
     page.push('\n');
-    page.push_str("| key | meaning | unit | default | range | source |\n|---|---|---|---|---|---|\n");
+    page.push_str("| key | meaning | unit | default | range | natural | source |\n|---|---|---|---|---|---|---|\n");
     for [name, cells @ ..] in rows(section) {
         let name = format!("`{name}`");
-        row(page, &[&name, &cells[0], &cells[1], &cells[2], &cells[3], &cells[4]]);
+        row(page, &[&name, &cells[0], &cells[1], &cells[2], &cells[3], &cells[4], &cells[5]]);
     }
 }
 
-/// What the table of a section says of its keys: name, meaning, unit, default, range and source.
-fn rows(section: &RecipeSection) -> Vec<[String; 6]> {
+/// How a number varies by nature, in a few words; nothing where it does not.
+pub(super) fn natural(parameter: &Parameter) -> String {
+    let text = number_text;
+    match parameter.natural {
+        Natural::Fixed => String::new(),
+        Natural::Uniform { min, max } => format!("{} to {}", text(min), text(max)),
+        Natural::LogUniform { min, max } => format!("{} to {}, even in the logarithm", text(min), text(max)),
+        Natural::Normal { mean, sd } => format!("normal, {} with sd {}", text(mean), text(sd)),
+        Natural::OneOf(values) => values.iter().map(|value| text(*value)).collect::<Vec<_>>().join(" or "),
+    }
+}
+
+/// What the table of a section says of its keys: name, meaning, unit, default, range, natural variation and source.
+fn rows(section: &RecipeSection) -> Vec<[String; 7]> {
     let settings = section.settings.iter().map(|setting| {
         let description = (setting.describe)();
         let (unit, range) = description.unit_and_range.unwrap_or_else(|| (unit(setting.name), description.allowed));
@@ -313,7 +468,7 @@ fn rows(section: &RecipeSection) -> Vec<[String; 6]> {
             Value::Number(number) if number.is_f64() => number_text(number.as_f64().unwrap_or(f64::NAN)),
             other => other.to_string().replace('"', "").replace(',', ", "),
         };
-        [setting.name.into(), tidy(setting.doc), unit.into(), default, range, setting.source.into()]
+        [setting.name.into(), tidy(setting.doc), unit.into(), default, range, String::new(), setting.source.into()]
     });
     let parameters = section.parameters.iter().map(|parameter| {
         let allowed = range(parameter);
@@ -324,6 +479,7 @@ fn rows(section: &RecipeSection) -> Vec<[String; 6]> {
             allowed.unit.into(),
             number_text(parameter.default),
             format!("{} to {}{whole}", number_text(parameter.min), number_text(parameter.max)),
+            natural(parameter),
             parameter.source.into(),
         ]
     });
@@ -336,10 +492,14 @@ fn rows(section: &RecipeSection) -> Vec<[String; 6]> {
             unit(alternative.name).into(),
             format!("in place of {}", of.join(" and ")),
             range.into(),
+            String::new(),
             "data sheets".into(),
         ]
     });
-    settings.chain(parameters).chain(words).collect()
+    let cells =
+        || [PRESET, PRESET_DOC, "", "none", "names of [presets](presets.md)", "", "data sheets"].map(str::to_owned);
+    let preset = (!names(section.path).is_empty()).then(cells);
+    settings.chain(parameters).chain(words).chain(preset).collect()
 }
 
 /// Adds a paragraph in lines of at most 120 characters.

@@ -3,16 +3,22 @@
 use base::Parameter;
 use serde_json::{Map, Value, json};
 
-use super::changes::{SET, SET_DOC};
+use super::changes::SET_DOC;
 use super::constraints::transport;
 use super::correlation::{self, CORRELATIONS};
 use super::distribution::{FORMS, range};
+use super::extends::{EXTENDS, EXTENDS_DOC};
+use super::groups::{BATCH, BATCH_DOC, MAX_BATCH, MAX_RIGS, RIGS, RIGS_DOC};
 use super::keys::alternatives::alternatives;
 use super::keys::settings::{Setting, Settings, TransportSettings};
 use super::keys::{RecipeSection, SECTIONS, TRANSPORT, TRANSPORT_DOC, tidy};
+use super::merge::SET;
+use super::presets::{self, PRESET, PRESET_DOC};
 use super::reader::MAX_SHARE;
+use super::reference::natural;
 use super::sampling::{SAMPLING, SAMPLING_DOC, Sampling};
 use super::subject::Subject;
+use super::variation::{UNSTATED, UNSTATED_DOC, Unstated};
 use optical_bench::settings::{ThesisMethod, TransportName};
 
 /// JSON Schema (draft 2020-12) of a recipe.
@@ -22,8 +28,9 @@ pub fn schema() -> Value {
         compared one by one; by default each name is a family of its own.";
     let mut properties = Map::new();
     let mut add = |key: &str, schema: Value| properties.insert(key.to_owned(), schema);
+    add(EXTENDS, json!({ "description": EXTENDS_DOC, "type": "string", "minLength": 1 }));
     add("name", name("Name of the dataset, part of file names."));
-    add("family", name(family));
+    add("family", or_nothing(name(family)));
     add("subject", json!({ "description": "What the objects are.", "enum": Subject::NAMES }));
     for top in SECTIONS.iter().filter(|section| !section.path.contains('.')) {
         let schema = match top.path {
@@ -33,14 +40,21 @@ pub fn schema() -> Value {
         };
         add(top.path, schema);
     }
+    let usual = Unstated::Drawn.name();
+    add(UNSTATED, or_nothing(json!({ "description": UNSTATED_DOC, "default": usual, "enum": Unstated::NAMES })));
+    for (key, what, most) in [(RIGS, RIGS_DOC, MAX_RIGS), (BATCH, BATCH_DOC, MAX_BATCH)] {
+        let count = json!({ "description": what, "type": "integer", "minimum": 1, "maximum": most });
+        add(key, or_nothing(count));
+    }
     let usual = Sampling::Independent.name();
-    add(SAMPLING, json!({ "description": SAMPLING_DOC, "default": usual, "enum": Sampling::NAMES }));
+    add(SAMPLING, or_nothing(json!({ "description": SAMPLING_DOC, "default": usual, "enum": Sampling::NAMES })));
     add(CORRELATIONS, correlation::schema());
     add(
         "classes",
         json!({
             "description": "Kinds of samples by name: how often each comes and what it changes of the top level.",
-            "type": "object", "minProperties": 1, "additionalProperties": { "$ref": "#/$defs/class" },
+            "type": "object", "minProperties": 1,
+            "additionalProperties": { "oneOf": [{ "$ref": "#/$defs/class" }, { "type": "null" }] },
             "propertyNames": { "pattern": "^[a-z0-9_]{1,64}$" },
         }),
     );
@@ -50,12 +64,34 @@ pub fn schema() -> Value {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "Sheetlight recipe",
         "type": "object",
-        "required": ["name", "subject", "classes"],
         "additionalProperties": false,
         "properties": properties,
-        "allOf": Subject::ALL.map(only).to_vec(),
+        "allOf": Subject::ALL.map(only).into_iter().chain([needed()]).collect::<Vec<_>>(),
         "$defs": definitions(),
     })
+}
+
+/// What a recipe must have, unless it can inherit it.
+fn needed() -> Value {
+    json!({
+        "if": { "not": { "required": [EXTENDS] } },
+        "then": {
+            "required": ["name", "subject"],
+            "properties": { "classes": { "additionalProperties": { "required": ["share"] } } },
+        },
+    })
+}
+
+/// `schema`, or nothing: `null` removes what is inherited.
+fn or_nothing(mut schema: Value) -> Value {
+    if let Some(forms) = schema["oneOf"].as_array_mut() {
+        forms.push(json!({ "type": "null" }));
+    } else if let Some(words) = schema["enum"].as_array_mut() {
+        words.push(Value::Null);
+    } else {
+        schema["type"] = json!([schema["type"], "null"]);
+    }
+    schema
 }
 
 /// What a recipe about `subject` must not have: sections of other subjects and models that do not know it.
@@ -98,15 +134,27 @@ fn map(description: &str, properties: Map<String, Value>) -> Value {
 /// The parameters of a section, and what stands for some.
 fn parameters(section: &RecipeSection) -> Map<String, Value> {
     let own = section.parameters.iter().map(|row| (row.name.to_owned(), parameter(row)));
-    own.chain(alternatives(section.path).map(|row| (row.name.to_owned(), row.schema()))).collect()
+    let words = alternatives(section.path).map(|row| (row.name.to_owned(), row.schema()));
+    let names = presets::names(section.path);
+    let preset = (!names.is_empty()).then(|| {
+        let name = json!({ "enum": names });
+        let list = json!({ "type": "array", "items": name });
+        (PRESET.to_owned(), json!({ "description": PRESET_DOC, "oneOf": [name, list] }))
+    });
+    own.chain(words).chain(preset).collect()
 }
 
 /// A number in range, or a distribution whose bounded arguments are.
 fn parameter(row: &Parameter) -> Value {
     let limits = json!({ "minimum": row.min, "maximum": row.max });
     let number = if row.integer { "integer" } else { "number" };
+    let natural = match natural(row) {
+        none if none.is_empty() => none,
+        varied => format!(" By nature {varied}."),
+    };
     json!({
-        "description": format!("{} Give {} or a distribution. Source: {}.", tidy(row.doc), range(row), row.source),
+        "description":
+            format!("{} Give {} or a distribution.{natural} Source: {}.", tidy(row.doc), range(row), row.source),
         "default": row.default,
         "oneOf": [
             { "type": number, "minimum": row.min, "maximum": row.max },
@@ -124,7 +172,7 @@ fn parameter(row: &Parameter) -> Value {
 /// A setting.
 fn setting(row: &Setting) -> Value {
     let description = (row.describe)();
-    let mut schema = description.schema;
+    let mut schema = or_nothing(description.schema);
     schema["description"] = format!("{} Give {}. Source: {}.", tidy(row.doc), description.allowed, row.source).into();
     schema["default"] = description.default;
     schema
@@ -190,10 +238,10 @@ fn definitions() -> Map<String, Value> {
         schema["description"] = format!("{}: {}.", form.example, form.law).into();
         definitions.insert(form.key.into(), schema);
     }
-    let forms = FORMS.map(|form| reference(form.key));
+    let forms = FORMS.iter().map(|form| reference(form.key)).chain([json!({ "type": "null" })]);
     let plain = FORMS.iter().filter(|form| form.key != "truncated").map(|form| reference(form.key));
     let untruncated: Vec<_> = [number()].into_iter().chain(plain).collect();
-    definitions.insert("distribution".into(), json!({ "oneOf": forms }));
+    definitions.insert("distribution".into(), json!({ "oneOf": forms.collect::<Vec<_>>() }));
     definitions.insert("untruncated".into(), json!({ "oneOf": untruncated }));
 
     let share = json!({
@@ -205,7 +253,7 @@ fn definitions() -> Map<String, Value> {
         definitions.insert(section.path.into(), map(&tidy(section.doc), parameters(section)));
         class.insert(section.path.into(), reference(section.path));
     }
-    let class = json!({ "type": "object", "required": ["share"], "additionalProperties": false, "properties": class });
+    let class = json!({ "type": "object", "additionalProperties": false, "properties": class });
     definitions.insert("class".into(), class);
     definitions
 }

@@ -47,8 +47,8 @@ const GRAINY_RAD: f32 = 0.035;
 const UNMARKED_MM: [f32; 2] = [2.0, 0.35];
 /// Scale of the texture of marked boards [mm].
 const MARKED_MM: f32 = 0.3;
-/// How the texture of marked boards is looked at.
-const MARKED: Look = Look { scale_mm: MARKED_MM, bias_rad: MARKED_RAD, by_size: true };
+/// Least of that scale over the side of a pixel [1]: below it the noise of pixels turns directions.
+const MARKED_PIXELS: f32 = 4.2;
 /// Pixels up to this are put together where a marked board is read as a whole [mm].
 const ROUGH_MM: f32 = 0.35;
 /// How far from the first answer its rings are asked (8 deg) [rad], and how often.
@@ -232,7 +232,8 @@ pub fn analyse(
     let clear = clear_pixels(&knots, coarse, coarse_mm);
     let length = direction_of_length(&log_light, coarse, coarse_mm, Some(&clear), lies_across);
     let cells = Cells::over(coarse, coarse_mm);
-    let looked = Looked { size: coarse, pixel_mm: coarse_mm, cells: &cells, clear: &clear, length };
+    let wider = (MARKED_PIXELS * (pixel_mm[0] * pixel_mm[1]).sqrt() / MARKED_MM).max(1.0);
+    let looked = Looked { size: coarse, pixel_mm: coarse_mm, cells: &cells, clear: &clear, length, wider };
     let mut even = log_light.clone();
     if !lies_across {
         ripple::take_out(&mut even, coarse, coarse_mm, &clear);
@@ -282,13 +283,15 @@ struct Read {
     lasting: f32,
 }
 
-/// Which pixels are looked at, in which cells, and the direction of the board's length.
+/// Which pixels are looked at, in which cells, the direction of the board's length, and what the lengths are times at
+/// which a marked board is read, since pixels are large [1].
 struct Looked<'a> {
     size: [usize; 2],
     pixel_mm: [f32; 2],
     cells: &'a Cells,
     clear: &'a [bool],
     length: f32,
+    wider: f32,
 }
 
 impl Looked<'_> {
@@ -302,6 +305,16 @@ impl Looked<'_> {
         along_lines(light, self.size, self.pixel_mm, self.cells, &lines, self.clear, lengths_mm)
     }
 
+    /// Texture of a marked board.
+    fn rings(&self, along: &[f32]) -> CellTexture {
+        self.texture(along, Look { scale_mm: self.wider * MARKED_MM, bias_rad: MARKED_RAD, by_size: true })
+    }
+
+    /// Means along the grain that leave no marks, as [`UNMARKED_MM`].
+    fn unmarked_mm(&self) -> [f32; 2] {
+        UNMARKED_MM.map(|mm| self.wider * mm)
+    }
+
     /// What was found, where it is the board's grain.
     fn along_the_board(&self, [azimuth, error]: [f32; 2]) -> [f32; 2] {
         [if wrap(azimuth - self.length).abs() < MOST_OFF_RAD { azimuth } else { self.length }, error]
@@ -310,7 +323,7 @@ impl Looked<'_> {
     /// Refuses a picture whose means along the grain vary no more than those of noise, which is what marks are if there
     /// is no grain: the deviation of independent pixels is that of their second differences.
     fn check_rings(&self, log_light: &[f32], along: &[f32]) -> Result<(), PictureFault> {
-        let [sigma, step] = UNMARKED_MM;
+        let [sigma, step] = self.unmarked_mm();
         let weights =
             (1..=(2.0 * sigma / step).round() as i32).map(|i| libm::expf(-0.5 * (i as f32 * step / sigma).powi(2)));
         let (sum, squares) = weights.fold((1.0, 1.0), |(sum, squares), w| (sum + 2.0 * w, squares + 2.0 * w * w));
@@ -334,38 +347,40 @@ impl Looked<'_> {
     /// k / (1 - k) of the turn is an error.
     fn settled(&self, log_light: &[f32]) -> [f32; 2] {
         let counts = self.clear.iter().map(|clear| f32::from(*clear)).collect();
-        let (rough, size, pixel_mm) = binned(log_light.to_vec(), self.size, self.pixel_mm, ROUGH_MM);
+        let rough_mm = self.wider * ROUGH_MM;
+        let (rough, size, pixel_mm) = binned(log_light.to_vec(), self.size, self.pixel_mm, rough_mm);
         let clear: Vec<bool> =
-            binned(counts, self.size, self.pixel_mm, ROUGH_MM).0.into_iter().map(|share| share == 1.0).collect();
+            binned(counts, self.size, self.pixel_mm, rough_mm).0.into_iter().map(|share| share == 1.0).collect();
         let looked = Looked { size, pixel_mm, clear: &clear, ..*self };
         let mut ends = [[0.0; 2]; 2];
         for (end, turn) in ends.iter_mut().zip([-ASKED_RAD, ASKED_RAD]) {
             end[0] = self.length + turn;
             for _ in 0..ROUNDS {
-                let along = along_direction(&rough, size, pixel_mm, direction(end[0]), &clear, UNMARKED_MM);
-                *end = whole(&looked.texture(&along, MARKED), self.cells);
+                let along = along_direction(&rough, size, pixel_mm, direction(end[0]), &clear, self.unmarked_mm());
+                *end = whole(&looked.rings(&along), self.cells);
             }
         }
         let apart = wrap(ends[1][0] - ends[0][0]);
         let kept = (0.5 * apart / ASKED_RAD).clamp(0.0, MOST_KEPT);
         let error = libm::hypotf(0.5 * (ends[0][1] + ends[1][1]), ASKED_RAD * kept / (1.0 - kept));
-        let azimuth = wrap(ends[0][0] + 0.5 * apart);
-        if wrap(azimuth - self.length).abs() < MOST_OFF_RAD { [azimuth, error] } else { [self.length, MOST_OFF_RAD] }
+        [wrap(ends[0][0] + 0.5 * apart), error]
     }
 
     /// Boards with marks across the grain: rings alone, averaged along the grain.
     fn by_rings(&self, log_light: &[f32], guessed: impl Fn([f32; 2]) -> Guess) -> Result<Read, PictureFault> {
-        let along = self.averaged(log_light, &vec![self.length; self.cells.count()], UNMARKED_MM);
+        let along = self.averaged(log_light, &vec![self.length; self.cells.count()], self.unmarked_mm());
         self.check_rings(log_light, &along)?;
-        let first = whole(&self.texture(&along, MARKED), self.cells);
-        let along = self.averaged(log_light, &guessed(self.along_the_board(first)).azimuth, UNMARKED_MM);
-        let mut rings = self.texture(&along, MARKED);
+        let first = whole(&self.rings(&along), self.cells);
+        let along = self.averaged(log_light, &guessed(self.along_the_board(first)).azimuth, self.unmarked_mm());
+        let mut rings = self.rings(&along);
         check_coherence(&rings)?;
         rings.correlated *= (1.0 + (UNMARKED_MM[0] / MARKED_MM).powi(2)).sqrt();
         let [last, _] = whole(&rings, self.cells);
         let guess = guessed(self.along_the_board([last, MARKED_RAD]));
         let [settled, error] = self.settled(log_light);
-        let apart = APART_SHARE * wrap(settled - last);
+        // Rings that lead away from the grain say nothing of it, but that the answer is none that lasts.
+        let away = wrap(settled - self.length).abs() > MOST_OFF_RAD;
+        let apart = if away { ASKED_RAD } else { APART_SHARE * wrap(settled - last) };
         Ok(Read { textures: vec![rings], guess, lasting: libm::hypotf(libm::hypotf(error, apart), MARKED_RAD) })
     }
 

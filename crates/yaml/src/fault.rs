@@ -20,13 +20,20 @@ pub struct YamlFaults {
     pub set_from: usize,
 }
 
+impl YamlFaults {
+    /// Whether `fault` is of what was given on the command line.
+    pub fn is_set(&self, fault: &YamlFault) -> bool {
+        fault.origin.is_none() && fault.place.line >= self.set_from
+    }
+}
+
 /// One thing that is wrong.
 #[derive(Debug, Clone, PartialEq)]
 pub struct YamlFault {
-    /// Line, from 1.
-    pub line: usize,
-    /// Column, from 1 [characters].
-    pub column: usize,
+    /// Where it stands.
+    pub place: TextPosition,
+    /// Where the text comes from, unless it is the first.
+    pub origin: Option<String>,
     /// Path of the key, for instance `camera.tilt_deg`; empty for the whole file.
     pub key: String,
     /// What is wrong.
@@ -58,7 +65,7 @@ impl YamlFault {
             text: shown.map(|c| if c.is_control() { ' ' } else { c }).collect(),
             caret: (place.column - 1 - skipped).min(MAX_EXCERPT_CHARS),
         };
-        Self { line: place.line, column: place.column, key: key.to_owned(), problem, remedy, excerpt }
+        Self { place, origin: None, key: key.to_owned(), problem, remedy, excerpt }
     }
 }
 
@@ -77,20 +84,24 @@ impl fmt::Display for YamlFaults {
         let count = self.list.len() + self.unlisted;
         writeln!(f, "{} has {count} fault{}:", self.origin, if count == 1 { "" } else { "s" })?;
         for fault in &self.list {
-            let is_set = fault.line >= self.set_from;
+            let TextPosition { line, column, .. } = fault.place;
+            let is_set = self.is_set(fault);
             if is_set {
                 writeln!(f, "--set {fault}")?;
             } else {
-                writeln!(f, "{}:{}:{}: {fault}", self.origin, fault.line, fault.column)?;
+                writeln!(f, "{}:{line}:{column}: {fault}", fault.origin.as_ref().unwrap_or(&self.origin))?;
             }
             if !fault.excerpt.text.trim().is_empty() {
-                let line = if is_set { "--set".to_owned() } else { fault.line.to_string() };
+                let line = if is_set { "--set".to_owned() } else { line.to_string() };
                 writeln!(f, "{line:>6} | {}", fault.excerpt.text.trim_end())?;
                 writeln!(f, "       | {}^", " ".repeat(fault.excerpt.caret))?;
             }
         }
         if self.unlisted > 0 {
             writeln!(f, "and {} more", self.unlisted)?;
+        }
+        if self.list.iter().any(|fault| fault.origin.is_some()) {
+            writeln!(f, "{} can replace what it inherits, or remove it: `key: null`", self.origin)?;
         }
         Ok(())
     }

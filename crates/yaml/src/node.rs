@@ -18,24 +18,26 @@ const MAX_NODES: usize = 50_000;
 /// Most anchors, aliases and merge keys each.
 const MAX_ALIASES: usize = 256;
 
-/// A line and a column of the text, both from 1.
+/// A place in a text, or in one of several that are read as one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TextPosition {
-    /// Line.
+    /// Which of the reader's texts, from 0.
+    pub text: usize,
+    /// Line, from 1.
     pub line: usize,
-    /// Column [characters].
+    /// Column, from 1 [characters].
     pub column: usize,
 }
 
 impl TextPosition {
     /// The first character of the file.
-    pub(crate) const START: Self = Self { line: 1, column: 1 };
+    pub const START: Self = Self { text: 0, line: 1, column: 1 };
 }
 
 impl From<Location> for TextPosition {
     fn from(location: Location) -> Self {
         let from_one = |n: u64| usize::try_from(n).unwrap_or(usize::MAX).max(1);
-        Self { line: from_one(location.line()), column: from_one(location.column()) }
+        Self { text: 0, line: from_one(location.line()), column: from_one(location.column()) }
     }
 }
 
@@ -46,6 +48,23 @@ pub struct YamlNode {
     pub place: TextPosition,
     /// What stands there.
     pub value: YamlValue,
+}
+
+impl YamlNode {
+    /// The same as the tree of another one of the reader's texts.
+    #[must_use]
+    pub fn in_text(self, text: usize) -> Self {
+        let place = TextPosition { text, ..self.place };
+        let value = match self.value {
+            YamlValue::List(list) => YamlValue::List(list.into_iter().map(|entry| entry.in_text(text)).collect()),
+            YamlValue::Map(map) => {
+                let key = |key: YamlKey| YamlKey { place: TextPosition { text, ..key.place }, ..key };
+                YamlValue::Map(map.into_iter().map(|(own, node)| (key(own), node.in_text(text))).collect())
+            }
+            other => other,
+        };
+        Self { place, value }
+    }
 }
 
 /// A key with its place.
@@ -204,7 +223,7 @@ fn tab(text: &str, place: TextPosition) -> Option<TextPosition> {
     let mut lines = text.lines().enumerate().skip(place.line - 1);
     lines.find_map(|(number, line)| {
         let column = line.chars().position(|c| c == '\t')? + 1;
-        Some(TextPosition { line: number + 1, column })
+        Some(TextPosition { line: number + 1, column, ..place })
     })
 }
 

@@ -11,13 +11,24 @@ use super::node::{MAX_FILE_BYTES, TextPosition, YamlKey, YamlNode, YamlValue};
 const MAX_LISTED_FAULTS: usize = 100;
 
 /// Takes keys and values from a tree, and collects the faults.
+#[derive(Clone)]
 pub struct YamlReader<'t> {
     text: &'t str,
+    others: Vec<OtherText>,
     noun: &'static str,
     faults: Vec<YamlFault>,
     unlisted: usize,
     set_from: usize,
     places: BTreeMap<String, TextPosition>,
+    /// Keys of joint faults, in a trial.
+    tried: Option<Vec<String>>,
+}
+
+/// A text that is read with the first one, and where it comes from.
+#[derive(Clone)]
+struct OtherText {
+    origin: String,
+    text: String,
 }
 
 /// A map of which keys are taken one by one; what is left in the end is unknown.
@@ -30,7 +41,14 @@ pub struct Mapping<'n> {
 impl<'t> YamlReader<'t> {
     /// A reader of the tree of `text`, which is to be a `noun`.
     pub fn new(text: &'t str, noun: &'static str) -> Self {
-        Self { text, noun, faults: Vec::new(), unlisted: 0, set_from: usize::MAX, places: BTreeMap::new() }
+        let (others, faults) = (Vec::new(), Vec::new());
+        Self { text, others, noun, faults, unlisted: 0, set_from: usize::MAX, places: BTreeMap::new(), tried: None }
+    }
+
+    /// Reads with the first text another one, which comes from `origin`; places in it have this number.
+    pub fn add_text(&mut self, origin: String, text: String) -> usize {
+        self.others.push(OtherText { origin, text });
+        self.others.len()
     }
 
     /// The same where the lines from `line` on were given on the command line, by `--set`.
@@ -41,7 +59,11 @@ impl<'t> YamlReader<'t> {
     /// Notes a fault.
     pub fn fault(&mut self, place: TextPosition, key: &str, problem: impl Into<String>, remedy: impl Into<String>) {
         if self.faults.len() < MAX_LISTED_FAULTS {
-            self.faults.push(YamlFault::new(self.text, place, key, problem.into(), remedy.into()));
+            let other = place.text.checked_sub(1).and_then(|at| self.others.get(at));
+            let text = other.map_or(self.text, |other| &other.text);
+            let mut fault = YamlFault::new(text, place, key, problem.into(), remedy.into());
+            fault.origin = other.map(|other| other.origin.clone());
+            self.faults.push(fault);
         } else {
             self.unlisted += 1;
         }
@@ -64,9 +86,20 @@ impl<'t> YamlReader<'t> {
         self.refuse(node.place, path, format!("is {}", node.value.kind()), format!("give {allowed}"))
     }
 
+    /// The keys of the joint faults that `check` would note; none is noted.
+    pub fn keys_at_fault(&self, check: impl FnOnce(&mut Self)) -> Vec<String> {
+        let mut trial = Self { tried: Some(Vec::new()), ..self.clone() };
+        check(&mut trial);
+        trial.tried.unwrap_or_default()
+    }
+
     /// Notes a fault of several keys together at the first of `keys` that the file has.
     pub fn joint_fault(&mut self, keys: &[impl AsRef<str>], problem: impl Into<String>, remedy: impl Into<String>) {
         let mut keys = keys.iter().map(AsRef::as_ref);
+        if let Some(tried) = &mut self.tried {
+            tried.extend(keys.map(str::to_owned));
+            return;
+        }
         let first = keys.clone().next().unwrap_or_default();
         let key = keys.find(|key| self.places.contains_key(*key)).unwrap_or(first);
         let place = self.places.get(key).copied().unwrap_or(TextPosition::START);
@@ -78,6 +111,11 @@ impl<'t> YamlReader<'t> {
         if let Some(place) = self.places.get(path).copied() {
             self.places.insert(other.to_owned(), place);
         }
+    }
+
+    /// Whether any fault was noted.
+    pub fn has_faults(&self) -> bool {
+        !self.faults.is_empty()
     }
 
     /// Whether the file has the key `path`.
@@ -93,7 +131,7 @@ impl<'t> YamlReader<'t> {
     /// The faults by place, where there are any.
     pub fn finish(self, origin: &str) -> Result<(), YamlFaults> {
         let Self { faults: mut list, unlisted, set_from, .. } = self;
-        list.sort_by_key(|fault| (fault.line, fault.column));
+        list.sort_by_key(|fault| (fault.place.text, fault.place.line, fault.place.column));
         if list.is_empty() { Ok(()) } else { Err(YamlFaults { origin: origin.to_owned(), list, unlisted, set_from }) }
     }
 
@@ -286,7 +324,7 @@ pub fn utf8_text(origin: &str, bytes: Vec<u8>, noun: &'static str) -> Result<Str
     String::from_utf8(bytes).or_else(|error| {
         let good = String::from_utf8_lossy(&error.as_bytes()[..error.utf8_error().valid_up_to()]).into_owned();
         let column = good.rsplit('\n').next().unwrap_or_default().chars().count() + 1;
-        let place = TextPosition { line: good.matches('\n').count() + 1, column };
+        let place = TextPosition { line: good.matches('\n').count() + 1, column, ..TextPosition::START };
         let mut yaml = YamlReader::new(&good, noun);
         yaml.fault(place, "", "is no UTF-8", format!("save the {noun} as UTF-8 text"));
         yaml.finish(origin).map(|()| good)

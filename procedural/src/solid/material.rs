@@ -10,29 +10,29 @@ parameters! {
     /// What the piece is made of, alike all through.
     material: Material {
         /// Absorption.
-        mu_a_per_mm: 0.0001, 1000.0, 1000.0, "metal: nothing comes back from below";
+        mu_a_per_mm: 0.0001, 1000.0, 1000.0, "metal: nothing comes back from below", fixed;
         /// Isotropic reduced scattering.
-        sigma_i_per_mm: 0.01, 200.0, 1.0, "free";
+        sigma_i_per_mm: 0.01, 200.0, 1.0, "free", fixed;
         /// Reduced cylinder scattering for light across the fibre; 0 for matter without fibres.
-        k_per_mm: 0.0, 200.0, 0.0, "free";
+        k_per_mm: 0.0, 200.0, 0.0, "free", fixed;
         /// Effective refractive index of the matter below the surface.
-        n_eff: 1.0, 2.0, 1.5, "free";
+        n_eff: 1.0, 2.0, 1.5, "free", fixed;
         /// Angle of the fibres on the level against the scan, positive towards +x, as the piece lies.
-        fibre_azimuth_deg: -90.0, 90.0, 0.0, "free", needs [Amount("material.k_per_mm")];
+        fibre_azimuth_deg: -90.0, 90.0, 0.0, "free", fixed, needs [Amount("material.k_per_mm")];
         /// Angle by which the fibres dive below the level, as the piece lies.
-        fibre_dive_deg: 0.0, 90.0, 0.0, "free", needs [Amount("material.k_per_mm")];
+        fibre_dive_deg: 0.0, 90.0, 0.0, "free", fixed, needs [Amount("material.k_per_mm")];
         /// Standard deviation of single fibres' tilt in each of two directions.
-        fibre_dispersion_deg: 3.0, 14.0, 5.0, "as clear wood", needs [Amount("material.k_per_mm")], of [TANGLED];
+        fibre_dispersion_deg: 3.0, 14.0, 5.0, "as clear wood", fixed, needs [Amount("material.k_per_mm")], of [TANGLED];
         /// Share of the surface that reflects like facets.
-        gloss: 0.0, 1.0, 0.1, "[M]";
+        gloss: 0.0, 1.0, 0.1, "[M]", log_uniform(0.05, 0.2);
         /// Reflectance of a facet at normal incidence.
-        reflectance: 0.0, 1.0, 0.9, "aluminium";
+        reflectance: 0.0, 1.0, 0.9, "aluminium; spread [M]", uniform(0.85, 0.93);
         /// Roughness (alpha of GGX) along the laser line; machining marks are smoother along than across.
-        roughness_x: 0.05, 1.0, 0.25, "[M]";
+        roughness_x: 0.05, 1.0, 0.25, "[M]", uniform(0.15, 0.35);
         /// Roughness (alpha of GGX) along the scan.
-        roughness_y: 0.05, 1.0, 0.35, "[M]";
+        roughness_y: 0.05, 1.0, 0.35, "[M]", uniform(0.25, 0.45);
         /// Light that the surface throws back evenly, before any enters.
-        matte: 0.0, 1.0, 0.4, "[M] blasted metal";
+        matte: 0.0, 1.0, 0.4, "[M] blasted metal", uniform(0.3, 0.5);
     }
 }
 

@@ -15,19 +15,19 @@ parameters! {
     /// How the part of the file lies on the conveyor.
     mesh: Placing {
         /// Length of a unit of the file.
-        unit_mm: 0.000001, 1000000.0, 1.0, "free; 1 for mm, 25.4 for inches, 1000 for m";
+        unit_mm: 0.000001, 1000000.0, 1.0, "free; 1 for mm, 25.4 for inches, 1000 for m", fixed;
         /// First turn, about the laser line.
-        rotate_x_deg: -180.0, 180.0, 0.0, "free";
+        rotate_x_deg: -180.0, 180.0, 0.0, "free", fixed;
         /// Second turn, about the scan direction.
-        rotate_y_deg: -180.0, 180.0, 0.0, "free";
+        rotate_y_deg: -180.0, 180.0, 0.0, "free", fixed;
         /// Third turn, about the vertical.
-        rotate_z_deg: -180.0, 180.0, 0.0, "free";
+        rotate_z_deg: -180.0, 180.0, 0.0, "free", fixed;
         /// Middle of the part along the laser line.
-        offset_mm: -500.0, 500.0, 0.0, "free";
+        offset_mm: -500.0, 500.0, 0.0, "free", fixed;
         /// Conveyor before the part enters the laser.
-        lead_in_mm: 0.0, 500.0, 5.0, "free";
+        lead_in_mm: 0.0, 500.0, 5.0, "free", fixed;
         /// Height of its lowest corner above the conveyor.
-        lift_mm: 0.0, 200.0, 0.0, "free; it lies on the conveyor";
+        lift_mm: 0.0, 200.0, 0.0, "free; it lies on the conveyor", fixed;
     }
 }
 

@@ -17,23 +17,23 @@ parameters! {
     /// The saw-tooth, and how it lies on the conveyor.
     sawtooth: Piece {
         /// Length along the teeth, which lie in a row along the laser line.
-        length_mm: 1.0, 1000.0, 300.0, "[T] RCAL-300";
+        length_mm: 1.0, 1000.0, 300.0, "[T] RCAL-300", fixed;
         /// Teeth.
-        teeth: 1.0, 200.0, 15.0, "[T] RCAL-300", count;
+        teeth: 1.0, 200.0, 15.0, "[T] RCAL-300", fixed, count;
         /// Height of the teeth from valley to peak.
-        depth_mm: 0.05, 50.0, 10.0, "[M] flanks of 45 degrees";
+        depth_mm: 0.05, 50.0, 10.0, "[M] flanks of 45 degrees", fixed;
         /// Share of a tooth on which it rises; the rest falls. 0.5 for even flanks, 1 for an upright drop.
-        rise_share: 0.0, 1.0, 0.5, "[M]";
+        rise_share: 0.0, 1.0, 0.5, "[M]", fixed;
         /// Width along the scan.
-        width_mm: 1.0, 500.0, 40.0, "[M]";
+        width_mm: 1.0, 500.0, 40.0, "[M]", fixed;
         /// Height of the valleys above the conveyor.
-        base_mm: 0.5, 100.0, 10.0, "[M]";
+        base_mm: 0.5, 100.0, 10.0, "[M]", fixed;
         /// Turn about the vertical.
-        turn_deg: -180.0, 180.0, 0.0, "free";
+        turn_deg: -180.0, 180.0, 0.0, "free", fixed;
         /// Centre of the piece along the laser line.
-        offset_mm: -500.0, 500.0, 0.0, "free";
+        offset_mm: -500.0, 500.0, 0.0, "free", fixed;
         /// Conveyor before the piece enters the laser.
-        lead_in_mm: 0.0, 500.0, 5.0, "free";
+        lead_in_mm: 0.0, 500.0, 5.0, "free", fixed;
     }
 }
 

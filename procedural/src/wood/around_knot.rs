@@ -82,6 +82,7 @@ mod tests {
         (log.pith_tilt_deg, log.pith_wander_mm, log.spiral_deg, log.spiral_slope_deg_per_mm) = (0.0, 0.0, 0.0, 0.0);
         (log.pith_offset_mm, log.pith_depth_mm) = (0.0, 300.0);
         (wood.knots.sound_count, wood.knots.slope_deg, wood.knots.slope_sd_deg) = (1.0, 0.0, 0.0);
+        (wood.knots.bulge_log_sd, wood.knots.lean_sd_deg) = (0.0, 0.0);
         (wood.board.cup_mm, wood.board.twist_deg) = (0.0, 0.0);
         let around = KnotSurroundings::new(wood.knots.flow_ratio as f32);
         let (mut checked, mut sum, mut worst) = (0, 0.0, 0.0_f32);

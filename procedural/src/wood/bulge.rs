@@ -19,7 +19,7 @@
 //! from 1 to -1/2: rings stop bulging outwards and bend in around the stub. Source: Larsson et al. (2022) for the
 //! merging and f. Their k falls by 1.75 instead of 0.8, and their bulge scales with the trunk's radius; here it scales
 //! with the knot's and ends sooner, so that small knots bend few rings. Limits: inside a knot the branch's own rings
-//! replace this field.
+//! replace this field. A knot's height is drawn about this law, and its layers lean along the grain besides (`growth`).
 
 /// Largest distance from the axis at which a knot disturbs wood [half widths across, 1.6 times as many along].
 pub(super) const REACH: f32 = 4.0;
@@ -118,6 +118,11 @@ impl Bulge {
             }
         });
         Self { table: table.collect(), per_rim: (1.0 / rim) as f32 }
+    }
+
+    /// One over the depth at a knot's outline [1].
+    pub fn per_rim(&self) -> f32 {
+        self.per_rim
     }
 
     /// How much the order of fibres is disturbed: the root of a bulge's depth over that at the knot's outline, 1 inside

@@ -33,17 +33,17 @@ parameters! {
     /// Cracks that are open in the upper surface.
     cracks: Cracks {
         /// Drying checks: radial cracks along the grain.
-        check_count: 0.0, 100.0, 0.0, "per board", count;
+        check_count: 0.0, 100.0, 0.0, "per board", fixed, count;
         /// Ring shakes: cracks along a ring.
-        shake_count: 0.0, 20.0, 0.0, "per board", count;
+        shake_count: 0.0, 20.0, 0.0, "per board", fixed, count;
         /// Splits that run in from the ends.
-        split_count: 0.0, 20.0, 0.0, "per board", count;
+        split_count: 0.0, 20.0, 0.0, "per board", fixed, count;
         /// Median length.
-        length_mm: 2.0, 3000.0, 60.0, "[E]", of [CRACKS];
+        length_mm: 2.0, 3000.0, 60.0, "[E]", log_uniform(30.0, 120.0), of [CRACKS];
         /// Median width at the surface, at the widest place.
-        width_mm: 0.05, 10.0, 0.5, "[L] 0.05 to 1", of [CRACKS];
+        width_mm: 0.05, 10.0, 0.5, "[L] 0.05 to 1; spread [M]", log_uniform(0.2, 1.0), of [CRACKS];
         /// Median depth at the deepest place; what is deeper than 25 widths is not seen.
-        depth_mm: 0.2, 100.0, 6.0, "[L] 2 to 20", of [CRACKS];
+        depth_mm: 0.2, 100.0, 6.0, "[L] 2 to 20", log_uniform(2.0, 20.0), of [CRACKS];
     }
 }
 

@@ -1,14 +1,15 @@
 //! How the trunk grew around its knots: time of growth and fibre direction at a point.
 //!
 //! Models: time of growth t as the distance from the pith with a slight waviness, less the bulges around knots. Fibres
-//! follow the pith, are turned by the spiral grain, pushed aside by the flow around every knot, and then laid into the
-//! growth surface t = const, f = normalise(f0 - (f0 n) n) with n along grad t. Inside a branch fibres run along its
-//! axis. Branch and stem meet without a passage: tissues of both are laid over each other by turns, year after year
-//! (Shigo 1985). Fibres that turned from one into the other would pass the angle at which guided light meets the
-//! camera, and give each sound knot the same bright rim. Sources: Foley (2001) for fibres in growth surfaces;
-//! Säll (2002) for the spiral; `bulge` and `grain_flow` for the rest. Around a branch that ended inside the stem all of
-//! this fades (`knot`). Limits: the disturbances of several knots add up; a branch's collar has no swelling of its own;
-//! fibres that bend out of the stem into a living branch from below do so within its outline, at once.
+//! follow the pith. The spiral grain turns them, of which there is none at the pith itself and half of the law 5 mm
+//! from it (a guess). Every knot pushes them aside. Then they are laid into the growth surface t = const, f =
+//! normalise(f0 - (f0 n) n) with n along grad t. Inside a branch fibres run along its axis. Branch and stem meet
+//! without a passage: tissues of both are laid over each other by turns, year after year (Shigo 1985). Fibres that
+//! turned from one into the other would pass the angle at which guided light meets the camera, and give each sound knot
+//! the same bright rim. Sources: Foley (2001) for fibres in growth surfaces; Säll (2002) for the spiral; `bulge` and
+//! `grain_flow` for the rest. Around a branch that ended inside the stem all of this fades (`knot`). Limits: the
+//! disturbances of several knots add up; a branch's collar has no swelling of its own; fibres that bend out of the stem
+//! into a living branch from below do so within its outline, at once.
 
 use std::sync::Arc;
 
@@ -32,11 +33,15 @@ const WAVE_MM: f32 = 120.0;
 /// Largest spiral grain [rad].
 const SPIRAL_LIMIT: f32 = 10.0 * std::f32::consts::PI / 180.0;
 /// Distance from a living branch's axis over which its medium begins [half widths].
-const RIND: [f32; 2] = [0.94, 1.04];
+const RIND: [f32; 2] = [0.82, 1.1];
 /// Outlines are looked at within this distance [half widths].
 const OUTLINE_REACH: f32 = 1.85;
 /// Width of the passage from the stream's speed to the slowest one [1].
 const FLOOR_ROUNDING: f32 = 0.3;
+/// Part by which bark is thicker where the outline wobbles outwards by one part [1].
+const BARK_WOBBLE: f32 = 6.0;
+/// Distance from the pith where half of the spiral grain has come [mm]: the first years are straight.
+const STRAIGHT_MM: f32 = 5.0;
 /// How far fibre bundles follow the streamlines [1]; less than 1, or the tips of the oval would hold a single bundle.
 const FOLLOW: f32 = 0.85;
 
@@ -123,7 +128,7 @@ impl Growth {
     #[inline]
     pub fn at<'a>(&self, place: &LogPoint, knots: impl Iterator<Item = &'a Knot>) -> Grown<'a> {
         let (r, around) = (place.r, place.around());
-        let spiral @ (sin, cos) = self.spiral(r);
+        let spiral @ (sin, _) = self.spiral(r);
         // Lay the rings and bundles as they grow without knots.
         let (mut bent, runs) = self.without_knots(place, spiral);
         // Let every knot near bulge the rings and push the bundles aside.
@@ -139,6 +144,9 @@ impl Growth {
         let normal_across = slope.x * place.outward + slope.y * around;
         let normal = normal_across.extend(slope.z - place.pith_slope.dot(normal_across));
         let stream = Vec2::new(not_below(stream.x, SLOWEST), stream.y);
+        // Bundles are numbered by the whole spiral, or those of long boards would be sheared near the pith.
+        let sin = sin * r * r / (r * r + STRAIGHT_MM * STRAIGHT_MM);
+        let cos = 1.0 - 0.5 * sin * sin;
         let (along, aside) = (stream.x * cos + stream.y * sin, stream.y * cos - stream.x * sin);
         let free = (along * runs + aside * around).extend(along);
         let laid = free - normal * (free.dot(normal) / normal.length_squared());
@@ -204,7 +212,11 @@ impl Growth {
             return;
         }
         let merge = self.bulge.at(bulging.x);
-        let (mut h, mut h_slope) = height(a, section.widening, r - knot.death);
+        let (h, h_slope) = height(a, section.widening, r - knot.death);
+        // Layers that lean at the knot are bulges of another height on either side of it.
+        let lean = knot.bulge.lean * self.bulge.per_rim();
+        let mut h = knot.bulge.height * h + lean * offset.y;
+        let mut h_slope = knot.bulge.height * h_slope - lean * section.slope;
         let mut left = 1.0;
         if knot.end.is_finite() {
             let fall;
@@ -218,8 +230,8 @@ impl Growth {
         let steep_along = (steep[0] + steep[1] * SHORTEN) * knot.cos_slope * knot.cos_slope;
         let drift = steep_across * offset.x * (offset.x / r - section.turn) - steep_along * offset.y * section.slope;
         let widening = bulging.widened * h * merge.slope_over_x * section.widening / a;
-        bent.slope -=
-            Vec3::new(h_slope * merge.depth + drift - widening, steep_across * offset.x, steep_along * offset.y);
+        let along = steep_along * offset.y + left * lean * merge.depth;
+        bent.slope -= Vec3::new(h_slope * merge.depth + drift - widening, steep_across * offset.x, along);
         let rise = offset.y * knot.cos_slope;
         let turned = Vec2::new(rise * cos - offset.x * sin, offset.x * cos + rise * sin) / a;
         let disturbance = self.oval.disturb(turned);
@@ -256,10 +268,20 @@ struct Bent<'a> {
 }
 
 impl Branch<'_> {
-    /// How much of the medium here is the branch's [1]: a living one begins gradually, a dead one sharply.
+    /// Thickness of the bark here over the half width [1].
+    #[inline]
+    pub fn bark(&self) -> f32 {
+        if !self.dead {
+            return 0.0;
+        }
+        let mean = self.knot.bark / self.half_width * self.knot.inside.bark(self.offset);
+        (mean * (1.0 + BARK_WOBBLE * self.wobble)).max(0.0)
+    }
+
+    /// How much of the medium here is the branch's [1]: wood begins gradually, bark sharply.
     #[inline]
     pub fn share(&self) -> f32 {
-        if self.dead { f32::from(self.x < 1.0) } else { 1.0 - smoothstep(RIND[0], RIND[1], self.x) }
+        if self.bark() > 0.0 { f32::from(self.x < 1.0) } else { 1.0 - smoothstep(RIND[0], RIND[1], self.x) }
     }
 
     /// The fibre here, given that of the trunk around.

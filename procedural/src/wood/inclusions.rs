@@ -1,12 +1,12 @@
 //! Inclusions: resin pockets, resin streaks and bark pockets.
 //!
-//! Models: an ellipsoid in the log's own coordinates, growth time t outwards, arc about the pith around, l along: its
-//! longest axis runs along the grain and its shortest outwards, so it lies in a growth layer and bends with it. A resin
-//! pocket lies on the boundary of a ring, where one is near, and is sharp; a bark pocket is sharp all around; a streak
-//! is wood soaked with resin that fades outwards over half of its size. Each is cut by the upper face: its middle lies
-//! within half of its own thickness of it. Sources: resin pockets as lenses within a growth ring (Temnerud 1998); sizes
-//! are engineering estimates. Limits: pockets are full of resin, none has run out; bark pockets carry no callus; rings
-//! do not bend around any of them.
+//! Models: a lens of two caps, or an ellipsoid for a streak, in the log's own coordinates, growth time t outwards, arc
+//! about the pith around, l along: its longest axis runs along the grain and its shortest outwards, so it lies in a
+//! growth layer and bends with it. A resin pocket lies on the boundary of a ring, where one is near; a bark pocket is
+//! narrower; both are sharp. A streak is wood soaked with resin that fades outwards over half of its size. Each is cut
+//! by the upper face: its middle lies within 0.1 of its own thickness of it. Sources: resin pockets as lenses within a
+//! growth ring (Temnerud 1998); sizes are engineering estimates. Limits: pockets are full of resin, none has run out;
+//! bark pockets carry no callus; rings do not bend around any of them.
 
 use base::{Class, Instance, Stream, lognormal};
 use rand::RngExt;
@@ -22,8 +22,12 @@ use crate::noise::{Noise, smoothstep};
 const LOG_SD: f64 = 0.3;
 /// Distance of a resin pocket's middle from the boundary of the ring that it lies on, over half its thickness [1].
 const TORN: f32 = 0.3;
+/// Farthest that the middle lies from the face over half the size outwards [1]; outlines wander by less than the rest.
+const ASIDE: f32 = 0.2;
 /// Share of a streak's size over which it fades [1].
 const STREAK_FADE: f32 = 0.5;
+/// Width of a bark pocket over that of a resin pocket [1].
+const BARK_WIDTH: f32 = 0.3;
 /// Wander of a pocket's outline over its size, root mean square [1], and cells of it along a size [1].
 const OUTLINE: [f32; 2] = [0.12, 1.3];
 
@@ -82,9 +86,10 @@ impl Inclusions {
                 let spot = face.spot([rng.random(), rng.random()]);
                 let place = trunk.place(spot.x, spot.y, face.height);
                 let ring = trunk.layer(&place);
-                let aside = rng.random::<f32>() - 0.5;
+                let aside = ASIDE * (2.0 * rng.random::<f32>() - 1.0);
                 let mut about = |median: f64| lognormal(&mut rng, 0.5 * median, LOG_SD);
-                let half = [asked.thickness_mm, asked.width_mm, length].map(|size| about(size) as f32);
+                let mut half = [asked.thickness_mm, asked.width_mm, length].map(|size| about(size) as f32);
+                half[1] *= if class == Class::BarkPocket { BARK_WIDTH } else { 1.0 };
                 let t = ring + aside * half[0];
                 // Where the wood tore lies the boundary of a ring, if one is so near that the face still cuts the
                 // pocket.
@@ -124,7 +129,12 @@ impl Inclusion {
             return 0.0;
         }
         let around = place.r * wrap(place.phi - self.azimuth) / self.half[1];
-        let distance = (along * along + outwards * outwards + around * around).sqrt();
+        let flat = along * along + around * around;
+        let distance = match self.class {
+            Class::ResinStreak => (flat + outwards * outwards).sqrt(),
+            // Two caps that meet in a sharp rim.
+            _ => flat + outwards.abs(),
+        };
         if distance > 1.5 {
             return 0.0;
         }

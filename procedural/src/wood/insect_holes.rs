@@ -19,13 +19,14 @@ parameters! {
     /// Insect holes.
     holes: Holes {
         /// Holes in the upper surface.
-        count: 0.0, 200.0, 0.0, "per board", count;
+        count: 0.0, 200.0, 0.0, "per board", fixed, count;
         /// Median diameter.
-        diameter_mm: 0.5, 20.0, 1.6, "[L] pin holes to 2, longhorn beetles 4 to 10", of [Amount("holes.count")];
+        diameter_mm: 0.5, 20.0, 1.6, "[L] pin holes to 2, longhorn beetles 4 to 10; spread [M]", log_uniform(1.0, 8.0),
+            of [Amount("holes.count")];
         /// Depth.
-        depth_mm: 0.3, 50.0, 6.0, "[E]", of [Amount("holes.count")];
+        depth_mm: 0.3, 50.0, 6.0, "[E]", log_uniform(3.0, 12.0), of [Amount("holes.count")];
         /// Share of the holes that are full of frass almost to the face.
-        frass: 0.0, 1.0, 0.2, "[E]", of [Amount("holes.count")];
+        frass: 0.0, 1.0, 0.2, "[E]", uniform(0.05, 0.5), of [Amount("holes.count")];
     }
 }
 

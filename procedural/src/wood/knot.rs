@@ -21,6 +21,7 @@ use glam::Vec2;
 use rand::RngExt;
 
 use super::knot_inside::KnotInside;
+use super::parameters::Knots;
 use super::stem::StemBranch;
 
 /// Mean and spread of A over the scanned knots [rad].
@@ -53,7 +54,7 @@ const TIP_LEAST: f32 = 1.0e-3;
 /// Largest distance from the pith where the width of a stem's branch is noted [mm].
 const NOTED_MM: f64 = 100.0;
 
-/// What is drawn for a knot whatever the recipe says; scaled to the recipe later.
+/// What is drawn for a knot wherever it stands.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct KnotDraw {
     /// Standard normal behind the width.
@@ -65,13 +66,23 @@ pub(super) struct KnotDraw {
     bend: f64,
     /// G: turn of the axis about the log over a logarithm of the distance from the pith [rad].
     pub turn: f32,
+    bulge: KnotBulge,
     outline: [Vec2; HARMONICS],
     inside: KnotInside,
 }
 
+/// How a knot's bulge of growth layers leaves the usual one.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct KnotBulge {
+    /// Height over the usual one [1].
+    pub height: f32,
+    /// Slope along the log that layers have at the axis besides; two half widths up and down -0.4 of it [1].
+    pub lean: f32,
+}
+
 impl KnotDraw {
     /// The draws of one knot's own stream.
-    pub fn new(stream: Stream) -> Self {
+    pub fn new(stream: Stream, knots: &Knots) -> Self {
         let mut rng = stream.child("shape").rng();
         let mut next = || normal(&mut rng);
         let (width, slope, opening, taper, turn): (f64, f64, f64, f64, f64) = (next(), next(), next(), next(), next());
@@ -85,6 +96,11 @@ impl KnotDraw {
             let amplitude = WOBBLE / ((i + 2) as f64 * power.sqrt());
             Vec2::new((amplitude * part()) as f32, (amplitude * part()) as f32)
         });
+        let mut rng = stream.child("bulge").rng();
+        let bulge = KnotBulge {
+            height: libm::exp(knots.bulge_log_sd * normal(&mut rng)) as f32,
+            lean: (knots.lean_sd_deg.to_radians() * normal(&mut rng)) as f32,
+        };
         Self {
             width,
             slope,
@@ -92,8 +108,9 @@ impl KnotDraw {
             taper,
             bend,
             turn: (TURN_SD * turn) as f32,
+            bulge,
             outline,
-            inside: KnotInside::grow(stream),
+            inside: KnotInside::grow(stream, knots),
         }
     }
 }
@@ -146,8 +163,11 @@ pub(super) struct Knot {
     taper: f32,
     /// r / fixed beyond which the width stays [1].
     widest: f32,
+    /// Its bulge of growth layers.
+    pub bulge: KnotBulge,
     outline: [Vec2; HARMONICS],
-    inside: KnotInside,
+    /// What a cut through it shows.
+    pub inside: KnotInside,
 }
 
 /// Powers of the distance from the pith that all knots at a point share.
@@ -211,6 +231,7 @@ impl Knot {
             fixed,
             taper,
             widest: if taper > 0.0 { (0.8 / taper).powi(4) } else { f32::INFINITY },
+            bulge: draw.bulge,
             outline: draw.outline,
             inside: draw.inside,
         }
@@ -245,6 +266,7 @@ impl Knot {
             fixed: fixed as f32,
             taper: taper as f32,
             widest: if taper > 0.0 { libm::pow(0.8 / taper, 4.0) as f32 } else { f32::INFINITY },
+            bulge: draw.bulge,
             outline: draw.outline,
             inside: draw.inside,
         }
@@ -299,14 +321,6 @@ impl Knot {
         }
     }
 
-    /// Absorption inside over that of the knot's wood [1]: `offset` from the axis around and along the log [mm], `x`
-    /// the same in half widths, `below` the cosine of the angle from down the stem, `r` the distance from the log's
-    /// pith [mm].
-    #[inline]
-    pub fn absorption(&self, offset: Vec2, x: f32, below: f32, r: f32) -> f32 {
-        self.inside.absorption(offset, x, offset.length(), below, r)
-    }
-
     #[inline]
     fn growth(&self, share: f32, fourth_root: f32) -> f32 {
         share * (1.0 - self.taper * fourth_root) / (1.0 - self.taper)
@@ -339,9 +353,14 @@ impl Knot {
 mod tests {
     use super::*;
 
+    fn draw(index: u64) -> KnotDraw {
+        let wood = crate::wood::Wood::from_values(&mut |p| p.default);
+        KnotDraw::new(Stream::root(2).index(index), &wood.knots)
+    }
+
     fn knot(death: f32, index: u64) -> Knot {
         let spot = KnotPoint { r: 70.0, phi: 0.3, l: 12.0, half_width: 6.0, slope: -0.18, death, bark: 0.7 };
-        Knot::new(1, Class::SoundKnot, &spot, &KnotDraw::new(Stream::root(2).index(index)))
+        Knot::new(1, Class::SoundKnot, &spot, &draw(index))
     }
 
     #[test]

@@ -5,7 +5,8 @@
 //! length is more than
 //! [`SPIKE_LENGTHS`] widths is a spike (splay) knot; the length of a section is width / sin(dive). Size: up to
 //! [`PIN_MM`] it is a pin knot. Neighbours: [`CLUSTER_LEAST`] knots and more of which each lies within [`CLUSTER_MM`]
-//! along the board of the next are a cluster, as whorls are counted in the scanned log. Sources: the names are those of
+//! along the board of the next are a cluster, as whorls are counted in the scanned log. What has cracked has a crack
+//! (`knot_inside`). Sources: the names are those of
 //! European grading (EN 844, EN 1310); their wording was not at hand, so every threshold here is a **guess** and a
 //! constant. The quarter is the margin of structural grading by eye. Limits: the upper face alone is looked at, so an
 //! edge knot is one at the margin of the face, not one that only the narrow side shows; a knot that leans across the
@@ -13,6 +14,7 @@
 
 use base::{Class, Instance, KnotNames, KnotPlace};
 
+use super::knot_placement::PlacedKnot;
 use super::parameters::Board;
 
 /// A section longer than this times its width is that of a spike knot [1]; a guess.
@@ -27,7 +29,7 @@ const CLUSTER_MM: f64 = 45.0;
 const CLUSTER_LEAST: usize = 3;
 
 /// Names the knots among `instances` of a board.
-pub(super) fn name(instances: &mut [Instance], board: &Board) {
+pub(super) fn name(instances: &mut [Instance], board: &Board, knots: &[PlacedKnot]) {
     let is_knot =
         |one: &Instance| matches!(one.class, Class::SoundKnot | Class::DeadKnot | Class::KnotHole | Class::LooseKnot);
     let mut order: Vec<usize> = (0..instances.len()).filter(|&i| is_knot(&instances[i])).collect();
@@ -48,7 +50,8 @@ pub(super) fn name(instances: &mut [Instance], board: &Board) {
             };
             let is_spike = SPIKE_LENGTHS * libm::sin(knot.dive_deg.to_radians()) < 1.0;
             let is_pin = knot.diameter_mm <= PIN_MM;
-            knot.knot = Some(KnotNames { place, is_spike, is_pin, is_clustered });
+            let is_cracked = knots.iter().any(|placed| placed.knot.id == knot.id && placed.knot.inside.is_cracked());
+            knot.knot = Some(KnotNames { place, is_spike, is_pin, is_clustered, is_cracked });
         }
     }
 }
@@ -76,7 +79,7 @@ mod tests {
         ];
         let mut knots: Vec<Instance> = cases.iter().rev().map(|case| case.0).collect();
         knots.push(Instance::new(9, Class::Check, [0.0, 850.0], 3.0, 0.1));
-        name(&mut knots, &board);
+        name(&mut knots, &board, &[]);
         let named: Vec<String> = knots.iter().rev().skip(1).map(|k| k.knot.expect("a knot").text()).collect();
         assert_eq!(named, cases.map(|case| case.1));
         assert_eq!(knots.last().and_then(|check| check.knot), None);

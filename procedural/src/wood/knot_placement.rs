@@ -1,9 +1,9 @@
 //! Where knots meet the upper surface.
 //!
 //! Models: each knot proposes places, uniform over the face, from its own stream and takes the first that fits: its
-//! outline inside the board, clear of the knots before it, not too flat against the surface, and far enough from the
-//! pith for its width. Where none fits it takes the one that misses by least. So a further knot leaves the earlier
-//! ones alone, and the knots of one kind only move where those of the other are in their way.
+//! outline inside the board unless edges may cut it, clear of the knots before it, not too flat against the surface,
+//! and far enough from the pith for its width. Where none fits it takes the one that misses by least. So a further knot
+//! leaves the earlier ones alone, and the knots of one kind only move where those of the other are in their way.
 //! Limits: no whorls; the number, not the forest, decides how many knots a board has. `stem` is the other way.
 
 use base::{Class, Instance, Stream};
@@ -59,8 +59,9 @@ struct KnotProposal {
     /// Half length of the outline [mm].
     half_length: f32,
     dive: f32,
-    /// How far it is from fitting [mm].
+    /// How far it is from fitting where edges may cut it [mm], and by how much they do [mm].
     miss: f32,
+    over: f32,
 }
 
 /// All knots of a board: sound ones first.
@@ -76,7 +77,7 @@ pub(super) fn place(stream: Stream, wood: &Wood, trunk: &Trunk) -> Vec<PlacedKno
     ] {
         for index in 0..count.round() as u64 {
             let own = stream.child(name).index(index);
-            let draw = KnotDraw::new(own);
+            let draw = KnotDraw::new(own, &wood.knots);
             let best = settle(own, wood, trunk, class, &draw, &taken);
             let id = placed.len() as u16 + 1;
             let knot = Knot::new(id, class, &best.spot, &draw);
@@ -103,9 +104,13 @@ fn settle(
 ) -> KnotProposal {
     let mut rng = own.child("place").rng();
     let mut best: Option<KnotProposal> = None;
+    let may_be_cut = f64::from(own.child("cut").rng().random::<f32>()) < wood.knots.cut_share;
     for _ in 0..PROPOSALS {
         let share = Vec2::new(rng.random::<f32>(), rng.random::<f32>()) * 2.0 - 1.0;
-        let proposal = look(share, wood, trunk, class, draw, taken);
+        let mut proposal = look(share, wood, trunk, class, draw, taken);
+        if !may_be_cut {
+            proposal.miss += proposal.over;
+        }
         if best.is_none_or(|b| proposal.miss < b.miss) {
             best = Some(proposal);
         }
@@ -158,8 +163,8 @@ fn look(
         .map(|other| (NEIGHBOUR_GAP * (other.half_length + long) - other.centre.distance(centre)).max(0.0))
         .sum();
     let flat = MM_PER_DEG * (FLATTEST_DEG - dive.to_degrees()).max(0.0);
-    let miss = 2.0 * over.element_sum() + crowd + flat + (fitting - width);
-    KnotProposal { spot, centre, half_length: long, dive, miss }
+    let miss = crowd + flat + (fitting - width);
+    KnotProposal { spot, centre, half_length: long, dive, miss, over: 2.0 * over.element_sum() }
 }
 
 /// Finds the room that a knot disturbs and notes its numbers.

@@ -99,10 +99,7 @@ const STREAK_SCATTERING: f32 = -0.5;
 /// Smallest factor that a streak may put on a coefficient [1].
 const STREAK_LEAST: f32 = 0.1;
 /// How much latewood raises the absorption within a knot [1].
-const KNOT_RINGS: f32 = 0.35;
-/// Part by which bark is thicker where the outline wobbles outwards by one part [1].
-const BARK_WOBBLE: f32 = 6.0;
-
+const KNOT_RINGS: f32 = 0.6;
 /// Step of the differences that give the slopes of vessels' grooves [mm].
 const GROOVE_STEP_MM: f32 = 0.008;
 
@@ -310,7 +307,7 @@ impl Plank {
                 |known: Instance| Instance { x_mm: known.x_mm + corner[0], y_mm: known.y_mm + corner[1], ..known };
             instances.extend(given.instances().into_iter().map(placed));
         }
-        knot_names::name(&mut instances, board);
+        knot_names::name(&mut instances, board, &knots);
         let decay = Decay::grow(stream.child("rot"), wood, &trunk, kinds.rot, &mut instances);
         let loss = wood.rot.loss_mm as f32;
         let sunk = |x: f32, place: &LogPoint| decay.as_ref().map_or(0.0, |decay| decay.sunk(x, place, loss));
@@ -443,17 +440,15 @@ impl Plank {
     #[inline]
     fn branch(&self, branch: &Branch, r: f32) -> Coefficients {
         let knot = branch.knot;
-        if branch.dead {
-            let bark = (knot.bark / branch.half_width * (1.0 + BARK_WOBBLE * branch.wobble)).max(0.0);
-            if branch.x > 1.0 - bark {
-                return self.kinds.bark;
-            }
+        if branch.x > 1.0 - branch.bark() {
+            return self.kinds.bark;
         }
         let kind = if branch.dead { self.kinds.dead_knot } else { self.kinds.sound_knot };
-        // Time runs from the axis to the outline as it does from the pith to here.
-        let latewood = self.rings.at(r * branch.x).latewood;
+        // Time runs from the branch's pith to the outline as it does from the log's pith to here.
+        let circle = knot.inside.circle(branch.offset, branch.x);
+        let latewood = self.rings.at(r * circle).latewood;
         let rings = 1.0 + KNOT_RINGS * (latewood - self.latewood_share);
-        kind.scaled(rings * knot.absorption(branch.offset, branch.x, branch.below, r), 1.0)
+        kind.scaled(rings * knot.inside.absorption(branch.offset, branch.x, circle, branch.below, r), 1.0)
     }
 }
 
@@ -620,7 +615,11 @@ impl PlankSlice<'_> {
         let (mut coefficients, mut class, mut instance) = match &grown.branch {
             // The surroundings of a branch are only asked for where some of them are there.
             Some(branch) if branch.share() == 1.0 => (plank.branch(branch, place.r), Class::Clear, 0),
-            _ => plank.stem(x, place, grown, streak),
+            near => {
+                let (wood, class, instance) = plank.stem(x, place, grown, streak);
+                let stain = near.as_ref().map_or(1.0, |branch| branch.knot.inside.stain(branch.offset, branch.x));
+                (wood.scaled(stain, 1.0), class, instance)
+            }
         };
         if let Some(branch) = &grown.branch {
             let share = branch.share();

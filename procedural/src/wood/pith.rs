@@ -80,7 +80,8 @@ impl Trunk {
     pub fn grow(stream: Stream, wood: &Wood) -> Self {
         let (board, log) = (&wood.board, &wood.log);
         let tilt = libm::tan(log.pith_tilt_deg.to_radians()) as f32;
-        let straight = Vec2::new(log.pith_offset_mm as f32, (board.thickness_mm - log.pith_depth_mm) as f32);
+        let straight =
+            Vec2::new(log.pith_offset_mm as f32, (board.thickness_mm - log.depth_mm(board.thickness_mm)) as f32);
         // The root mean square is that of the distance; sideways and upwards share it.
         let wander = log.pith_wander_mm as f32 * std::f32::consts::FRAC_1_SQRT_2;
         let bends = |name: &str| {
@@ -243,5 +244,8 @@ mod tests {
         wood.log.pith_tilt_deg = 1.0;
         let deeper = Trunk::grow(Stream::root(1), &wood).place(10.0, 125.0 + 100.0, top).r;
         assert!((deeper - 70.0 - 100.0 * 1.0_f32.to_radians().tan()).abs() < 1.0e-3);
+        (wood.log.pith_tilt_deg, wood.log.flipped) = (0.0, 1.0);
+        let place = Trunk::grow(Stream::root(1), &wood).place(10.0, 60.0, top);
+        assert!((place.r - (70.0 - top)).abs() < 1.0e-4 && place.outward.distance(-Vec2::Y) < 1.0e-4);
     }
 }

@@ -2,13 +2,14 @@
 //!
 //! Models: ring widths w_i = exp(m + s a_i), a_i = rho a_(i-1) + sqrt(1 - rho^2) e_i with standard normal e_i, so that
 //! every width is lognormal with the asked mean and the logarithms follow a first-order autoregression. Within a ring
-//! earlywood passes gradually into latewood, which ends abruptly at the boundary (conifers). The latewood keeps about
-//! its width, so that wide rings have a smaller share of it. Age: ring number n from the pith is wider than that by 1 +
-//! (p - 1) exp(-n / N), with p the ratio at the pith and N the rings of the trend; in the juvenile core of J rings the
-//! share of latewood is smaller by q + (1 - q) n / J. Both are 1 by default. Sources: forestry practice for the numbers
-//! (docs/theory/wood.md); that rings fall in width outwards and that the core has less latewood is common knowledge,
-//! the forms and the numbers of both are guesses. Limits: no false rings, no growth stress; the core's fibres have the
-//! angles and the dispersion of those outside of it.
+//! earlywood passes gradually into latewood, which ends at the boundary (conifers): at once, or as 1 - smoothstep over
+//! the first part of the next ring, as sawn faces show it, whose torn fibres blur the boundary. The latewood keeps
+//! about its width, so that wide rings have a smaller share of it. Age: ring number n from the pith is wider than that
+//! by 1 + (p - 1) exp(-n / N), with p the ratio at the pith and N the rings of the trend; in the juvenile core of J
+//! rings the share of latewood is smaller by q + (1 - q) n / J. Both are 1 by default. Sources: forestry practice for
+//! the numbers (docs/theory/wood.md); that rings fall in width outwards and that the core has less latewood is common
+//! knowledge, the forms and the numbers of both are guesses. Limits: no false rings, no growth stress; the core's
+//! fibres have the angles and the dispersion of those outside of it.
 
 use base::{Stream, normal};
 
@@ -48,6 +49,8 @@ pub(super) struct Rings {
     index: Vec<u32>,
     /// One over the mean width [mm^-1].
     per_mean: f32,
+    /// Distance behind a boundary over which the latewood before it ends [mm].
+    end: f32,
 }
 
 /// Wood within its ring.
@@ -102,7 +105,7 @@ impl Rings {
         let per_mean = (1.0 / log.ring_width_mm) as f32;
         let stretches = (reach * per_mean) as usize + 2;
         let index = (0..stretches).map(|i| rings.partition_point(|ring| ring.start * per_mean <= i as f32) as u32 - 1);
-        Self { index: index.collect(), rings, per_mean }
+        Self { index: index.collect(), rings, per_mean, end: log.latewood_end_mm as f32 }
     }
 
     /// Outer boundary of the last ring [mm].
@@ -133,8 +136,12 @@ impl Rings {
     pub fn at(&self, t: f32) -> RingPhase {
         let t = t.max(0.0);
         let ring = self.ring(t);
-        let u = (t - ring.start) * ring.per_width;
-        RingPhase { latewood: smoothstep(ring.ramp[0], ring.ramp[1], u), gain: ring.gain }
+        let into = t - ring.start;
+        let mut latewood = smoothstep(ring.ramp[0], ring.ramp[1], into * ring.per_width);
+        if into < self.end && ring.start > 0.0 {
+            latewood = latewood.max(1.0 - smoothstep(0.0, self.end, into));
+        }
+        RingPhase { latewood, gain: ring.gain }
     }
 }
 

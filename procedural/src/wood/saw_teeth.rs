@@ -5,9 +5,10 @@
 //! (`Noise::plane`); fine ones lean against the scores. They come and go in patches p. A tooth that stands out leaves
 //! one score g a pass: a ridge of raised fibre before a groove, somewhere in the middle half of its pass, of a depth of
 //! its own, in pieces that begin and end along it (`Noise::score`). The height is h n with n = sqrt(1 - q^2)
-//! (1 + 0.7 p)^2 f / 2.11 + q g, of root mean square h, where q is the scores' share. Of light, each way, hollows take
-//! c (2 - n - 0.6 p), within 0 and 4 c: torn places are brighter. Fibre that stands above one root mean square throws
-//! light back before any enters, and mirrors less.
+//! (1 + 0.45 p)^2 f / 1.52 + q g, of root mean square h, where q is the scores' share. Of light, each way, hollows take
+//! c (2 - n - p), within 0 and 4 c: torn places are brighter. Between the marks cut and crushed cell walls take m
+//! (2 - w), within 0 and 4 m, of noise w of two sizes that is hardly stretched. Fibre that stands above one root mean
+//! square throws light back before any enters, and mirrors less.
 //!
 //! Source: the twenty open photographs of sawn spruce and pine (Kodytek et al. 2021). Their marks between 0.15 and 1.5
 //! mm spread by 0.049 to 0.017 of ln tone when smoothed by 0.15 to 6 mm across, and by 0.035 to 0.017 when smoothed by
@@ -24,24 +25,27 @@ use super::Wood;
 use crate::noise::Noise;
 
 /// Cells of fine and coarse dashes along the feed and across it [mm].
-const DASHES_MM: [Vec2; 2] = [Vec2::new(0.26, 1.2), Vec2::new(0.8, 3.0)];
+const DASHES_MM: [Vec2; 2] = [Vec2::new(0.22, 1.0), Vec2::new(0.6, 2.2)];
 /// Their shares of the root mean square; squares sum to 1 [1].
 const DASH_SHARES: [f32; 2] = [0.793, 0.61];
+/// Cells of the mottle of cut cells along the feed and across it [mm], and their shares, whose squares sum to 1 [1].
+const MOTTLE_MM: [Vec2; 2] = [Vec2::new(0.2, 0.28), Vec2::new(0.7, 1.0)];
+const MOTTLE_SHARES: [f32; 2] = [0.6, 0.8];
 /// Spread of the fine dashes' slope against the scores from board to board [1].
-const DASH_LEAN: f64 = 0.15;
+const DASH_LEAN: f64 = 0.1;
 /// Spread of the bend of all marks [mm^-1]: arcs of two metres.
 const BEND_PER_MM: f64 = 2.5e-4;
 /// Cells of the patches across and along the board [mm], how much they vary the dashes' root, and the root mean square
 /// that this makes [1].
-const PATCH_MM: Vec2 = Vec2::new(45.0, 13.0);
-const PATCHES: f32 = 0.7;
-const PATCHED: f32 = 2.111;
+const PATCH_MM: Vec2 = Vec2::new(110.0, 10.0);
+const PATCHES: f32 = 0.45;
+const PATCHED: f32 = 1.518;
 /// Half width of a score's ridge along the feed, at most this share of the pitch, and the mean length of its pieces
 /// [mm].
 const SCORE_MM: Vec2 = Vec2::new(0.22, 14.0);
 const SCORE_OF_PITCH: f32 = 0.12;
 /// How much brighter a patch is, in heights [1], and the heights between which hollows take light [1].
-const PATCH_TONE: f32 = 0.6;
+const PATCH_TONE: f32 = 1.0;
 const SHADED: [f32; 2] = [-2.0, 2.0];
 /// Light that fibre throws back before any enters, for each root mean square above the first, of which there are at
 /// most this many [1].
@@ -64,7 +68,10 @@ pub(super) struct SawTeeth {
     lean: f32,
     bend: f32,
     shade: f32,
+    /// How much the mottle varies light, root mean square [1].
+    mottle: f32,
     dashes: [Noise; 2],
+    mottles: [Noise; 2],
     patches: Noise,
     scores: Noise,
 }
@@ -96,7 +103,9 @@ impl SawTeeth {
             lean: drawn("lean", DASH_LEAN),
             bend: drawn("bend", BEND_PER_MM),
             shade: asked.teeth_shade as f32,
+            mottle: asked.teeth_mottle as f32,
             dashes: ["fine", "coarse"].map(noise),
+            mottles: ["fine mottle", "coarse mottle"].map(noise),
             patches: noise("patches"),
             scores: noise("scores"),
         })
@@ -134,13 +143,22 @@ impl SawTeeth {
         (DASH_SHARES[size] * value, slope.x * by + Vec2::new(slope.y, 0.0))
     }
 
+    /// Mottle of cut cells over its root mean square [1].
+    #[inline(always)]
+    fn cut_cells(&self, d: Vec2) -> f32 {
+        let part =
+            |size: usize| MOTTLE_SHARES[size] * self.mottles[size].plane(Vec2::new(d.y, d.x) / MOTTLE_MM[size]).0;
+        part(0) + part(1)
+    }
+
     #[inline(always)]
     fn light(&self, d: Vec2) -> TornLight {
         let (n, _, patch) = self.mark(d);
         let lit = (n + PATCH_TONE * patch).clamp(SHADED[0], SHADED[1]);
+        let cut = if self.mottle > 0.0 { self.cut_cells(d).clamp(SHADED[0], SHADED[1]) } else { SHADED[1] };
         let raised = (n - 1.0).clamp(0.0, RAISED_MOST);
         TornLight {
-            coat: 1.0 - self.shade * (SHADED[1] - lit),
+            coat: (1.0 - self.shade * (SHADED[1] - lit)) * (1.0 - self.mottle * (SHADED[1] - cut)),
             matte: RAISED_MATTE * raised,
             gloss: 1.0 - DULL * raised.min(1.0),
         }

@@ -72,7 +72,7 @@ fn fibres_are_unit_vectors_and_lie_in_the_growth_surface() {
 #[test]
 fn fibres_dive_most_at_a_living_branch_and_turn_nowhere_at_once() {
     let mut wood = Wood::from_values(&mut |p| p.default);
-    wood.knots.sound_count = 1.0;
+    (wood.knots.sound_count, wood.knots.bulge_log_sd, wood.knots.lean_sd_deg) = (1.0, 0.0, 0.0);
     wood.log.spiral_deg = 0.0;
     wood.log.spiral_slope_deg_per_mm = 0.0;
     for seed in 0..40 {
@@ -112,6 +112,56 @@ fn fibres_dive_most_at_a_living_branch_and_turn_nowhere_at_once() {
         }
         assert!(steepest < 4.0, "seed {seed}: fibres turn by {steepest} deg within a twentieth of a half width");
     }
+}
+
+/// Slopes along the grain of the layers two half widths up and down the stem from a knot's axis, of many boards.
+fn slopes_at_knots(bulge_log_sd: f64, lean_sd_deg: f64) -> Vec<[f64; 2]> {
+    let mut wood = Wood::from_values(&mut |p| p.default);
+    (wood.knots.sound_count, wood.knots.bulge_log_sd, wood.knots.lean_sd_deg) = (1.0, bulge_log_sd, lean_sd_deg);
+    let slopes = (0..150).map(|seed| {
+        let plank = Plank::grow(Stream::root(seed), &wood);
+        let knot = &plank.instances()[0];
+        let middle = plank.trunk.place(knot.x_mm as f32, knot.y_mm as f32, 20.0);
+        let section = plank.knots[0].knot.section(&knot::KnotDistance::new(middle.r));
+        [2.0, -2.0].map(|x| {
+            let p = plank.trunk.point(middle.r, section.phi, section.l + x * section.half_width);
+            let slope = grown(&plank, p).gradient;
+            f64::from(-slope.z / slope.truncate().length())
+        })
+    });
+    slopes.collect()
+}
+
+#[test]
+fn knots_bulge_and_lean_as_they_are_asked_to() {
+    let spread = |values: Vec<f64>| {
+        let mean = values.iter().sum::<f64>() / values.len() as f64;
+        (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / values.len() as f64).sqrt()
+    };
+    let steep = |slopes: &[[f64; 2]]| slopes.iter().map(|[up, down]| (down - up).abs().ln()).collect::<Vec<_>>();
+    let lean = |slopes: &[[f64; 2]]| slopes.iter().map(|[up, down]| 0.5 * (up + down)).collect::<Vec<_>>();
+    let [still, bulging, leaning] = [(0.0, 0.0), (0.6, 0.0), (0.0, 8.0)].map(|(b, l)| slopes_at_knots(b, l));
+    let (by_still, by_bulging) = (spread(steep(&still)), spread(steep(&bulging)));
+    // Branches taper and lean differently even where all bulges are alike.
+    assert!(by_still < 0.25 && (0.5..0.8).contains(&by_bulging), "{by_still}, {by_bulging}");
+    // Both sides lean alike, by 0.4 tan 8 deg = 0.056.
+    let (by_still, by_leaning) = (spread(lean(&still)), spread(lean(&leaning)));
+    assert!((0.035..0.1).contains(&by_leaning) && by_leaning > 1.3 * by_still, "{by_still}, {by_leaning}");
+}
+
+/// Both sides of a pith in the face have the same fibres at it, and leave each other slowly.
+#[test]
+fn spiral_grain_begins_at_none() {
+    let mut wood = Wood::from_values(&mut |p| p.default);
+    (wood.log.pith_depth_mm, wood.log.pith_offset_mm, wood.log.pith_wander_mm) = (0.0, 0.0, 0.0);
+    (wood.log.pith_tilt_deg, wood.log.spiral_deg, wood.log.spiral_slope_deg_per_mm) = (0.0, 5.0, 0.0);
+    let plank = Plank::grow(Stream::root(1), &wood);
+    let apart = |x: f32| {
+        let [left, right] = [-x, x].map(|x| grown(&plank, Vec3::new(x, 100.0, 22.0)).fibre);
+        left.angle_between(right).to_degrees()
+    };
+    // Twice the spiral of 5 deg far out, half of that 5 mm from the pith.
+    assert!(apart(0.5) < 0.5 && (apart(5.0) - 5.0).abs() < 1.0 && (apart(40.0) - 10.0).abs() < 1.0);
 }
 
 #[test]

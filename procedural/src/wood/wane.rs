@@ -20,13 +20,13 @@ parameters! {
     /// Wane: the log's own surface where the board has no arris.
     wane: Wane {
         /// How far it reaches over the face, mean; 0 for none.
-        width_mm: 0.0, 500.0, 0.0, "[L] 5 to 30";
+        width_mm: 0.0, 500.0, 0.0, "[L] 5 to 30", fixed;
         /// Which long edge: -1 or 1.
-        edge: -1.0, 1.0, 1.0, "free", of [Amount("wane.width_mm")];
+        edge: -1.0, 1.0, 1.0, "free", one_of(-1.0, 1.0), of [Amount("wane.width_mm")];
         /// Slope of the log's surface against the face.
-        angle_deg: 5.0, 80.0, 35.0, "[E]", of [Amount("wane.width_mm")];
+        angle_deg: 5.0, 80.0, 35.0, "[E]", uniform(25.0, 45.0), of [Amount("wane.width_mm")];
         /// Share of it that still has bark.
-        bark: 0.0, 1.0, 0.5, "free", of [Any(&["wane.width_mm", "stem.outline_wane"])];
+        bark: 0.0, 1.0, 0.5, "free; spread [M]", uniform(0.0, 1.0), of [Any(&["wane.width_mm", "stem.outline_wane"])];
     }
 }
 

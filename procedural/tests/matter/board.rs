@@ -105,9 +105,10 @@ fn every_parameter_has_an_effect() {
     // Of the stem `stem.rs` asks, of places in pictures and stacks of slices the tests of the crate wood_picture.
     let grown = |group: &str| !["stem", "picture", "slices"].contains(&group);
     for (parameter, value) in base.values().into_iter().filter(|(parameter, _)| grown(parameter.group)) {
-        // A tenth of the way to the farther end of the range, or one more; only the side of the edge needs the far end.
+        // A tenth of the way to the farther end of the range, or one more; the side of the edge and cracks of few knots
+        // need the far end.
         let end = if parameter.max - value > value - parameter.min { parameter.max } else { parameter.min };
-        let step = if parameter.name == "edge" { 1.0 } else { 0.1 };
+        let step = if ["edge", "crack_share"].contains(&parameter.name) { 1.0 } else { 0.1 };
         let mut other = value + step * (end - value);
         if parameter.integer {
             other = value + 1.0;

@@ -58,6 +58,37 @@ fn knots_stay_inside_the_board_and_apart() {
 }
 
 #[test]
+fn edges_cut_knots_where_they_may() {
+    let cut = |seed: u64| {
+        let mut wood = wood(2.0, 2.0);
+        wood.knots.cut_share = 1.0;
+        let plank = grow(seed, &wood);
+        let (low, high) = plank.bounds();
+        let crosses =
+            |at: f64, half: f64, [low, high]: [f32; 2]| at - half < f64::from(low) || at + half > f64::from(high);
+        let is_cut = |k: &&base::Instance| {
+            let half = 0.5 * k.diameter_mm;
+            crosses(k.x_mm, half, [low.x, high.x]) || crosses(k.y_mm, half, [low.y, high.y])
+        };
+        plank.instances().iter().filter(is_cut).count()
+    };
+    // Middles are even over 94 mm x 210 mm; with a half width of 6 mm 0.18 of them lie that near an edge.
+    let share = (0..100).map(cut).sum::<usize>() as f64 / 400.0;
+    assert!((0.1..0.28).contains(&share), "{share} of the knots are cut");
+}
+
+#[test]
+fn knots_that_have_cracked_are_called_so() {
+    for (asked, named) in [(0.0, 0), (1.0, 4)] {
+        let mut wood = wood(2.0, 2.0);
+        wood.knots.crack_share = asked;
+        let plank = grow(3, &wood);
+        let called = |k: &&base::Instance| k.knot.is_some_and(|names| names.text().ends_with("crack"));
+        assert_eq!(plank.instances().iter().filter(called).count(), named);
+    }
+}
+
+#[test]
 fn widths_are_lognormal() {
     let wood = wood(1.0, 0.0);
     let n = 1500_u64;

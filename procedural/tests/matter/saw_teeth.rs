@@ -48,8 +48,8 @@ fn marks_are_as_high_as_asked() {
             let plank = grow(seed, &wood);
             let own: Vec<f64> = (0..8).flat_map(|i| column(&plank, &wood, 11.0 * f64::from(i) - 40.0, 0.7)).collect();
             let square = own.iter().map(|z| z * z).sum::<f64>() / own.len() as f64;
-            // A board shows some ten wide patches, whose heights differ by as much as they are.
-            assert!((0.3..2.4).contains(&square), "seed {seed}, scores {scores}: {square}");
+            // A board shows some ten wide patches, whose heights differ by half more than they are.
+            assert!((0.2..2.8).contains(&square), "seed {seed}, scores {scores}: {square}");
             all += square / 12.0;
         }
         // Twelve boards of them: 0.4 over the root of 12, two and a half times that.

@@ -25,8 +25,10 @@ pub(crate) struct Kind {
 pub(crate) const KINDS: &[Kind] = &[
     Kind { class: Class::KnotHole, ask: |w| w.knots.hole_count = 2.0, inside: 0.3, beside: f64::INFINITY },
     Kind { class: Class::LooseKnot, ask: |w| w.knots.loose_count = 2.0, inside: 0.3, beside: f64::INFINITY },
-    Kind { class: Class::Rot, ask: |w| w.rot.pocket_count = 4.0, inside: 0.5, beside: 1.5 },
-    Kind { class: Class::Rot, ask: |w| (w.rot.heart_mm, w.log.pith_depth_mm) = (25.0, 5.0), inside: 0.5, beside: 1.5 },
+    // Where half of the front has passed, rot of severity 1/2 absorbs 6.25^(1/2) times as much, and 6.25^(5/8) times
+    // where mottle adds its root mean square of a quarter.
+    Kind { class: Class::Rot, ask: |w| w.rot.pocket_count = 4.0, inside: 0.5, beside: 2.2 },
+    Kind { class: Class::Rot, ask: |w| (w.rot.heart_mm, w.log.pith_depth_mm) = (25.0, 5.0), inside: 0.5, beside: 2.2 },
     Kind {
         class: Class::IncipientDecay,
         ask: |w| (w.rot.reach_mm, w.rot.incipient_mm) = (20.0, 15.0),

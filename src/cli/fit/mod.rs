@@ -16,7 +16,6 @@ use super::{CommandResult, DONE, RecipeArgs, UsageError, output, print, whole};
 use dataset::Fault;
 use fit::{Fit, FitOptions, FitProgress, RealScan, fit, fit_keys, with_new_values};
 use recipe::Recipe;
-use recipe::asset_source::{AssetSource, KeptAsset};
 use tools::compare::{ScanRegion, ScanSource};
 
 #[derive(Debug, Args)]
@@ -52,19 +51,9 @@ pub(super) struct FitArgs {
     /// Rounds in which they are made, each nearer to the real scans
     #[arg(long, value_name = "N", default_value_t = 7, value_parser = clap::value_parser!(u32).range(2..=50))]
     rounds: u32,
-    /// Most scans of each --real, spread evenly
-    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u64).range(1..=64))]
-    scans: u64,
     /// All scans are of one object: matter, too, is common to them
     #[arg(long)]
     one_object: bool,
-    /// The part of each real scan that counts [px]; of simulated scans the object alone then counts
-    #[arg(long, value_name = "LEFT,TOP,COLUMNS,PROFILES", value_parser = ScanRegion::parse)]
-    region: Option<ScanRegion>,
-    /// Picture (PNG) of the real scans' size; where it is black, nothing counts; of simulated scans the object alone
-    /// then does
-    #[arg(long, value_name = "FILE")]
-    mask: Option<PathBuf>,
     /// Seed of all that is drawn
     #[arg(long, default_value_t = 0, value_parser = whole::<u64>)]
     seed: u64,
@@ -74,6 +63,23 @@ pub(super) struct FitArgs {
     /// Print what was found as JSON in place of a table
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    of_real: RealScanArgs,
+}
+
+/// How real scans are read.
+#[derive(Debug, Args)]
+pub(super) struct RealScanArgs {
+    /// Most scans of each --real, spread evenly
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u64).range(1..=64))]
+    scans: u64,
+    /// The part of each real scan that counts [px]; of simulated scans the object alone then counts
+    #[arg(long, value_name = "LEFT,TOP,COLUMNS,PROFILES", value_parser = ScanRegion::parse)]
+    region: Option<ScanRegion>,
+    /// Picture (PNG) of the real scans' size; where it is black, nothing counts; of simulated scans the object alone
+    /// then does
+    #[arg(long, value_name = "FILE")]
+    mask: Option<PathBuf>,
     #[command(flatten)]
     scale: ScaleArgs,
 }
@@ -87,7 +93,7 @@ pub(super) fn run(arguments: &FitArgs, console: &Console) -> CommandResult {
     check_replaceable(&out)?;
     output::check_writable(&out)?;
     output::check_replaceable(&page, output::Written::Html)?;
-    let real = real_scans(arguments, console)?;
+    let real = arguments.of_real.read(&arguments.real, false, console)?;
     let store = out.with_extension("fit.jsonl");
     let options = FitOptions {
         seed: arguments.seed,
@@ -102,7 +108,7 @@ pub(super) fn run(arguments: &FitArgs, console: &Console) -> CommandResult {
         let progress = FitWatch::new(console);
         pool.install(|| fit(&recipe, &keys, &real, &options, &|event| progress.show(event)))?
     };
-    let parse = |text: &str| Recipe::parse_with(&out.display().to_string(), text, &kept_assets(&recipe));
+    let parse = |text: &str| Recipe::parse_with(&out.display().to_string(), text, &recipe.kept_files());
     let mut text = fitted_text(&recipe, &found);
     let together = correlations(&found);
     if !together.is_empty() {
@@ -154,38 +160,38 @@ fn check_replaceable(out: &Path) -> Result<(), UsageError> {
     }
 }
 
-/// The files that a recipe names, as they were read.
-fn kept_assets(recipe: &Recipe) -> AssetSource {
-    let kept = recipe.files().map(|(key, file)| KeptAsset {
-        key: key.to_owned(),
-        name: file.name().to_owned(),
-        content: Ok(file.bytes().to_vec()),
-    });
-    AssetSource::Kept(kept.collect())
-}
-
-fn real_scans(arguments: &FitArgs, console: &Console) -> CommandResult<Vec<RealScan>> {
-    let stated = arguments.scale.stated();
-    let mut sources = arguments
-        .real
-        .iter()
-        .map(|path| ScanSource::open(path, arguments.scans, &stated))
-        .collect::<Result<Vec<_>, Fault>>()?;
-    arguments.scale.apply(&stated, &mut sources, console)?;
-    let mask = arguments.mask.as_deref().map(mask).transpose()?;
-    let mut real = Vec::new();
-    for (source, path) in sources.iter().zip(&arguments.real) {
-        for i in 0..source.len() {
-            let mut maps = source.frame(i)?;
-            // Samples are numbered in their own dataset.
-            if maps.name.starts_with("sample ") {
-                maps.name = format!("{} {}", source.name(), maps.name);
-            }
-            let scan = RealScan::new(maps, arguments.region, mask.as_ref());
-            real.push(scan.map_err(|fault| fault.of_part(path.display()))?);
-        }
+impl RealScanArgs {
+    /// Whether a part of real scans is asked for.
+    pub(super) fn is_given(&self) -> bool {
+        self.region.is_some() || self.mask.is_some()
     }
-    Ok(real)
+
+    /// The scans at these paths; with the class of each pixel where that is wanted and labels tell it.
+    pub(super) fn read(
+        &self,
+        paths: &[PathBuf],
+        with_classes: bool,
+        console: &Console,
+    ) -> CommandResult<Vec<RealScan>> {
+        let stated = self.scale.stated();
+        let open = |path: &PathBuf| ScanSource::open(path, self.scans, &stated);
+        let mut sources = paths.iter().map(open).collect::<Result<Vec<_>, Fault>>()?;
+        self.scale.apply(&stated, &mut sources, console)?;
+        let mask = self.mask.as_deref().map(mask).transpose()?;
+        let mut real = Vec::new();
+        for (source, path) in sources.iter().zip(paths) {
+            for i in 0..source.len() {
+                let mut maps = if with_classes { source.labelled(i)? } else { source.frame(i)? };
+                // Samples are numbered in their own dataset.
+                if maps.name.starts_with("sample ") {
+                    maps.name = format!("{} {}", source.name(), maps.name);
+                }
+                let scan = RealScan::new(maps, self.region, mask.as_ref());
+                real.push(scan.map_err(|fault| fault.of_part(path.display()))?);
+            }
+        }
+        Ok(real)
+    }
 }
 
 /// The recipe's text with what was found, under a line that says so.
@@ -246,12 +252,12 @@ fn table(found: &Fit, wrote: &str) -> String {
     lines.join("\n") + "\n"
 }
 
-fn unit(unit: &str) -> &str {
+pub(super) fn unit(unit: &str) -> &str {
     if unit == "1" { "" } else { unit }
 }
 
 /// A number with three digits.
-fn number(x: f64) -> String {
+pub(super) fn number(x: f64) -> String {
     let digits =
         if x == 0.0 || !x.is_finite() { 0 } else { (2 - libm::floor(libm::log10(x.abs())) as i32).clamp(0, 9) };
     format!("{x:.*}", digits as usize)

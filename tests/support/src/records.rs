@@ -6,7 +6,7 @@ use base::{Class, Instance};
 use dataset::record::{Below, Labels, Maps, Object, Record, StackFrame, TruthMaps};
 use dataset::{Claim, Dataset, Encoded, ShardWriter, encode, images};
 use optical_bench::settings::{Channel, Output, RangeForm, SensorStack, Size};
-use optical_bench::split::Split;
+use optical_bench::split::{SampleGroups, Split};
 use output_schema::row::CALIBRATION;
 use output_schema::{
     DatasetHead, FORMAT, Generator, NumberColumn, RecipeHead, SCHEMA_VERSION, SUBJECTS, SplitShares, label_values,
@@ -144,6 +144,7 @@ pub fn record(index: u64, size: &Size, output: &Output) -> Record {
         index,
         id: format!("00000000-0000-5000-8000-{index:012x}"),
         split: [Split::Train, Split::Validation, Split::Train, Split::Test][(index % 4) as usize],
+        groups: SampleGroups { rig: index % 3, log: Some(index / 2), batch: None },
         class: if index.is_multiple_of(2) { "clear".into() } else { "knöt".into() },
         cols,
         rows,

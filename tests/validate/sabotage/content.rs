@@ -157,7 +157,9 @@ fn labels_of_pixels_and_objects() {
     let own = |sample: &Encoded| {
         let [_, instance] = labels(sample);
         let number = sample.objects[0].instance.id;
-        instance.iter().position(|&i| i == number).expect("a pixel of it")
+        // Rows at the ends of the board and through the middle of an object are made again, and tell it by themselves.
+        let own: Vec<usize> = (0..instance.len()).filter(|&at| instance[at] == number).collect();
+        own[own.len() / 4]
     };
     let pixel = |samples: &mut Vec<Encoded>| {
         let sample = &mut samples[a];

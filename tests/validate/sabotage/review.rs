@@ -35,7 +35,8 @@ fn what_follows_without_light_is_held_to_the_recipe() {
     with("another diameter", |s| s.objects[0].instance.diameter_mm *= 7.0, &[DrawDiffers]);
     with("a severity of a knot", |s| s.objects[0].instance.severity = 0.5, &[DrawDiffers]);
     with("a depth of a knot", |s| s.objects[0].instance.depth_mm = 0.5, &[DrawDiffers]);
-    let names = KnotNames { place: KnotPlace::Arris, is_spike: true, is_pin: true, is_clustered: true };
+    let [is_spike, is_pin, is_clustered, is_cracked] = [true; 4];
+    let names = KnotNames { place: KnotPlace::Arris, is_spike, is_pin, is_clustered, is_cracked };
     with("other names of a knot", |s| s.objects[0].instance.knot = Some(names), &[DrawDiffers]);
     with("another extent", |s| s.objects[0].extent_mm[0] *= 2.0, &[ObjectDiffers]);
     with("another derived number", |s| s.physics[0].1 = 3.0 * s.physics[0].1 + 1.0, &[DrawDiffers]);

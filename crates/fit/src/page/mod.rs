@@ -6,7 +6,7 @@ mod maps;
 mod reach;
 mod recipe_lines;
 mod statistics;
-mod svg;
+pub(crate) mod svg;
 #[cfg(test)]
 mod tests;
 
@@ -16,7 +16,7 @@ use maud::{Markup, html};
 
 use crate::result::{Fit, KeyState};
 
-const STYLE: &str = include_str!("page.css");
+pub(crate) const STYLE: &str = include_str!("page.css");
 
 impl Fit {
     /// One HTML file; `before` and `after` are the texts of the recipe as it was and of the fitted one.

@@ -108,7 +108,7 @@ fn interval(axis: DrawnAxis, [low, middle, high]: [f64; 3], y: f64, class: &str)
 }
 
 /// Intervals of a statistic before and after the fit, and what the real scan has with its own spread, on one axis.
-pub(super) fn strip(
+pub(crate) fn strip(
     before: Option<[f64; 3]>,
     after: Option<[f64; 3]>,
     real: f64,

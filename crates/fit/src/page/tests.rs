@@ -1,4 +1,4 @@
-use base::Parameter;
+use base::{Natural, Parameter};
 use recipe::Distribution;
 use tools::compare::ScanMaps;
 
@@ -13,6 +13,7 @@ static WAIST: Parameter = Parameter {
     integer: false,
     doc: "Radius of the waist.",
     source: "a test",
+    natural: Natural::Fixed,
     conditions: &[],
 };
 

@@ -67,6 +67,16 @@ pub(super) fn check(yaml: &mut YamlReader, object: RecipeObject) {
     needs::refuse(yaml, object, &scenes);
 }
 
+/// Paths of the parameters that have no effect in any class.
+pub(super) fn without_effect(object: RecipeObject) -> Vec<String> {
+    needs::without_effect(object, &object.scenes())
+}
+
+/// The keys that are named where the keys of a recipe cannot mean something together.
+pub(super) fn refused(yaml: &YamlReader, object: RecipeObject) -> Vec<String> {
+    yaml.keys_at_fault(|trial| check(trial, object))
+}
+
 /// What is said of the keys together although a recipe may have them so.
 pub(super) fn notes(object: RecipeObject) -> Vec<String> {
     let scenes = object.scenes();

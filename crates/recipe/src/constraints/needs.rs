@@ -109,6 +109,17 @@ fn idle(
     }
 }
 
+/// Paths of the parameters of which every class lacks something.
+pub(super) fn without_effect(object: RecipeObject, scenes: &[DrawBounds]) -> Vec<String> {
+    let RecipeObject { subject, settings, .. } = object;
+    let lacks = |parameter: &Parameter, scene: &DrawBounds| {
+        parameter.conditions.iter().any(|condition| refusal(condition.need, subject, settings, scene).is_some())
+    };
+    let of_classes = if scenes.len() > 1 { &scenes[1..] } else { scenes };
+    let idle = |parameter: &&Parameter| of_classes.iter().all(|scene| lacks(parameter, scene));
+    keys::parameters(subject).filter(idle).map(Parameter::path).collect()
+}
+
 /// What a parameter needs so as not to be `unmet`, in the order of its declaration.
 fn needs(parameter: &Parameter, unmet: Unmet) -> impl Iterator<Item = Need> {
     parameter.conditions.iter().filter(move |condition| condition.unmet == unmet).map(|condition| condition.need)
@@ -164,7 +175,7 @@ pub(super) fn is_of_samples(need: Need, subject: Subject, source: LogSource) -> 
 }
 
 /// Paths of the parameters whose draws say whether it is met; none where settings do.
-pub(super) fn deciders(need: Need) -> Vec<&'static str> {
+pub(crate) fn deciders(need: Need) -> Vec<&'static str> {
     match need {
         Need::On(..) | Need::While(..) => Vec::new(),
         Need::Facets => vec!["material.gloss", "material.reflectance"],
@@ -195,7 +206,7 @@ pub(super) fn is_unmet(need: Need, subject: Option<Subject>, source: LogSource, 
 }
 
 /// Whether boards of a source can have the parameter `path`.
-pub(super) fn has_room_in(path: &str, source: LogSource) -> bool {
+pub(crate) fn has_room_in(path: &str, source: LogSource) -> bool {
     let elsewhere = |need| matches!(need, Need::While(LOG_SOURCE, words) if !words.contains(&source.name()));
     keys::parameter(None, path).is_none_or(|parameter| !needs(parameter, Unmet::Refused).any(elsewhere))
 }

@@ -6,6 +6,7 @@ use crate::{Recipe, RecipeError};
 const GOOD: &str = "\
 name: pairs
 subject: wood
+unstated: fixed
 laser: {waist_mm: {uniform: [0.08, 0.13]}, linewidth_nm: {log_uniform: [0.3, 1.2]}}
 camera: {tilt_deg: {normal: {mean: 25, sd: 0.2}}, f_number: {choice: {values: [2.8, 4]}}}
 exposure: {prnu: {uniform: [0.005, 0.015]}}
@@ -17,7 +18,9 @@ classes:
 
 fn faults(text: &str) -> Vec<(usize, String)> {
     match Recipe::parse("bad.yaml", text) {
-        Err(RecipeError::Faulty(faults)) => faults.list.iter().map(|fault| (fault.line, format!("{fault}"))).collect(),
+        Err(RecipeError::Faulty(faults)) => {
+            faults.list.iter().map(|fault| (fault.place.line, format!("{fault}"))).collect()
+        }
         Err(other) => panic!("{other}"),
         Ok(_) => Vec::new(),
     }
@@ -65,7 +68,7 @@ fn every_fault_names_its_line_and_a_remedy() {
     one("{keys: [laser.waist_mm, exposure.prnu], spearman: 0.5, pearson: 0.5}", &["`pearson` is no key", "spearman"]);
     one("strong", &["is a text", "give a map"]);
     let known = pair("laser.waist_mm, exposure.prnu", "0.5");
-    only(&[&known, &pair("exposure.prnu, laser.waist_mm", "0.4")], 1, &["a pair in line 11 already", "remove one"]);
+    only(&[&known, &pair("exposure.prnu, laser.waist_mm", "0.4")], 1, &["a pair in line 12 already", "remove one"]);
     let found = faults(&format!("{GOOD}correlations: 0.5\n"));
     assert!(found[0].1.contains("give a list of `{keys: [KEY, KEY], spearman: RHO}`"), "{found:?}");
     let found = faults(&format!("{}sampling: low_discrepency\n", GOOD));
@@ -80,7 +83,8 @@ fn the_reference_shows_pairs_that_are_read() {
     let page = crate::reference_markdown();
     let example = page.split("```yaml\n").find(|part| part.starts_with(CORRELATIONS)).expect("an example");
     let example = example.split("```").next().expect("its end");
-    let text = "name: a\nsubject: wood\nlaser: {waist_mm: {uniform: [0.08, 0.13]}, m_squared: {uniform: [1.1, 1.6]}}\n\
+    let text = "name: a\nsubject: wood\nunstated: fixed\n\
+        laser: {waist_mm: {uniform: [0.08, 0.13]}, m_squared: {uniform: [1.1, 1.6]}}\n\
                 log: {ring_width_mm: {uniform: [1, 2]}, latewood_share: {uniform: [0.1, 0.3]}}\nclasses: {a: {share: \
                 1}}\n";
     let recipe = Recipe::parse("README.md", &format!("{text}{example}")).unwrap_or_else(|error| panic!("{error}"));
@@ -103,7 +107,7 @@ fn faults_come_all_at_once() {
         GOOD.replace("[0.08, 0.13]", "[0.13, 0.08]")
     );
     let found = faults(&text);
-    assert_eq!(found.iter().map(|(line, _)| *line).collect::<Vec<_>>(), [3, 11, 11], "{found:#?}");
+    assert_eq!(found.iter().map(|(line, _)| *line).collect::<Vec<_>>(), [4, 12, 12], "{found:#?}");
 }
 
 #[test]
@@ -113,7 +117,8 @@ fn pairs_without_an_effect_are_refused() {
     only(&[&pair("laser.waist_mm, camera.distance_mm")], 0, &never);
     only(&[&pair("laser.waist_mm, camera.f_number")], 0, &["`camera.f_number` is fixed or a choice"]);
     // Each is drawn in one class, and never both.
-    let text = "name: a\nsubject: wood\nclasses:\n  a: {share: 1, laser: {waist_mm: {uniform: [0.08, 0.13]}}}\n  \
+    let text = "name: a\nsubject: wood\nunstated: fixed\n\
+        classes:\n  a: {share: 1, laser: {waist_mm: {uniform: [0.08, 0.13]}}}\n  \
                 b: {share: 1, exposure: {prnu: {uniform: [0.005, 0.015]}}}\n";
     let pairs = "correlations: [{keys: [laser.waist_mm, exposure.prnu], spearman: 0.5}]\n";
     let found = faults(&format!("{text}{pairs}"));
@@ -137,12 +142,12 @@ fn pairs_that_cannot_be_together_are_refused_with_a_range_that_can() {
     // Written, the third pair is one of three, of which one alone can change.
     let found = faults(&pairs(&third("0.1")));
     let [(line, told)] = found.as_slice() else { panic!("{found:#?}") };
-    assert!(*line >= 11 && told.contains("cannot be together") && told.contains("give this pair `spearman` from "));
+    assert!(*line >= 12 && told.contains("cannot be together") && told.contains("give this pair `spearman` from "));
     assert!(!told.contains("a pair too"), "{told}");
     // Not written, it may be what is missing.
     let found = faults(&pairs(""));
     let [(line, told)] = found.as_slice() else { panic!("{found:#?}") };
-    assert!(*line == 11 && told.contains("0.9 of `laser.linewidth_nm` and `laser.waist_mm` cannot"), "{told}");
+    assert!(*line == 12 && told.contains("0.9 of `laser.linewidth_nm` and `laser.waist_mm` cannot"), "{told}");
     let ranges: Vec<[f64; 2]> = told
         .split("`spearman` from ")
         .skip(1)
@@ -178,7 +183,7 @@ fn many_pairs_are_lowered_together() {
         .map(|(i, j)| {
             let mut pair = [keys[i].clone(), keys[j].clone()];
             pair.sort();
-            WrittenPair { place: TextPosition { line: 1, column: 1 }, pair: Correlation { keys: pair, spearman: -0.1 } }
+            WrittenPair { place: TextPosition::START, pair: Correlation { keys: pair, spearman: -0.1 } }
         })
         .collect();
     let active: Vec<_> = written.iter().collect();

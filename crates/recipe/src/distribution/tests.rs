@@ -1,6 +1,8 @@
 //! Quantiles against the laws, for random distributions of every form.
 
 use super::*;
+use crate::constraints::needs;
+use crate::keys;
 use exact::{UnitHistogram, kolmogorov_smirnov, likelihood_ratio, likelihood_ratio_chance};
 
 /// How one number is drawn.
@@ -67,6 +69,7 @@ const REAL: Parameter = Parameter {
     integer: false,
     doc: "",
     source: "",
+    natural: Natural::Fixed,
     conditions: &[],
 };
 const COUNT: Parameter = Parameter { min: 0.0, max: 25.0, integer: true, ..REAL };
@@ -172,4 +175,42 @@ fn quantiles_and_draws_have_one_law() {
             assert!(p > ALPHA, "{form:?}: chance {p:e}");
         }
     }
+}
+
+/// A natural distribution lies where the parameter may, can be the default, and is read again from its canonical form.
+#[test]
+fn natural_distributions_are_in_range_and_can_be_the_default() {
+    let mut varied = 0;
+    for parameter in keys::parameters(None) {
+        let (path, natural) = (parameter.path(), Distribution::natural(parameter));
+        let (low, high) = natural.bounds(parameter);
+        assert!((low..=high).contains(&parameter.default), "{path}: {low} to {high}, default {}", parameter.default);
+        let ends = parameter.natural.ends();
+        assert_eq!(ends.unwrap_or([parameter.default; 2]), [low, high], "{path}");
+        if ends.is_some() {
+            varied += 1;
+            assert!(low < high, "{path} does not vary");
+            assert!(!natural.is_log() || low > 0.0, "{path}");
+        }
+        if let Natural::OneOf(values) = parameter.natural {
+            assert!(values.is_sorted(), "{path}");
+        }
+    }
+    assert!(varied > 180, "{varied} of them vary");
+}
+
+/// What is off by default stays off: an amount of 0 that others need to mean something does not vary.
+#[test]
+fn what_is_off_by_default_does_not_vary() {
+    let needs = || keys::parameters(None).flat_map(|parameter| parameter.conditions).map(|condition| condition.need);
+    let mut amounts: Vec<_> = needs().flat_map(needs::deciders).collect();
+    amounts.sort_unstable();
+    amounts.dedup();
+    let off = |path: &&str| keys::parameter(None, path).is_some_and(|parameter| parameter.default == 0.0);
+    for path in amounts.into_iter().filter(off).filter(|path| *path != "tablet.shape") {
+        let natural = keys::parameter(None, path).map(|parameter| parameter.natural);
+        assert_eq!(natural, Some(Natural::Fixed), "{path}");
+    }
+    let counts = keys::parameters(None).filter(|parameter| parameter.group == "defects" && parameter.integer);
+    counts.for_each(|count| assert_eq!(count.natural, Natural::Fixed, "{}", count.name));
 }

@@ -9,6 +9,7 @@ use crate::distribution::tests::{DrawLaw, chance};
 const BASE: &str = "
 name: pairs
 subject: wood
+unstated: fixed
 laser:
   wavelength_nm: {truncated: {of: {normal: {mean: 660, sd: 3}}, min: 658, max: 675}}
   waist_mm: {uniform: [0.08, 0.13]}

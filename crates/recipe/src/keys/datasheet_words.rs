@@ -100,7 +100,7 @@ mod tests {
         }
         for section in ["", "scan", "motion", "laser", "camera", "exposure", "board", "output"] {
             let keys = if section.is_empty() { "QE: 0.6".into() } else { format!("{section}: {{QE: 0.6}}") };
-            let text = format!("name: x\nsubject: wood\nclasses: {{a: {{share: 1}}}}\n{keys}\n");
+            let text = format!("name: x\nsubject: wood\nunstated: fixed\nclasses: {{a: {{share: 1}}}}\n{keys}\n");
             let faults = Recipe::parse("x.yaml", &text).expect_err("it has no such key").to_string();
             assert!(faults.contains("what data sheets call `qe` is `exposure.quantum_efficiency`"), "{faults}");
         }

@@ -5,7 +5,7 @@ use serde_json::{Value as Json, json};
 
 use crate::asset::{Asset, BuiltIn};
 use crate::asset_source::{AssetRequest, AssetSource};
-use optical_bench::settings::{Channel, SensorStack};
+use optical_bench::settings::SensorStack;
 use yaml::{NumberRange, YamlNode, YamlReader, YamlValue, nearest_spelling, number_text};
 
 /// The values that a setting may have.
@@ -29,6 +29,11 @@ pub(crate) trait SettingType {
 
     /// The file that it names.
     fn asset<'v>(&self, _value: &'v Self::Value) -> Option<&'v Asset> {
+        None
+    }
+
+    /// Files of the program that it may name; `None` where it names none.
+    fn built_in(&self) -> Option<&'static [BuiltIn]> {
         None
     }
 
@@ -270,36 +275,40 @@ impl<T: Words> SettingType for Word<T> {
     }
 }
 
-/// A list of different channels, in the order of [`Channel::ALL`].
-pub(crate) struct Channels();
+/// A list of different words, in the order of their declaration; the list that is given, if one is, is left out of the
+/// canonical form.
+pub(crate) struct WordList<T: 'static>(pub Option<&'static [T]>);
 
-impl SettingType for Channels {
-    type Value = Vec<Channel>;
+impl<T: Words> SettingType for WordList<T> {
+    type Value = Vec<T>;
 
-    fn read(&self, yaml: &mut YamlReader, node: &YamlNode, path: &str) -> Option<Vec<Channel>> {
+    fn read(&self, yaml: &mut YamlReader, node: &YamlNode, path: &str) -> Option<Vec<T>> {
         let mut chosen = Vec::new();
         for entry in yaml.list(node, path, &self.allowed())? {
-            let channel = yaml.word(entry, path, &Channel::NAMES).and_then(Channel::named)?;
-            if chosen.contains(&channel) {
-                yaml.fault(entry.place, path, format!("lists `{}` twice", channel.name()), "remove one of them");
+            let word = yaml.word(entry, path, T::NAMES).and_then(T::named)?;
+            if chosen.contains(&word) {
+                yaml.fault(entry.place, path, format!("lists `{}` twice", word.name()), "remove one of them");
             } else {
-                chosen.push(channel);
+                chosen.push(word);
             }
         }
-        chosen.sort_unstable();
-        Some(chosen)
+        Some(T::ALL.iter().copied().filter(|word| chosen.contains(word)).collect())
     }
 
-    fn json(&self, value: &Vec<Channel>) -> Json {
-        value.iter().map(|channel| channel.name()).collect()
+    fn json(&self, value: &Vec<T>) -> Json {
+        value.iter().map(|word| word.name()).collect()
+    }
+
+    fn canonical(&self, value: &Vec<T>) -> Option<Json> {
+        (Some(value.as_slice()) != self.0).then(|| self.json(value))
     }
 
     fn allowed(&self) -> String {
-        format!("a list of {}", Channel::NAMES.join(", "))
+        format!("a list of {}", T::NAMES.join(", "))
     }
 
     fn schema(&self) -> Json {
-        json!({ "type": "array", "uniqueItems": true, "items": { "enum": Channel::NAMES } })
+        json!({ "type": "array", "uniqueItems": true, "items": { "enum": T::NAMES } })
     }
 }
 
@@ -381,7 +390,7 @@ pub(crate) struct NamedFile {
 
 impl NamedFile {
     /// How a recipe says that there is no file.
-    const NONE_NAME: &'static str = "none";
+    pub const NONE_NAME: &'static str = "none";
     /// No file.
     pub const NONE: Self = Self { name: None, sha256: None, asset: None };
 
@@ -470,6 +479,10 @@ impl SettingType for File {
 
     fn asset<'v>(&self, value: &'v NamedFile) -> Option<&'v Asset> {
         value.asset()
+    }
+
+    fn built_in(&self) -> Option<&'static [BuiltIn]> {
+        Some(self.1)
     }
 
     fn allowed(&self) -> String {

@@ -8,16 +8,16 @@ use serde_json::Value as Json;
 
 use super::idle::{Idle, Wording};
 use super::setting_type::{
-    Auto, Channels, Count, File, FileForm, Flag, GroupSize, NamedFile, Number, OneOf, SettingType, StackChoice, Word,
+    Auto, Count, File, FileForm, Flag, GroupSize, NamedFile, Number, OneOf, SettingType, StackChoice, Word, WordList,
 };
-use crate::asset::Asset;
+use crate::asset::{Asset, BuiltIn};
 use crate::asset_source::AssetSource;
 use crate::built_in::{GRAN_1, MESHES, PICTURES, STACKS};
 use optical_bench::settings::{
     Channel, Extraction, Fan, Filter, FirstRow, Hdr, Lamps, LaserLine, LensModel, LineShape, LogSource, Movement,
     Optics, Order, Output, PeakChoice, PeakMethod, PeakMethodName, PictureDepth, PictureEncoding, Postprocess,
     RangeForm, RangeFormName, Readout, ScatterDark, ScatterMode, Scheimpflug, Script, SearchDirection, SensorStack,
-    Size, SpeckleLaw, SpecklePattern, Splits, TextureImage, ThesisMethod, Transport, TransportName,
+    Size, SpeckleLaw, SpecklePattern, SplitBy, Splits, TextureImage, ThesisMethod, Transport, TransportName,
 };
 use wood_picture::{Face, FibreAxis};
 use yaml::{YamlNode, YamlReader};
@@ -32,6 +32,8 @@ const MAX_PROFILES: usize = 16383;
 const MAX_BOARDS_PER_LOG: usize = 1000;
 /// Farthest from the optical axis that the middle of the sensor's region stands [px].
 const MAX_OFFSET_PX: f64 = 8192.0;
+/// What splits do not part unless a recipe says otherwise.
+const UNPARTED: [SplitBy; 2] = [SplitBy::Log, SplitBy::Batch];
 
 /// The declaration of one setting.
 #[derive(Debug, Clone, Copy)]
@@ -56,6 +58,8 @@ pub(crate) struct Setting {
     pub canonical: fn(&Settings) -> Option<Json>,
     /// The file that it names.
     pub asset: fn(&Settings) -> Option<&Asset>,
+    /// Files of the program that it may name; `None` where it names none.
+    pub built_in: fn() -> Option<&'static [BuiltIn]>,
 }
 
 /// What a setting may be, and its default.
@@ -204,6 +208,7 @@ macro_rules! settings {
                     },
                     canonical: |settings| ($Type $(::<$Of>)? ($($argument),*)).canonical(&settings.$section.$name),
                     asset: |settings| ($Type $(::<$Of>)? ($($argument),*)).asset(&settings.$section.$name),
+                    built_in: || ($Type $(::<$Of>)? ($($argument),*)).built_in(),
                 },)+];
             }
         )+
@@ -484,13 +489,17 @@ settings! {
         validation: Number(0.0, 1.0, "") = 0.1, "usual";
         /// Share for the last word.
         test: Number(0.0, 1.0, "") = 0.1, "usual";
+        /// What they do not part: all that a `rig` has scanned, the boards of a `log`, the objects of a `batch`; `[]`
+        /// for nothing. Shares are then met as well as these groups allow.
+        by: WordList<SplitBy>(Some(&UNPARTED)) = UNPARTED.to_vec(), "what a test split is for: matter not seen before";
     }
 
     output: OutputSettings at "output" {
         /// Images in the Parquet rows, as PNG; where `lamps` are, `grey` too.
-        png: Channels() = [Channel::Range, Channel::Reflectance, Channel::Scatter, Channel::Label].to_vec(), "free";
+        png: WordList<Channel>(None) =
+            [Channel::Range, Channel::Reflectance, Channel::Scatter, Channel::Label].to_vec(), "free";
         /// Images in the EXR files; `[]` for no EXR files. Where `lamps` are, `grey` too.
-        exr: Channels() = Channel::ALL.into_iter().filter(|c| *c != Channel::Grey).collect(), "free";
+        exr: WordList<Channel>(None) = Channel::ALL.into_iter().filter(|c| *c != Channel::Grey).collect(), "free";
         /// Whether the EXR files hold noise-free maps too: height, and fibre azimuth and dive, or film thickness and
         /// gap.
         truth_maps: Flag() = true, "free";
@@ -627,7 +636,7 @@ impl Settings {
 
     /// Shares of the splits.
     pub fn splits(&self) -> Splits {
-        let SplitSettings { train, validation, test } = self.splits;
+        let SplitSettings { train, validation, test, by: _ } = self.splits;
         Splits { train, validation, test }
     }
 }

@@ -3,12 +3,14 @@
 use std::collections::BTreeMap;
 
 use super::*;
+use crate::level::{DrawLevel, declared};
 use crate::{Recipe, Scene};
 
 /// Keys of the log, of its boards and of the bench.
 const BASE: &str = "
 name: logs
 subject: wood
+unstated: fixed
 board: {width_mm: {uniform: [60, 120]}, length_mm: {uniform: [150, 250]}, cup_mm: {uniform: [-1, 1]}}
 stem:
   radius_mm: {uniform: [100, 140]}
@@ -79,7 +81,11 @@ fn boards_of_a_log_share_what_belongs_to_it() {
                 for (path, value) in draws(scene).iter().filter(|(path, _)| !PLACE.contains(&path.as_str())) {
                     let is_fixed = recipe.distribution(&scene.class, path).is_some_and(|own| own.values().is_some());
                     let same = *value == first[path];
-                    assert_eq!(same, is_fixed || place == 0 || is_of_log(path), "{path} of board {place}");
+                    assert_eq!(
+                        same,
+                        is_fixed || place == 0 || declared(path) == DrawLevel::Lot,
+                        "{path} of board {place}"
+                    );
                 }
             }
         }
@@ -118,6 +124,6 @@ fn what_cannot_be_is_refused_with_a_remedy() {
     refused("source: placed, boards_per_log: 2", "", &["boards_per_log", "stem"]);
     refused("source: stem, boards_per_log: 40", "", &["boards_per_log", "at most 14"]);
     let pair = "correlations: [{keys: [log.ring_width_mm, media.gloss], spearman: 0.5}]";
-    refused("source: stem, boards_per_log: 4", pair, &["drawn once for a log", "boards_per_log: 1"]);
+    refused("source: stem, boards_per_log: 4", pair, &["drawn once for a log", "remove `log.boards_per_log`"]);
     parse("source: stem", pair);
 }

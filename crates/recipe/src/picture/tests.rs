@@ -23,7 +23,7 @@ fn board() -> RgbImage {
 
 fn parsed(folder: &Path, keys: &str) -> Result<Recipe, String> {
     let text = format!(
-        "name: p\nsubject: wood\nlog: {{source: picture}}\nboard: {{width_mm: 20, length_mm: 30}}\n\
+        "name: p\nsubject: wood\nunstated: fixed\nlog: {{source: picture}}\nboard: {{width_mm: 20, length_mm: 30}}\n\
          picture: {{{keys}}}\nclasses: {{all: {{share: 1}}}}\n"
     );
     Recipe::parse_with("p.yaml", &text, &AssetSource::Beside(folder.to_owned())).map_err(|fault| fault.to_string())
@@ -77,7 +77,8 @@ fn wrong_pictures_are_told_with_key_and_remedy() {
     }
     assert!(parsed(path, "file: part.png, pixel_mm: 0.15").is_ok());
     // What is for other boards alone, and what is for boards from pictures alone.
-    let text = |more: &str| format!("name: p\nsubject: wood\n{more}\nclasses: {{all: {{share: 1}}}}\n");
+    let text =
+        |more: &str| format!("name: p\nsubject: wood\nunstated: fixed\n{more}\nclasses: {{all: {{share: 1}}}}\n");
     for (more, key) in [
         ("picture: {pixel_mm: 0.2}", "picture.pixel_mm"),
         ("picture: {along: 0.2}", "picture.along"),

@@ -47,7 +47,8 @@ fn stack(path: &Path, name: &str, others: &[(&str, Vec<u8>)]) {
 
 fn parsed(folder: &Path, keys: &str, more: &str) -> Result<Recipe, String> {
     let text = format!(
-        "name: p\nsubject: wood\nlog: {{source: slices}}\nboard: {{width_mm: 5, length_mm: 8, thickness_mm: 3}}\n\
+        "name: p\nsubject: wood\nunstated: fixed\n\
+         log: {{source: slices}}\nboard: {{width_mm: 5, length_mm: 8, thickness_mm: 3}}\n\
          slices: {{{keys}}}\nclasses: {{all: {{share: 1}}}}\n{more}"
     );
     Recipe::parse_with("p.yaml", &text, &AssetSource::Beside(folder.to_owned())).map_err(|fault| fault.to_string())
@@ -238,12 +239,15 @@ fn keys_without_an_effect_are_refused() {
         ("slices", "grain: {torn_um: 20}", "grain.torn_um"),
     ] {
         let log = if source == "slices" { stack } else { "" };
-        let text =
-            format!("name: p\nsubject: wood\nlog: {{source: {source}}}\n{log}{more}\nclasses: {{all: {{share: 1}}}}\n");
+        let text = format!(
+            "name: p\nsubject: wood\nunstated: fixed\n\
+             log: {{source: {source}}}\n{log}{more}\nclasses: {{all: {{share: 1}}}}\n"
+        );
         let told = Recipe::parse("p.yaml", &text).expect_err(more).to_string();
         assert!(told.contains(key) && told.contains("has no effect while `log.source` is"), "{told}");
     }
-    let share = "name: p\nsubject: wood\nlog: {source: slices, latewood_share: 0.3}\nclasses: {all: {share: 1}}\n";
+    let share = "name: p\nsubject: wood\nunstated: fixed\n\
+        log: {source: slices, latewood_share: 0.3}\nclasses: {all: {share: 1}}\n";
     let told = Recipe::parse("p.yaml", &format!("{share}{stack}")).expect_err("a share").to_string();
     assert!(told.contains("log.latewood_share"), "{told}");
 }
@@ -253,7 +257,8 @@ fn keys_without_an_effect_are_refused() {
 fn keys_for_what_slices_do_not_have_are_noted() {
     let recipe = |source: &str, more: &str| {
         let text = format!(
-            "name: p\nsubject: wood\nlog: {{source: {source}}}\nboard: {{width_mm: 20, length_mm: 30, thickness_mm: \
+            "name: p\nsubject: wood\nunstated: fixed\n\
+             log: {{source: {source}}}\nboard: {{width_mm: 20, length_mm: 30, thickness_mm: \
                 4}}\n\
              {more}\nclasses: {{all: {{share: 1}}}}\n"
         );
@@ -316,7 +321,8 @@ fn air_around_the_wood_is_told() {
     }
     // A class has its own place.
     let text = format!(
-        "name: p\nsubject: wood\nlog: {{source: slices}}\nboard: {{width_mm: 5, length_mm: 8, thickness_mm: 3}}\n\
+        "name: p\nsubject: wood\nunstated: fixed\n\
+         log: {{source: slices}}\nboard: {{width_mm: 5, length_mm: 8, thickness_mm: 3}}\n\
          slices: {{{airy}, depth: 0.5}}\nclasses: {{deep: {{share: 1}}, high: {{share: 1, slices: {{depth: 0.1}}}}}}\n"
     );
     let files = AssetSource::Beside(folder.path().to_owned());

@@ -32,7 +32,7 @@ fn words_of_data_sheets_stand_for_keys() {
     assert_eq!(recipe.hash(), again.hash());
     assert!(recipe.canonical()["camera"]["baseline_mm"].is_null());
     // In a class too.
-    let text = "name: a\nsubject: wood\nclasses: {a: {share: 1, laser: {waist_fwhm_mm: 0.2}}}\n";
+    let text = "name: a\nsubject: wood\nunstated: fixed\nclasses: {a: {share: 1, laser: {waist_fwhm_mm: 0.2}}}\n";
     let recipe = Recipe::parse("good.yaml", text).expect("good");
     assert!(
         matches!(recipe.distribution("a", "laser.waist_mm"), Some(Distribution::Fixed(w)) if *w > 0.16 && *w < 0.18)

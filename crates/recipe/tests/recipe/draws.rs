@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use base::{Parameter, Stream};
+use base::{Natural, Parameter, Stream};
 use optical_bench::parameters::LampParameters;
 use optical_bench::split::Split;
 use rand::RngExt;
@@ -22,6 +22,7 @@ const REAL: Parameter = Parameter {
     integer: false,
     doc: "",
     source: "",
+    natural: Natural::Fixed,
     conditions: &[],
 };
 const COUNT: Parameter = Parameter { min: 0.0, max: 40.0, integer: true, ..REAL };
@@ -371,16 +372,19 @@ fn ids_are_unique_and_uuids_of_version_5() {
 #[test]
 fn the_hash_follows_the_meaning() {
     let parse = |text: &str| Recipe::parse("test", text).unwrap_or_else(|error| panic!("{error}"));
-    let one = parse("name: a\nsubject: wood\nclasses: {b: {share: 1}, a: {share: 3, camera: {tilt_deg: 25}}}\n");
+    let one = parse(
+        "name: a\nsubject: wood\nunstated: fixed\nclasses: {b: {share: 1}, a: {share: 3, camera: {tilt_deg: 25}}}\n",
+    );
     let same = parse(
         "# the same\nclasses:\n  a: {share: 0.75}\n  b: {share: 2.5e-1}\ncamera: {tilt_deg: 25.0}\nsubject: \
-            'wood'\nname: a\n",
+            'wood'\nname: a\nunstated: fixed\n",
     );
     assert_eq!(one.hash(), same.hash());
     assert_eq!(one.hash().len(), 64);
     assert!(differences(&one.canonical_json(), &same.canonical_json()).is_empty());
     let other = parse(
-        "name: a\nsubject: wood\nclasses: {b: {share: 1}, a: {share: 3}}\ncamera: {tilt_deg: {uniform: [20, 30]}}\n",
+        "name: a\nsubject: wood\nunstated: fixed\n\
+         classes: {b: {share: 1}, a: {share: 3}}\ncamera: {tilt_deg: {uniform: [20, 30]}}\n",
     );
     assert_ne!(one.hash(), other.hash());
     let found = differences(&one.canonical_json(), &other.canonical_json());

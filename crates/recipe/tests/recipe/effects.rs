@@ -4,7 +4,7 @@ use recipe::{Recipe, SampleNeeds};
 
 #[test]
 fn facets_on_a_pack_are_refused() {
-    let text = "name: a\nsubject: blister\nclasses: {one: {share: 1}}\nlaser: {glints_per_mm: 1}\n";
+    let text = "name: a\nsubject: blister\nunstated: fixed\nclasses: {one: {share: 1}}\nlaser: {glints_per_mm: 1}\n";
     let error = Recipe::parse("a.yaml", text).expect_err("no facets").to_string();
     assert!(error.contains("laser.glints_per_mm") && error.contains("below its film"), "{error}");
 }
@@ -12,7 +12,8 @@ fn facets_on_a_pack_are_refused() {
 /// What a class alone has, or lacks, is told of that class.
 #[test]
 fn notes_name_the_class() {
-    let text = "name: a\nsubject: wood\nknots: {width_mm: 9}\nclasses:\n  knotty: {share: 1, knots: {sound_count: \
+    let text = "name: a\nsubject: wood\nunstated: fixed\n\
+        knots: {width_mm: 9}\nclasses:\n  knotty: {share: 1, knots: {sound_count: \
         2}}\n  \
                 clear: {share: 1, knots: {bark_mm: 2}}\n";
     let recipe = Recipe::parse("a.yaml", text).unwrap_or_else(|error| panic!("{error}"));
@@ -27,7 +28,7 @@ fn notes_name_the_class() {
 #[test]
 fn what_cannot_show_is_told() {
     let recipe = |keys: &str| {
-        let text = format!("name: a\nsubject: wood\nclasses: {{one: {{share: 1}}}}\n{keys}\n");
+        let text = format!("name: a\nsubject: wood\nunstated: fixed\nclasses: {{one: {{share: 1}}}}\n{keys}\n");
         Recipe::parse("a.yaml", &text).unwrap_or_else(|error| panic!("{error}"))
     };
     for (keys, note) in [

@@ -175,7 +175,7 @@ fn faults_of_yaml_say_where_and_what_to_do() {
     ] {
         let faults = faults(&format!("{start}{lines}"));
         assert_eq!(faults.list.len(), 1, "{faults}");
-        assert!(faults.list[0].line >= line, "{faults}");
+        assert!(faults.list[0].place.line >= line, "{faults}");
         let told = faults.to_string();
         words.iter().for_each(|word| assert!(told.contains(word), "no `{word}` in {told}"));
     }
@@ -187,7 +187,7 @@ fn all_faults_come_at_once_in_the_order_of_the_file() {
         {test: 0.5}\n\
                 classes:\n  a: {share: 1, rot: {reach_mm: {uniform: [3, 1]}}}\n";
     let faults = faults(text);
-    let keys: Vec<_> = faults.list.iter().map(|fault| (fault.line, fault.key.as_str())).collect();
+    let keys: Vec<_> = faults.list.iter().map(|fault| (fault.place.line, fault.key.as_str())).collect();
     assert_eq!(
         keys,
         [
@@ -227,7 +227,7 @@ fn bytes_that_are_no_text_are_a_fault_at_their_place() {
     std::fs::write(file.path(), b"name: a\nsub\xff").expect("it can be written");
     let error = Recipe::load(&file.path().to_string_lossy()).expect_err("no text");
     let RecipeError::Faulty(faults) = error else { panic!("{error}") };
-    assert_eq!((faults.list[0].line, faults.list[0].column), (2, 4));
+    assert_eq!((faults.list[0].place.line, faults.list[0].place.column), (2, 4));
     assert!(faults.to_string().contains("UTF-8"));
     if cfg!(unix) {
         let endless = Recipe::load("/dev/zero").expect_err("no recipe").to_string();

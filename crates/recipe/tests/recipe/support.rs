@@ -23,7 +23,7 @@ pub fn whole(text: &str, place: (usize, usize), key: &str, words: &[&str]) {
     let faults = faults(text);
     assert_eq!(faults.list.len(), 1, "{faults}\n{text}");
     let fault = &faults.list[0];
-    assert_eq!((fault.line, fault.column), place, "{faults}");
+    assert_eq!((fault.place.line, fault.place.column), place, "{faults}");
     assert_eq!(fault.key, key, "{faults}");
     for word in words {
         assert!(fault.to_string().contains(word), "{faults} lacks {word}");

@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 const LINE: usize = 3;
 
 fn text(transport: &str) -> String {
-    format!("name: a\nsubject: wood\n{transport}\nclasses: {{a: {{share: 1}}}}\n")
+    format!("name: a\nsubject: wood\n{transport}\nclasses: {{a: {{share: 1}}}}\nunstated: fixed\n")
 }
 
 fn recipe(transport: &str) -> Recipe {
@@ -27,7 +27,12 @@ fn faults(transport: &str) -> Vec<YamlFault> {
 fn only(transport: &str, column: usize, key: &str, words: &[&str]) {
     let faults = faults(transport);
     assert_eq!(faults.len(), 1, "{faults:?}");
-    assert_eq!((faults[0].line, faults[0].column, faults[0].key.as_str()), (LINE, column, key), "{}", faults[0]);
+    assert_eq!(
+        (faults[0].place.line, faults[0].place.column, faults[0].key.as_str()),
+        (LINE, column, key),
+        "{}",
+        faults[0]
+    );
     for word in words {
         assert!(faults[0].to_string().contains(word), "{} lacks {word}", faults[0]);
     }
@@ -216,7 +221,7 @@ fn settings_without_effect_say_whose_they_are() {
 #[test]
 fn a_class_cannot_have_its_own() {
     for own in ["transport: path", "transport: {model: path}"] {
-        let text = format!("name: a\nsubject: wood\nclasses: {{a: {{share: 1, {own}}}}}\n");
+        let text = format!("name: a\nsubject: wood\nunstated: fixed\nclasses: {{a: {{share: 1, {own}}}}}\n");
         let Err(RecipeError::Faulty(faults)) = Recipe::parse("bad.yaml", &text) else { panic!("accepted: {own}") };
         assert_eq!((faults.list.len(), faults.list[0].key.as_str()), (1, "classes.a.transport"), "{faults}");
         assert!(faults.to_string().contains("`transport` is the same for all classes: set it at the top level"));
@@ -232,13 +237,15 @@ fn allows(schema: &Value, value: &Value) -> bool {
     } else {
         "other"
     };
-    let named =
-        |name: &str| name == kind || kind == "other" && matches!(name, "number" | "integer") && value.is_number();
+    let named = |name: &str| match name {
+        "number" => value.is_number(),
+        "integer" => value.as_f64().is_some_and(|number| number.fract() == 0.0),
+        _ => name == kind,
+    };
     let types = schema["type"]
         .as_str()
         .into_iter()
         .chain(schema["type"].as_array().into_iter().flatten().flat_map(Value::as_str));
-    let whole = schema["type"] != "integer" || value.as_f64().is_some_and(|number| number.fract() == 0.0);
     let limit = |name: &str, none: f64| schema[name].as_f64().unwrap_or(none);
     let inside = |number: f64| (limit("minimum", f64::MIN)..=limit("maximum", f64::MAX)).contains(&number);
     let keys = |map: &serde_json::Map<String, Value>| {
@@ -249,7 +256,6 @@ fn allows(schema: &Value, value: &Value) -> bool {
                 || map.keys().all(|key| !schema["properties"][key].is_null()) && map.iter().all(known))
     };
     (schema["type"].is_null() || types.into_iter().any(named))
-        && whole
         && (schema["const"].is_null() || schema["const"] == *value)
         && schema["enum"].as_array().is_none_or(|words| words.contains(value))
         && value.as_f64().is_none_or(inside)
@@ -301,7 +307,7 @@ fn the_schema_allows_what_the_program_does() {
 /// What lies beyond the kernel's tables is refused by name, and accepted where light is followed without tables.
 #[test]
 fn media_beyond_the_tables_of_the_kernel_are_refused() {
-    const PIECE: &str = "name: a\nsubject: sawtooth\nclasses: {a: {share: 1}}\n";
+    const PIECE: &str = "name: a\nsubject: sawtooth\nunstated: fixed\nclasses: {a: {share: 1}}\n";
     for (text, key, words) in [
         (
             text("media: {earlywood_sigma_i_per_mm: 0.3}"),

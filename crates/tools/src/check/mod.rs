@@ -32,7 +32,9 @@ use std::path::{Path, PathBuf};
 use output_schema::DatasetHead;
 
 pub use report::CheckReport;
-pub use run::check;
+pub(crate) use report::short;
+pub use run::{TriedModel, check, try_model};
+pub use sidecar::Sidecar;
 
 use dataset::Fault;
 use optical_bench::split::Split;
@@ -94,6 +96,9 @@ pub enum CheckError {
     /// A file or folder is not as it should be.
     #[error(transparent)]
     Fault(#[from] Fault),
+    /// The samples show nothing of the model's classes.
+    #[error(transparent)]
+    Nothing(Fault),
     /// onnxruntime is not there.
     #[error("{0}")]
     Library(String),
@@ -105,6 +110,10 @@ pub enum CheckError {
 impl CheckError {
     fn at(place: &Path, what: String, remedy: &str) -> Self {
         Fault::at(place, what, remedy.to_owned()).into()
+    }
+
+    fn nothing(place: &Path, what: String, remedy: &str) -> Self {
+        Self::Nothing(Fault::at(place, what, remedy.to_owned()))
     }
 }
 

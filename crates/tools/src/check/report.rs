@@ -63,6 +63,8 @@ pub struct CheckReport {
     pub unfinished: u64,
     /// Right guesses.
     pub share: Accuracy,
+    /// Number of each sample, with its right guesses and its guesses.
+    pub answers: Vec<(u64, [u64; 2])>,
     /// Every count.
     pub metrics: ClassificationMetrics,
     /// Accuracy by numbers.
@@ -269,7 +271,7 @@ fn clipped(name: &str) -> String {
 }
 
 /// A number with four digits.
-fn short(value: f64) -> String {
+pub(crate) fn short(value: f64) -> String {
     if value == 0.0 || (1e-3..1e5).contains(&value.abs()) {
         let digits = (3 - libm::log10(value.abs().max(1e-3)).floor() as i32).clamp(0, 6) as usize;
         format!("{value:.digits$}")

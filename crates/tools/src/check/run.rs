@@ -21,6 +21,7 @@ use super::split_samples::{SampleFacts, SplitSamples};
 use super::window::NO_CLASS;
 use super::{CheckError, CheckOptions, DEFAULT_BATCH_BYTES, MAX_DEFAULT_BATCH, SampleTests, slice_paths};
 use dataset::Fault;
+use output_schema::DatasetHead;
 
 /// Most numbers of a batch's input, 4 GiB, and most pixels of an image.
 const MAX_NUMBERS: usize = 1 << 30;
@@ -38,13 +39,9 @@ pub fn check(
     progress: &dyn Fn(u64, u64),
 ) -> Result<CheckReport, CheckError> {
     let samples = SplitSamples::open(&options.dir, options.split)?;
-    let sidecar_path = options.sidecar.clone().map_or_else(|| beside(&options.model), Ok)?;
-    let (sidecar, sidecar_sha256) = Sidecar::load(&sidecar_path, samples.head())?;
+    let (sidecar, sidecar_sha256) = read_sidecar(options, samples.head())?;
     let numbers = slice_paths(&options.slices, samples.head())?;
-    // First, since onnxruntime would wait for a pipe among the weights.
-    let model_sha256 = sha256_with_weights(&options.model)?;
-    let mut model = OnnxModel::open(&options.model, &sidecar, options.threads)?;
-    let model_sha256 = model_sha256.ok_or_else(|| no_onnx(&options.model))?;
+    let (mut model, model_sha256) = open_model(options, &sidecar)?;
     let begun = Instant::now();
     let facts = samples.facts(&numbers, tests)?;
     let images = &samples.head().images;
@@ -56,7 +53,11 @@ pub fn check(
     let plan = plan(&sidecar, &facts, image);
     if plan.units == 0 {
         let what = format!("it has no {} of the model's classes", sidecar.task.units());
-        return Err(CheckError::at(&options.dir, what, "correct `classes` in the sidecar, or give another --split"));
+        return Err(CheckError::nothing(
+            &options.dir,
+            what,
+            "correct `classes` in the sidecar, or give another --split",
+        ));
     }
     let batch = batch_size(options, &model)?;
     let reader =
@@ -79,8 +80,10 @@ pub fn check(
     rights.iter().for_each(|&(right, of)| share.add(right, of));
     if share.of == 0 {
         let what = format!("no {} of it lie inside the images and have a class of the model", sidecar.task.units());
-        return Err(CheckError::at(&options.dir, what, "correct `classes` or give a smaller window_px in the sidecar"));
+        let remedy = "correct `classes` or give a smaller window_px in the sidecar";
+        return Err(CheckError::nothing(&options.dir, what, remedy));
     }
+    let answers = facts.iter().zip(&rights).map(|(facts, &(right, of))| (facts.index, [right, of])).collect();
     Ok(CheckReport {
         options: options.clone(),
         head: samples.head().clone(),
@@ -91,11 +94,47 @@ pub fn check(
         left_out: plan.left_out + left_out,
         unfinished: samples.unfinished,
         share,
+        answers,
         metrics,
         slices,
         worst,
         timing,
     })
+}
+
+/// A model that answers questions of a kind of dataset.
+#[derive(Debug)]
+pub struct TriedModel {
+    /// Description of the model.
+    pub sidecar: Sidecar,
+    /// SHA-256 of the model with its external weights, hexadecimal.
+    pub sha256: String,
+    /// SHA-256 of the sidecar, hexadecimal.
+    pub sidecar_sha256: String,
+}
+
+/// Tries whether the model of `options` can be asked about datasets like the one that `head` describes.
+///
+/// # Errors
+/// Where sidecar, model or library are not as they should be.
+pub fn try_model(options: &CheckOptions, head: &DatasetHead) -> Result<TriedModel, CheckError> {
+    let (sidecar, sidecar_sha256) = read_sidecar(options, head)?;
+    let (model, sha256) = open_model(options, &sidecar)?;
+    batch_size(options, &model)?;
+    Ok(TriedModel { sidecar, sha256, sidecar_sha256 })
+}
+
+fn read_sidecar(options: &CheckOptions, head: &DatasetHead) -> Result<(Sidecar, String), CheckError> {
+    let path = options.sidecar.clone().map_or_else(|| beside(&options.model), Ok)?;
+    Sidecar::load(&path, head)
+}
+
+/// The model, and its SHA-256.
+fn open_model(options: &CheckOptions, sidecar: &Sidecar) -> Result<(OnnxModel, String), CheckError> {
+    // First, since onnxruntime would wait for a pipe among the weights.
+    let sha256 = sha256_with_weights(&options.model)?;
+    let model = OnnxModel::open(&options.model, sidecar, options.threads)?;
+    Ok((model, sha256.ok_or_else(|| no_onnx(&options.model))?))
 }
 
 /// Windows in a batch: those that the model takes, that the options say, or that fit the default size.

@@ -62,12 +62,11 @@ pub(crate) fn frame_of(dataset: &Dataset, manifest: &Manifest, index: u64, expos
     Ok(frame)
 }
 
-/// Pixels of a sample that show no object, by its labels `[rows, cols]`; `None` where none are kept. What of its sensor
-/// frames shows none is darkened.
+/// Class of each pixel of a sample that has this frame, by its labels `[rows, cols]`; `None` where none are kept.
 ///
 /// # Errors
 /// Where it is damaged.
-pub(super) fn beside_object(dataset: &Dataset, index: u64, frame: &mut ScanMaps) -> Result<Option<Vec<bool>>, Fault> {
+pub(super) fn classes(dataset: &Dataset, index: u64, frame: &ScanMaps) -> Result<Option<Vec<u8>>, Fault> {
     let images = &dataset.head().images;
     let manifest = dataset.manifest(dataset.shard_of(index))?;
     let missing = || Fault::damaged(dataset.root(), format!("no manifest names sample {index}"));
@@ -88,6 +87,16 @@ pub(super) fn beside_object(dataset: &Dataset, index: u64, frame: &mut ScanMaps)
         let what = format!("sample {index} has {} labels for {} pixels", labels.len(), frame.range.len());
         return Err(Fault::damaged(dataset.root(), what));
     }
+    Ok(Some(labels))
+}
+
+/// Pixels of a sample that show no object, by its labels `[rows, cols]`; `None` where none are kept. What of its sensor
+/// frames shows none is darkened.
+///
+/// # Errors
+/// Where it is damaged.
+pub(super) fn beside_object(dataset: &Dataset, index: u64, frame: &mut ScanMaps) -> Result<Option<Vec<bool>>, Fault> {
+    let Some(labels) = classes(dataset, index, frame)? else { return Ok(None) };
     let ignored: Vec<bool> = labels.iter().map(|label| *label == Class::Background as u8).collect();
     let bin = dataset.head().recipe.canonical["output"]["bin"]["profiles"].as_u64().unwrap_or(1);
     frame.darken_frames(&ignored, bin.max(1) as usize);

@@ -124,6 +124,8 @@ pub struct ScanMaps {
     pub scatter: Option<Vec<f32>>,
     /// Exposures that were kept.
     pub exposures: Vec<SensorFrame>,
+    /// Value of `base::Class` of each pixel `[rows, cols]`, where labels were asked for and are there.
+    pub classes: Option<Vec<u8>>,
     /// What the file holds beside all this, by name.
     pub unused: Vec<String>,
     /// Bits of the numbers in the file, 0 where it does not say; here all are on the scale of 8 bits.

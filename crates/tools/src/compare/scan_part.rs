@@ -87,6 +87,7 @@ impl ScanMaps {
             self.x = self.x.take().map(|map| region.cut(&map, cols));
             self.reflectance = self.reflectance.take().map(|map| region.cut(&map, cols));
             self.scatter = self.scatter.take().map(|map| region.cut(&map, cols));
+            self.classes = self.classes.take().map(|map| region.cut(&map, cols));
             // With nothing ignored it is a part all the same, beside which of simulated scans the object alone counts.
             ignored = Some(match ignored {
                 Some(map) => region.cut(&map, cols),

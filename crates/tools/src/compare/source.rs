@@ -147,6 +147,18 @@ impl ScanSource {
         Ok((maps, ignored))
     }
 
+    /// Frame number `i` with the class of each pixel, where labels tell it.
+    ///
+    /// # Errors
+    /// Where it is damaged, or holds no heights.
+    pub fn labelled(&self, i: usize) -> Result<ScanMaps, Fault> {
+        let mut maps = self.frame(i)?;
+        if let ScanFiles::Dataset(dataset, chosen) = &self.kind {
+            maps.classes = dataset_frame::classes(dataset, chosen[i], &maps)?;
+        }
+        Ok(maps)
+    }
+
     /// Frame number `i` below [`ScanSource::len`].
     ///
     /// # Errors

@@ -49,6 +49,10 @@ pub fn wood(stream: Stream, sound: f64, dead: f64) -> Wood {
     wood.knots.width_mm = draw(11.0, 2.5, 6.0, 18.0);
     wood.knots.flow_ratio = draw(1.0, 0.25, 0.5, 1.5);
     wood.media.knot_mu_a_ratio = draw(2.5, 0.5, 1.6, 3.4);
+    // Knots alike and plain: fibres and light are in question, not how knots differ.
+    (wood.knots.bulge_log_sd, wood.knots.lean_sd_deg, wood.knots.tone_log_sd) = (0.0, 0.0, 0.0);
+    (wood.knots.heart_mu_a_ratio, wood.knots.stain_mu_a_ratio) = (1.0, 1.0);
+    (wood.knots.pith_shift, wood.knots.crack_share, wood.knots.bark_uneven) = (0.0, 0.0, 0.0);
     wood
 }
 

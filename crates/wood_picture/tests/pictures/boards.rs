@@ -126,9 +126,9 @@ fn fibres_of_grown_boards_are_found() {
     );
     assert!(clear <= 3.0 && boards[0] <= 3.0, "clear wood: {clear} deg");
     assert!(around <= 10.0 && boards[1] <= 10.0, "around knots: {around} deg");
-    // A normal error has the median 0.6745 of what is told: some ten independent windows a board, 9 boards, a factor of
-    // 1.1 by chance; boards differ in how far their rings turn, which doubles it.
-    assert!((0.6..1.7).contains(&over_told), "errors are {over_told} times what is told");
+    // A normal error has the median 0.6745 of what is told. How far rings turn differs from board to board: their own
+    // factors are 0.2 to 1.6, which leaves the median of nine known to a factor of 1.3.
+    assert!((0.5..1.7).contains(&over_told), "errors are {over_told} times what is told");
 
     let (count, false_knots, pairs) = knots.into_inner().expect("no thread has panicked");
     let mut lean: Vec<f32> = pairs.iter().map(|(axis, knot)| axis.angle_between(knot.axis).to_degrees()).collect();

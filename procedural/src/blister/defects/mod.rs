@@ -40,46 +40,46 @@ parameters! {
     /// How many of each defect a pack has, and how bad they are.
     defects: Defects {
         /// Pockets without tablet.
-        missing: 0.0, 600.0, 0.0, "free", count;
+        missing: 0.0, 600.0, 0.0, "free", fixed, count;
         /// Broken tablets.
-        broken: 0.0, 600.0, 0.0, "free", count;
+        broken: 0.0, 600.0, 0.0, "free", fixed, count;
         /// Tablets with a chipped edge.
-        chipped: 0.0, 600.0, 0.0, "free", count;
+        chipped: 0.0, 600.0, 0.0, "free", fixed, count;
         /// Cracked tablets.
-        cracked: 0.0, 600.0, 0.0, "free", count;
+        cracked: 0.0, 600.0, 0.0, "free", fixed, count;
         /// Tablets that lost a cap.
-        capped: 0.0, 600.0, 0.0, "free", count;
+        capped: 0.0, 600.0, 0.0, "free", fixed, count;
         /// Pockets with another product.
-        foreign_tablet: 0.0, 600.0, 0.0, "free", count;
+        foreign_tablet: 0.0, 600.0, 0.0, "free", fixed, count;
         /// Tablets of the wrong colour, or with a damaged coat.
-        wrong_coat: 0.0, 600.0, 0.0, "free", count;
+        wrong_coat: 0.0, 600.0, 0.0, "free", fixed, count;
         /// Pockets with two tablets.
-        double: 0.0, 600.0, 0.0, "free", count;
+        double: 0.0, 600.0, 0.0, "free", fixed, count;
         /// Foreign particles, in pockets.
-        particle: 0.0, 600.0, 0.0, "free", count;
+        particle: 0.0, 600.0, 0.0, "free", fixed, count;
         /// Foreign fibres, in pockets.
-        fibre: 0.0, 600.0, 0.0, "free", count;
+        fibre: 0.0, 600.0, 0.0, "free", fixed, count;
         /// Pockets with powder.
-        powder: 0.0, 600.0, 0.0, "free", count;
+        powder: 0.0, 600.0, 0.0, "free", fixed, count;
         /// Pockets that were not formed to their full depth.
-        shallow: 0.0, 600.0, 0.0, "free", count;
+        shallow: 0.0, 600.0, 0.0, "free", fixed, count;
         /// Pockets with a dent.
-        collapsed: 0.0, 600.0, 0.0, "free", count;
+        collapsed: 0.0, 600.0, 0.0, "free", fixed, count;
         /// Pockets with a hole.
-        punctured: 0.0, 600.0, 0.0, "free", count;
+        punctured: 0.0, 600.0, 0.0, "free", fixed, count;
         /// Holes in the foil.
-        pinhole: 0.0, 600.0, 0.0, "free", count;
+        pinhole: 0.0, 600.0, 0.0, "free", fixed, count;
         /// Channels through the seal.
-        channel: 0.0, 600.0, 0.0, "free", count;
+        channel: 0.0, 600.0, 0.0, "free", fixed, count;
         /// Wrinkles of the foil.
-        wrinkle: 0.0, 600.0, 0.0, "free", count;
+        wrinkle: 0.0, 600.0, 0.0, "free", fixed, count;
         /// Places where film and foil have come apart.
-        delamination: 0.0, 600.0, 0.0, "free", count;
+        delamination: 0.0, 600.0, 0.0, "free", fixed, count;
         /// Tablets caught beside the pockets.
-        tablet_on_flange: 0.0, 600.0, 0.0, "free", count;
+        tablet_on_flange: 0.0, 600.0, 0.0, "free", fixed, count;
         /// Severity of the worst, from barely there to as bad as its kind can be; each defect's own lies between half
         /// and all of it.
-        severity: 0.0, 1.0, 0.6, "free", of [COUNTED];
+        severity: 0.0, 1.0, 0.6, "free; spread [M]", uniform(0.2, 1.0), of [COUNTED];
     }
 }
 

@@ -128,7 +128,7 @@ impl Sawing {
     /// it; `relief` is how far ripple and roughness leave the face [mm].
     pub fn knots(&self, stream: Stream, wood: &Wood, stem: &Stem, growth: &Growth, relief: f32) -> Vec<PlacedKnot> {
         let near = stem.branches().iter().enumerate().filter_map(|(index, branch)| {
-            let draw = KnotDraw::new(stream.index(index as u64));
+            let draw = KnotDraw::new(stream.index(index as u64), &wood.knots);
             self.near(wood, branch, &draw)
         });
         let mut placed: Vec<PlacedKnot> = near.collect();

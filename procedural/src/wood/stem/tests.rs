@@ -242,7 +242,7 @@ fn an_end_is_rounded_and_what_it_did_fades_without_a_step() {
         end_mm: 60.0,
         death_mm: 40.0,
     };
-    let draw = crate::wood::knot::KnotDraw::new(Stream::root(1));
+    let draw = crate::wood::knot::KnotDraw::new(Stream::root(1), &Wood::from_values(&mut |p| p.default).knots);
     let knot = crate::wood::knot::Knot::of_branch(&branch, 0.0, 0.0, 50.0, 0.7, &draw);
     // 0.2 * 0.2 * 40 = 1.6 mm wide from its death on: 0.8 mm of rounding, 3.2 mm of healing.
     assert!(

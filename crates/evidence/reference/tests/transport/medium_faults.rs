@@ -81,7 +81,10 @@ fn damaged_media_are_read_or_refused() {
                         read += 1;
                     }
                     Err(faults) => {
-                        assert!(!faults.list.is_empty() && faults.list.iter().all(|fault| fault.line > 0), "{damaged}");
+                        assert!(
+                            !faults.list.is_empty() && faults.list.iter().all(|fault| fault.place.line > 0),
+                            "{damaged}"
+                        );
                         refused += 1;
                     }
                 }

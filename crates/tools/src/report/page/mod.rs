@@ -71,6 +71,11 @@ fn recipe(facts: &PageData) -> Markup {
         @if let Err(why) = facts.recipe {
             p.stale { "This program does not read it: " (why) ". Distributions and frames are left out." }
         }
+        @if let Ok(recipe) = facts.recipe {
+            @let variation = recipe.variation();
+            p.note { (variation.told()) "." }
+            @if let Some(warning) = variation.warning() { p.note { "Note: " (warning) "." } }
+        }
         details { summary { "The recipe as it was written" } pre.scroll tabindex="0" { (facts.head.recipe.text) } }
     }
 }

@@ -10,7 +10,8 @@
 //! the cell's matter cannot exceed; what is null is only the cylinder that shows less than its whole width.
 //!
 //! At surfaces Fresnel's law with the local index decides by chance. Light outside goes straight on; where it meets the
-//! body again, across a crack for one, Fresnel's law decides again. So cracks need no rule of their own.
+//! body again, across a crack for one, Fresnel's law decides again. So cracks need no rule of their own. A coat of the
+//! face takes its share of what passes either way.
 //!
 //! Towards the lens each collision gives its share as in plane layers, times exp(-depth) along the straight line up,
 //! with the mean extinction over fibre directions in each cell. The direction inside is the view refracted at the
@@ -186,7 +187,7 @@ impl<O: LineObserver> Geometry<O> for BodyGeometry<'_> {
         if let Some(seen) = self.send_to_lens(photon, medium, Window { normal, below, share: 1.0 }, rng) {
             let upright = heights.normal(seen.cell, seen.position).z;
             if upright * upright * (1.0 + WALL_SLOPE * WALL_SLOPE) >= 1.0 && !self.hidden(seen.position, seen.cell) {
-                observer.see(seen.position, seen.light);
+                observer.see(seen.position, seen.light * self.media.coat(seen.cell));
             }
         }
         let front_facing = self.view.dot(DVec3::NEG_Y);
@@ -223,7 +224,13 @@ impl<O: LineObserver> Geometry<O> for BodyGeometry<'_> {
         }
     }
 
-    fn cross(&self, state: &mut BodyPhoton, surface: BodySurface, _: &mut O, rng: &mut impl Rng) -> Option<Fate> {
+    fn cross(
+        &self,
+        state: &mut BodyPhoton,
+        surface: BodySurface,
+        observer: &mut O,
+        rng: &mut impl Rng,
+    ) -> Option<Fate> {
         let photon = &mut state.photon;
         let outward = match surface {
             BodySurface::Top(cell) => self.media.heights().normal(cell, photon.position),
@@ -236,6 +243,9 @@ impl<O: LineObserver> Geometry<O> for BodyGeometry<'_> {
             Some(cosine) => {
                 // In this order both ways round as their ratio does: one of the indices is 1.
                 photon.direction = refracted(photon.direction * n / other, ahead, n * mu / other, cosine);
+                if let BodySurface::Top(cell) = surface {
+                    self.pass_coat(photon, cell, observer);
+                }
                 state.outside = !state.outside;
             }
             None => photon.reflect(ahead, mu),
@@ -257,7 +267,8 @@ impl Target for BodyGeometry<'_> {
         match self.media.heights().above(DVec3::new(x, y, 0.0)) {
             Some(z) => {
                 let (position, direction) = (DVec3::new(x, y, z), DVec3::NEG_Z);
-                let photon = Photon { position, direction, weight: 1.0, layer: 0, path: 0.0, turned: 0, guided: 0 };
+                let mut photon = Photon { position, direction, weight: 1.0, layer: 0, path: 0.0, turned: 0, guided: 0 };
+                self.pass_coat(&mut photon, self.media.heights().cell(position), observer);
                 self.track(BodyPhoton { photon, outside: false, meetings: 0 }, observer, rng);
             }
             None => observer.book(Fate::Lost, 1.0),
@@ -271,6 +282,13 @@ impl<'a> BodyGeometry<'a> {
         let (heights, cuts) = HeightField::new(line);
         let fronts = heights.fronts(line);
         Self { media: MediumCache::new(heights, cuts), view: line.view, sines: MeanSineTable::new(), fronts }
+    }
+
+    /// Leaves in the coat over a cell what it takes.
+    fn pass_coat(&self, photon: &mut Photon, cell: CellIndex, observer: &mut impl LineObserver) {
+        let left = photon.weight * self.media.coat(cell);
+        observer.book(Fate::Absorbed, photon.weight - left);
+        photon.weight = left;
     }
 
     /// Refractive index of the body at its surface [1].

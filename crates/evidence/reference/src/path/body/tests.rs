@@ -103,6 +103,20 @@ fn plates_are_stacks() {
     }
 }
 
+/// A coat takes its share from light that enters and from light that leaves, whether it goes to the lens or the sky.
+#[test]
+fn coats_take_light_either_way() {
+    let coat = 0.8;
+    let of = |coat| ask(&plate(Medium { coat, ..rot() }, 15.0, 0.0), &WIDE.0, &WIDE.1, (60.0, 0), 20_000, 1).1;
+    let (bare, coated) = (of(1.0), of(coat));
+    let twice = f64::from(coat * coat);
+    let less = |share: Estimate| Estimate { value: twice * share.value, error: twice * share.error };
+    agree("left", coated.left, less(bare.left));
+    agree("seen", coated.seen, less(bare.seen));
+    let sum = [coated.absorbed, coated.left, coated.dropped, coated.lost].iter().map(|share| share.value).sum::<f64>();
+    assert!((sum - 1.0).abs() < 1e-9, "{sum} of the light is booked");
+}
+
 /// A tilted plate, looked at and lit aslant, has the radiance factor of a level stack lit and seen under those angles.
 #[test]
 fn tilted_plates_have_radiance_factors() {

@@ -1,4 +1,6 @@
-//! `gen check`: accuracy of a trained model on a dataset.
+//! `gen check`: accuracy of a trained model on a dataset, and what keys of a recipe cost it.
+
+mod sweep;
 
 use std::error::Error;
 use std::fs;
@@ -7,6 +9,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 use serde_json::Value;
 
+use self::sweep::SweepArgs;
 use super::console::{Console, say};
 use super::generate::threads;
 use super::output::ResultFolder;
@@ -36,6 +39,7 @@ const EXIT_BELOW_ACCURACY: u8 = 3;
   report
   gen check packs --model tablets.onnx --slice film.sigma_per_mm --slice physics.speckle_volume
   gen check planks --model knots.onnx --min-accuracy 0.95      exit status 3 where it is below
+  gen check --model knots.onnx --recipe wood --sweep           which keys cost the model most; knots-sweep/sweep.json
 
 The sidecar says what the model takes and answers; docs/guide/check.md explains its keys:
   task: classify_pixels                 # classify_samples, classify_objects, classify_pixels, segment
@@ -49,7 +53,8 @@ onnxruntime (.venv here or above), or the system.
 Exit status: 0 done, 1 it cannot be done, 2 unusable arguments, 3 below --min-accuracy.")]
 pub(super) struct CheckArgs {
     /// Folder of the dataset
-    dir: PathBuf,
+    #[arg(required_unless_present = "sweep")]
+    dir: Option<PathBuf>,
     /// The model (ONNX)
     #[arg(long, value_name = "FILE")]
     model: PathBuf,
@@ -69,13 +74,14 @@ pub(super) struct CheckArgs {
     /// Threads [default: all cores]
     #[arg(short = 'j', long, value_name = "T", value_parser = whole::<usize>)]
     threads: Option<usize>,
-    /// Seed of the pixels that are drawn
+    /// Seed of the pixels that are drawn, and of the samples of a sweep
     #[arg(long, default_value_t = 0, value_parser = whole::<u64>)]
     seed: u64,
     /// How many of the most confidently wrong answers are kept, at most 1000
     #[arg(long, value_name = "K", default_value_t = 16, value_parser = clap::value_parser!(u64).range(0..=1000))]
     worst: u64,
-    /// Folder for pictures of them and for the report as check.json; made where it is not there
+    /// Folder for pictures of them and for the report as check.json; made where it is not there. Of a sweep the folder
+    /// for sweep.json and for what it keeps while it runs [default: MODEL-sweep]
     #[arg(short, long, value_name = "DIR", value_parser = output::folder())]
     out: Option<PathBuf>,
     /// Keep the report beside the dataset, as DIR/reports/check-MODEL-SPLIT.json with its pictures, for `gen report`;
@@ -88,6 +94,8 @@ pub(super) struct CheckArgs {
     /// End with status 3 where the accuracy is below this
     #[arg(long, value_name = "SHARE", value_parser = share)]
     min_accuracy: Option<f64>,
+    #[command(flatten)]
+    swept: SweepArgs,
 }
 
 /// Part of a dataset, or all of it.
@@ -116,17 +124,37 @@ fn share(text: &str) -> Result<f64, String> {
     share.ok_or_else(|| format!("'{text}' is no share from 0 to 1, for instance 0.95"))
 }
 
-pub(super) fn run(arguments: &CheckArgs, console: &Console) -> CommandResult {
-    let threads = match threads(arguments.threads)? {
+/// The number of threads of model and reading.
+fn threads_of(arguments: &CheckArgs) -> Result<usize, UsageError> {
+    Ok(match threads(arguments.threads)? {
         0 => std::thread::available_parallelism().map_or(1, usize::from),
         threads => threads,
-    };
-    if let Some(out) = &arguments.out {
-        prepare(out)?;
+    })
+}
+
+/// A check that cannot be done, as a command says it.
+fn refused(error: CheckError) -> Box<dyn Error + Send + Sync> {
+    match error {
+        CheckError::Argument(what) => UsageError(what).into(),
+        other => other.into(),
     }
-    let before = if arguments.save { sums_before(&arguments.dir)? } else { None };
+}
+
+pub(super) fn run(arguments: &CheckArgs, console: &Console) -> CommandResult {
+    match &arguments.dir {
+        Some(dir) => check_dataset(dir, arguments, console),
+        None => sweep::run(arguments, console),
+    }
+}
+
+fn check_dataset(dir: &Path, arguments: &CheckArgs, console: &Console) -> CommandResult {
+    let threads = threads_of(arguments)?;
+    if let Some(out) = &arguments.out {
+        prepare(out, &[REPORT_FILE])?;
+    }
+    let before = if arguments.save { sums_before(dir)? } else { None };
     let options = CheckOptions {
-        dir: arguments.dir.clone(),
+        dir: dir.to_path_buf(),
         model: arguments.model.clone(),
         sidecar: arguments.sidecar.clone(),
         split: arguments.split.split(),
@@ -141,10 +169,7 @@ pub(super) fn run(arguments: &CheckArgs, console: &Console) -> CommandResult {
     let report = check(&options, &sample_test, &|done, all| progress.set(done, all));
     let (windows, is_drawn) = (progress.done(), progress.is_drawn());
     drop(progress);
-    let report = report.map_err(|error| match error {
-        CheckError::Argument(what) => Box::<dyn Error + Send + Sync>::from(UsageError(what)),
-        other => other.into(),
-    })?;
+    let report = report.map_err(refused)?;
     if report.unfinished > 0 {
         console.note(&format!("{} of the dataset are not finished and left out", counted(report.unfinished, "shard")));
     }
@@ -165,7 +190,7 @@ pub(super) fn run(arguments: &CheckArgs, console: &Console) -> CommandResult {
         .out
         .as_ref()
         .map_or(Ok(()), |out| write(ResultFolder::Named(out), REPORT_FILE, &document, "", &report, output::ELSEWHERE));
-    let saved = before.map_or(Ok(()), |before| save(&arguments.dir, &arguments.model, before, &report, console));
+    let saved = before.map_or(Ok(()), |before| save(dir, &arguments.model, before, &report, console));
     let printed = printed.map_err(|error| error.to_string());
     let failed: Vec<String> = [printed, drawn, saved].into_iter().filter_map(Result::err).collect();
     match arguments.min_accuracy {
@@ -186,13 +211,14 @@ fn sample_test(head: &DatasetHead, path: &str) -> Option<SampleTest> {
     Some(SampleTest { deciders, is_lacking: Box::new(move |values| needs.are_unmet(values)) })
 }
 
-/// Makes the folder, or takes that of an earlier check; refuses a folder that holds other things.
-fn prepare(out: &Path) -> Result<(), UsageError> {
+/// Makes the folder of a document, the first of `documents`, or takes that of an earlier check, which has one of them;
+/// refuses a folder that holds other things.
+fn prepare(out: &Path, documents: &[&str]) -> Result<(), UsageError> {
     let describe = |what: String| UsageError(format!("--out {}: {what}; give a new folder", out.display()));
-    let (is_there, document) = (out.exists(), out.join(REPORT_FILE));
+    let (is_there, document) = (out.exists(), out.join(documents[0]));
     if is_there {
         let mut entries = fs::read_dir(out).map_err(|e| describe(e.to_string()))?;
-        if entries.next().is_some() && !document.is_file() {
+        if entries.next().is_some() && !documents.iter().any(|document| out.join(document).is_file()) {
             return Err(describe("it holds other things".into()));
         }
     }
