@@ -17,6 +17,9 @@ pub const MEASURED: [&str; 4] = ["range", "reflectance", "scatter", "grey"];
 /// Those of them that are digital numbers of one pixel, as deep as the sensor's converter.
 pub const LIGHT: [&str; 2] = ["reflectance", "grey"];
 
+/// Which samples have something in common; rows have them from schema 1.8 on.
+pub const GROUPS: [&str; 3] = ["rig", "log_number", "batch"];
+
 /// Every column in order.
 ///
 /// `seed` is unsigned because it is: a signed column would change seeds from 2^63 on, and every reader that is tested

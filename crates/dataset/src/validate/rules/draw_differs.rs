@@ -7,8 +7,8 @@ use arrow_array::cast::AsArray;
 use arrow_array::types::Float64Type;
 use arrow_array::{Array, ArrayRef, StructArray};
 use base::Instance;
-use output_schema::row::{OBJECT, ROW};
-use output_schema::{ColumnKind, Source};
+use output_schema::row::{GROUPS, OBJECT, ROW};
+use output_schema::{Column, ColumnKind, Source};
 
 use super::{Code, REMAKE_OR_REPORT, Rule, SampleToCheck, ValidationReport};
 use crate::record::Object;
@@ -17,7 +17,7 @@ use crate::validate::expected;
 use crate::{cell, encode_numbers, object_cells, table_reader};
 
 pub(super) const RULE: Rule = Rule {
-    meaning: "A drawn number, or what follows from the draws without light, is not what recipe, seed and index give.",
+    meaning: "A drawn number, a group, or what follows from the draws without light, is not what the recipe gives.",
     remedy: REMAKE_OR_REPORT,
 };
 
@@ -33,7 +33,8 @@ pub(super) fn check(sample: &SampleToCheck, report: &mut ValidationReport) {
     let Some(derived) = &sample.derived else { return };
     let numbers = encode_numbers(&derived.record, u32::try_from(head.images.bits).unwrap_or(u32::MAX));
     let mut other = Vec::new();
-    for column in ROW.iter().filter(|column| column.follows == Source::Scene) {
+    let is_made = |column: &&Column| column.follows == Source::Scene || GROUPS.contains(&column.name);
+    for column in ROW.iter().filter(is_made) {
         // The number of Range is called as the row has it, whatever its unit.
         let name = match column.kind {
             ColumnKind::RangeNumber => column.name.trim_end_matches(&format!("_{}", column.unit)),
