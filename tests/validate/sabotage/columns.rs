@@ -6,7 +6,9 @@ use std::sync::Arc;
 use arrow_array::builder::{ListBuilder, StringBuilder};
 use arrow_array::cast::AsArray;
 use arrow_array::types::{Float64Type, Int32Type, Int64Type, UInt64Type};
-use arrow_array::{ArrayRef, FixedSizeListArray, Float64Array, ListArray, RecordBatch, StringArray, StructArray};
+use arrow_array::{
+    ArrayRef, FixedSizeListArray, Float64Array, Int64Array, ListArray, RecordBatch, StringArray, StructArray,
+};
 use output_schema::row::{CALIBRATION, OBJECT, ROW};
 use output_schema::{Column, ColumnKind, Source};
 
@@ -21,7 +23,7 @@ fn changed(column: &ArrayRef, follows: Source) -> ArrayRef {
     } else if let Some(numbers) = column.as_primitive_opt::<Int32Type>() {
         Arc::new(numbers.unary::<_, Int32Type>(|value| value + 1))
     } else if let Some(numbers) = column.as_primitive_opt::<Int64Type>() {
-        Arc::new(numbers.unary::<_, Int64Type>(|value| value + 1))
+        Arc::new(numbers.iter().map(|value| Some(value.map_or(0, |value| value + 1))).collect::<Int64Array>())
     } else if let Some(numbers) = column.as_primitive_opt::<UInt64Type>() {
         Arc::new(numbers.unary::<_, UInt64Type>(|value| value ^ 1))
     } else if let Some(texts) = column.as_string_opt::<i32>() {
