@@ -40,7 +40,7 @@ FIRST_TESTS = $(ALL) --lib $(FIRST:%=--test %)
 # What stands in square brackets in documentation and is no link: units, and letters of sources. Any other link that leads nowhere fails `check`.
 UNITS = 1|mm|um|px|DN|rad|deg|s|Hz|bytes|characters|i|[A-Z]
 
-.PHONY: help defect-maps build dist wheel test-wheel test-scale test-long test-python test-installed test-alone environments quick prepare lint check check-rest check-all bench same-bytes same-values size wood wood-small blister blister-small sawtooth sawtooth-small mesh-small preview validate report bench-check check-onnx baselines gap likeness transfer real-fibres closed-loop cover-loop gallery schema kernel-table film-table bless reference fuzz doc site clean venv
+.PHONY: help defect-maps build dist wheel test-wheel test-scale test-long test-python test-installed test-alone environments quick prepare lint check check-rest check-all bench same-bytes same-values size wood wood-small blister blister-small sawtooth sawtooth-small mesh-small preview validate report bench-check check-onnx baselines gap likeness transfer real-fibres closed-loop cover-loop unlike-rigs gallery schema kernel-table film-table bless reference fuzz doc site clean venv
 
 help: ## print this help
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1\t/' | expand -t 14
@@ -233,6 +233,10 @@ closed-loop: build venv ## 20 fits to scans whose keys are known: how often 90 %
 
 cover-loop: build venv ## 20 scans with a key outside of a recipe's spread, 20 with none: what `gen cover` says (out/cover-loop, 40 minutes)
 	$(VENV)/bin/python python/cover_loop.py out/cover-loop --loops 20
+
+unlike-rigs: build venv ## networks of first recipes on rigs unlike theirs: an hour, out/unlike
+	$(VENV)/bin/python python/unlike_rigs.py out/unlike --task knots
+	$(VENV)/bin/python python/unlike_rigs.py out/unlike --task packs
 
 gallery: build venv ## 40 boards, every defect and six kinds of wood, with their labels, as docs/theory/gallery.md shows them: a minute
 	$(GEN) --recipe recipes/wood-grading-train.yaml --n 51 --seed 4 --out out/gallery/grading

@@ -235,3 +235,25 @@ fn a_control_that_learns_is_told() {
     let told = text(&caught.stderr);
     assert!(caught.status.code() == Some(1) && told.contains("they learned what they were not taught"), "{told}");
 }
+
+/// Every number that a first recipe leaves out takes one of two ends by lot, what it states stays as stated, and all
+/// three recipes are asked.
+#[test]
+#[ignore = "long"]
+fn first_recipes_are_asked_about_rigs_unlike_theirs() {
+    needs_onnxruntime();
+    let place = Place::new();
+    let few = "out --task knots --samples 24 --own 8 --ends 24 --patches 200 --seeds 1 --gen";
+    let told = said(&python(&place, &[], "unlike_rigs.py", &format!("{few} {}", env!("CARGO_BIN_EXE_gen"))));
+    for row in ["drawn | own", "drawn | ends", "fixed | own", "fixed | ends", "shipped | ends"] {
+        assert!(told.contains(&format!("| {row} |")), "{told}");
+    }
+    let count: usize = told.split(' ').next().and_then(|word| word.parse().ok()).expect("a number first");
+    let head: Value =
+        serde_json::from_str(&std::fs::read_to_string(place.path("out/knots-ends/dataset.json")).expect("it was made"))
+            .expect("JSON");
+    let recipe = &head["recipe"]["canonical"];
+    assert!(recipe["laser"]["waist_mm"]["choice"]["values"].as_array().is_some_and(|values| values.len() == 2));
+    assert_eq!(recipe["board"]["width_mm"], 26.0);
+    assert!(count > 50, "{count} numbers at their ends");
+}
