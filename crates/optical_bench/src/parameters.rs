@@ -3,7 +3,7 @@
 //! Sources: [T] Kihl and Källberg 2021; [V] vendors' data; [M] engineering estimate; [C] computed in
 //! docs/theory/instrument.md.
 
-use base::Need::{self, Amount, Facets, Fibres, On, While};
+use base::Need::{self, Amount, Any, Facets, Fibres, On, While};
 use base::{Parameter, parameters};
 
 use crate::settings::Optics;
@@ -19,6 +19,7 @@ const POWELL: Need = On("laser.fan", &["powell"]);
 const TURNTABLE: Need = On("motion.kind", &["turntable"]);
 const GIVEN: Need = While("camera.scheimpflug", &["given"]);
 const BAND_PASS: Need = While("camera.filter", &["band_pass"]);
+const HOPS: Need = Any(&["laser.mode_hop_um", "laser.mode_hop_power"]);
 const SPECKLE: Need = Amount("speckle.strength");
 /// The other models of light know one Gaussian line alone.
 const KERNEL: Need = While("transport.model", &["kernel"]);
@@ -41,6 +42,11 @@ parameters! {
         wow_um: 0.0, 5000.0, 0.0, "[M] off; 10 to 100 with a wheel", fixed;
         /// Way after which it comes again: the wheel's circumference. Needs `wow_um`.
         wow_period_mm: 0.1, 10000.0, 200.0, "[M]", fixed, needs [Amount("motion.wow_um")];
+        /// Amplitude of a vibration in height of all that stands under the instrument. Needs `line_rate_hz`.
+        vibration_um: 0.0, 500.0, 0.0, "[M] off; 1 to 50", fixed, needs [Amount("motion.line_rate_hz")];
+        /// Its frequency.
+        vibration_hz: 0.1, 10000.0, 60.0, "[M] 20 to 200", log_uniform(20.0, 200.0),
+            needs [Amount("motion.vibration_um")];
         /// For `kind: turntable`: distance from the axis at which profiles are `step_mm` apart.
         turn_radius_mm: 0.1, 5000.0, 50.0, "free", fixed, needs [TURNTABLE];
         /// For `kind: turntable`: where along the line the axis stands.
@@ -110,6 +116,16 @@ parameters! {
         /// Correlation length of that, at the conveyor.
         width_jitter_mm: 0.1, 500.0, 4.0, "[M] 1 to 10", log_uniform(1.0, 10.0),
             needs [BEAM_OR_SLIT, Amount("laser.width_jitter")];
+        /// Standard deviation of the power over the profiles of a scan, over its mean.
+        power_noise: 0.0, 0.3, 0.0, "[M] off; 0.005 to 0.03", fixed;
+        /// Profiles over which it is alike (correlation length); below 0.3 each is on its own.
+        power_noise_profiles: 0.1, 10000.0, 20.0, "[M]", log_uniform(0.3, 300.0), needs [Amount("laser.power_noise")];
+        /// How far along the motion the line jumps when the diode changes between two modes.
+        mode_hop_um: 0.0, 200.0, 0.0, "[M] off; 5 to 20", fixed;
+        /// Difference of its powers in the two modes, over their mean.
+        mode_hop_power: 0.0, 0.5, 0.0, "[M] off; up to 0.01", fixed;
+        /// Mean number of profiles that it stays in a mode.
+        mode_profiles: 2.0, 100000.0, 300.0, "[M]", log_uniform(100.0, 1000.0), needs [HOPS];
         /// Single fibres that guide light out of the line, on wood, at any moment.
         streaks_per_mm: 0.0, 50.0, 0.0, "[M] 0.5 to 2", fixed, needs [Fibres], zero_without [KERNEL];
         /// Their width.
@@ -155,6 +171,12 @@ parameters! {
         distortion_p1: -0.02, 0.02, 0.0, "[M] 0.0005", fixed;
         /// Tangential distortion, most of it along the line.
         distortion_p2: -0.02, 0.02, 0.0, "[M] 0.0005", fixed;
+        /// Rows that the image has moved since the calibration when a scan begins: of an instrument that has warmed up.
+        drift_rows: -50.0, 50.0, 0.0, "[C] off; 0.4 for 10 K at 410 mm of aluminium", fixed;
+        /// Rows that it moves on until the scan ends.
+        drift_scan_rows: -50.0, 50.0, 0.0, "[M] off; 0 to 0.2", fixed;
+        /// Growth of the image along the rows since the calibration, about the axis, over its size.
+        drift_scale: -0.05, 0.05, 0.0, "[C] off; 2e-4 for 10 K of aluminium", fixed;
         /// Pitch of the pixels.
         pixel_um: 1.0, 30.0, 6.0, "[T]", fixed;
         /// Standard deviation of the lens's point spread on the sensor by aberrations.

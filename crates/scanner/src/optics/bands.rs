@@ -96,5 +96,6 @@ impl Bands<'_> {
 /// Body, camera and laser where `profile` stands.
 fn view<'a>(sensor: &'a Sensor, specimen: &'a Specimen, profile: isize) -> LineView<'a> {
     let y = sensor.geometry.position(profile) as f32;
-    LineView { specimen, camera: &sensor.camera, y, profile, faint: sensor.faint }
+    let disturbance = sensor.disturbances.at(profile);
+    LineView { specimen, camera: &sensor.camera, y, profile, disturbance, faint: sensor.faint }
 }

@@ -19,6 +19,8 @@
 
 mod bands;
 pub mod camera;
+mod correlated_noise;
+mod disturbance;
 pub mod encoder;
 mod expose;
 mod full_frame;

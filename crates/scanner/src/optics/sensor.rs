@@ -4,6 +4,7 @@ use base::{Medium, Stream};
 use glam::Vec3;
 
 use super::camera::Camera;
+use super::disturbance::Disturbances;
 use super::encoder::Encoder;
 use super::lamps::{GreyCamera, Lamps};
 use super::readout::{SignalChain, ThesisScripts};
@@ -59,6 +60,7 @@ pub struct Sensor {
     /// The thesis' scripts in place of speckle and noise.
     pub(super) scripts: Option<ThesisScripts>,
     pub(super) geometry: ScanGeometry,
+    pub(super) disturbances: Disturbances,
     pub(super) second: Option<SecondLine>,
     pub(super) turn: Option<Turntable>,
     pub(super) size: Size,
@@ -111,6 +113,7 @@ impl Sensor {
             scripts: scripted
                 .then(|| ThesisScripts::new(setup.postprocess, bench, setup.readout, stream.child("postprocess"))),
             geometry,
+            disturbances: Disturbances::new(bench, &camera.rig, size.profiles, stream.child("disturbance")),
             grey,
             second: SecondLine::new(&bench.laser, step),
             turn: setup.turn,
