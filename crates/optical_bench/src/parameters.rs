@@ -116,6 +116,13 @@ parameters! {
         /// Correlation length of that, at the conveyor.
         width_jitter_mm: 0.1, 500.0, 4.0, "[M] 1 to 10", log_uniform(1.0, 10.0),
             needs [BEAM_OR_SLIT, Amount("laser.width_jitter")];
+        /// Grains of dust on the window that the fan leaves by; they are the instrument's.
+        dust_count: 0.0, 500.0, 0.0, "[M] off; 1 to 10", fixed, count, needs [LINE];
+        /// Largest share of the light that a grain takes in the middle of its shadow; shares are even below that.
+        dust_shade: 0.01, 1.0, 0.3, "[M] 0.05 to 0.6", uniform(0.05, 0.6), needs [LINE, Amount("laser.dust_count")];
+        /// Median width of a grain's shadow at half its depth, at the conveyor.
+        dust_mm: 0.2, 50.0, 4.0, "[C] 0.3 mm at 30 of 400 mm of the fan's way", log_uniform(1.0, 10.0),
+            needs [LINE, Amount("laser.dust_count")];
         /// Standard deviation of the power over the profiles of a scan, over its mean.
         power_noise: 0.0, 0.3, 0.0, "[M] off; 0.005 to 0.03", fixed;
         /// Profiles over which it is alike (correlation length); below 0.3 each is on its own.
@@ -183,6 +190,11 @@ parameters! {
         blur_um: 0.0, 30.0, 2.5, "[M] 1.5 to 6", uniform(1.5, 6.0);
         /// Share of a pixel's charge that each of its four neighbours collects.
         crosstalk: 0.0, 0.1, 0.0, "[M] 0.01 to 0.02", fixed;
+        /// Share of the laser's light that lens, window and the dust on them spread far about its image: veiling glare.
+        glare_share: 0.0, 0.5, 0.0, "[M] off; 0.005 to 0.03 of C-mount lenses", fixed, zero_without [PHYSICAL];
+        /// Radius on the sensor within which half of that falls.
+        glare_um: 20.0, 5000.0, 250.0, "[M] 20 to 100 pixels", log_uniform(120.0, 600.0),
+            needs [Amount("camera.glare_share")];
         /// Transmission of lens and band-pass filter, in the filter's middle.
         transmission: 0.01, 1.0, 0.75, "[M]", uniform(0.7, 0.8);
         /// Share of light that the lens's mounts take half a sensor's width away from the axis, rising with the square.

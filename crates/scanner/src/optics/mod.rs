@@ -20,7 +20,6 @@
 mod bands;
 pub mod camera;
 mod correlated_noise;
-mod disturbance;
 pub mod encoder;
 mod expose;
 mod full_frame;
@@ -31,6 +30,7 @@ mod readout;
 mod scan_line;
 mod sensor;
 pub mod speckle;
+mod unrest;
 mod window;
 
 pub use self::bands::Bands;

@@ -295,7 +295,7 @@ impl LineMaker {
         scratch: &mut LineScratch,
         line: &mut ScanLine,
     ) -> Sight {
-        let sight = if hit.is_bare() && view.disturbance.is_none_or(|disturbance| disturbance.lift_mm == 0.0) {
+        let sight = if hit.is_bare() && view.unrest.is_none_or(|unrest| unrest.lift_mm == 0.0) {
             view.share(self.conveyor_sights[column], hit.x, 0.0)
         } else {
             view.sight(hit.x, &hit.surface)
