@@ -2,13 +2,13 @@
 
 use std::f64::consts::TAU;
 
-use base::{Gloss, Medium, Stream};
+use base::{Class, Gloss, Medium, Stream};
 use dataset::record::{AskedRows, Record};
 use optical_bench::settings::{SensorStack, Transport};
 use pipeline::Equipment;
-use recipe::{Recipe, Scene};
+use recipe::{Plan, Recipe, Scene};
 use scanner::optics::{ROWS, Scratch, TILE};
-use test_support::target::{expose, patterns, plate, render, scene};
+use test_support::target::{expose, moments, patterns, plate, render, scene};
 
 use crate::camera_motion::line;
 
@@ -195,6 +195,26 @@ fn rows_alone_are_those_of_the_scan() {
             assert!(whole.stack[frame.profile as usize] == frame, "{name}: frame {}", frame.profile);
         }
     }
+}
+
+/// A board that is wet all over is darker on its line and spreads the light farther; a film of water on it shines.
+#[test]
+fn wet_boards_are_dark_and_shine() {
+    let seen = |filled: f64, film: f64| {
+        let mut scene = Recipe::load("wood-small").expect("the embedded recipe loads").draw(5, 2);
+        let Plan::Wood(wood) = &mut scene.plan else { panic!("a board") };
+        (wood.moisture.board_filled, wood.moisture.film, wood.moisture.film_roughness) = (filled, film, 0.25);
+        let record = pipeline::render(&scene, patterns(), &|_| ());
+        let mean = |map: &[f32]| {
+            let clear = map.iter().zip(&record.labels.class).filter(|(_, class)| **class == Class::Clear as u8);
+            moments(clear.map(|(value, _)| f64::from(*value))).0
+        };
+        [mean(&record.maps.reflectance), mean(&record.maps.scatter)]
+    };
+    let [dry, wet, shining] = [seen(0.0, 0.0), seen(0.8, 0.0), seen(0.8, 1.0)];
+    println!("Reflectance and Scatter: dry {dry:.1?}, wet {wet:.1?}, under a film {shining:.1?}");
+    assert!(wet[0] < 0.85 * dry[0] && wet[1] / wet[0] > 1.1 * dry[1] / dry[0], "{dry:?} {wet:?}");
+    assert!(shining[0] > 1.03 * wet[0], "{wet:?} {shining:?}");
 }
 
 /// Models that answer one line at a time have the line and its spread where the instrument moves both, and glare.

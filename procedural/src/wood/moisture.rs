@@ -23,9 +23,9 @@
 //!
 //! A board that is wet all over has that share everywhere, and more in patches that are wetter. A film of water on a
 //! share w of its face mirrors as water does, F0 = 0.0201, and hides the facets of the cell walls under it, of the
-//! share g. Both are one lobe of the share w + (1 - w) g: its reflectance is their mean by shares, its roughness that by what
-//! they reflect, so that it is exact for w = 0 and 1. Limits: no swelling; a patch is as deep as the board; one law for
-//! all wood; the film has no thickness and takes no light from what enters.
+//! share g. Both are one lobe of the share w + (1 - w) g: its reflectance is their mean by shares, its roughness that
+//! by what they reflect, so that it is exact for w = 0 and 1. Limits: no swelling; a patch is as deep as the board; one
+//! law for all wood; the film has no thickness and takes no light from what enters.
 
 use base::{Gloss, Stream, lognormal};
 use glam::Vec2;
