@@ -164,7 +164,7 @@ fn glare_lies_in_scatter() {
     let theory = 2.0 * gain * (6..14).map(height).sum::<f64>();
     let got = scatter(&veiled) - scatter(&clear);
     // The fit of the halo is within 2.2 % of its height everywhere: 4 % of what these rows hold.
-    assert!((got / theory - 1.0).abs() < 0.05 && theory > 20.0, "{got} DN, theory {theory}");
+    assert!((got / theory - 1.0).abs() < 0.05 && theory > 10.0, "{got} DN, theory {theory}");
 }
 
 /// With everything that changes from profile to profile, rows and frames exposed alone are those of the whole scan.
@@ -222,6 +222,9 @@ fn wet_boards_are_dark_and_shine() {
 fn slow_models_are_disturbed_too() {
     let mut rest = scene(24);
     (rest.size.columns, rest.transport) = (128, Transport::Diffusion { voxel_mm: 0.2 });
+    if let Plan::Wood(wood) = &mut rest.plan {
+        (wood.board.lead_in_mm, wood.board.width_mm) = (0.5, 12.0);
+    }
     let mut drifted = rest.clone();
     drifted.bench.camera.drift_rows = 3.0;
     drifted.bench.laser.mode_hop_power = 0.2;
