@@ -21,7 +21,7 @@ fn moving(still: &Scene) -> Scene {
 }
 
 /// Light and middle of a column [e-], [px], of each window.
-fn line(sensor: &Sensor, band: &Band, profile: usize, column: usize) -> Vec<[f64; 2]> {
+pub(crate) fn line(sensor: &Sensor, band: &Band, profile: usize, column: usize) -> Vec<[f64; 2]> {
     let mut scratch = Scratch::default();
     sensor.window(band, profile, column / TILE, &mut scratch);
     let c = column % TILE;

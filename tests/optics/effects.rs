@@ -81,6 +81,9 @@ fn wake(scene: &mut Scene, name: &str) {
         // The fan's ends lie on the sensor.
         "fan_soft_ends" | "smile_um" | "smile_cubic_um" => laser.fan_angle_deg = 1.2,
         "point_x_mm" | "point_step_mm" | "point_span_mm" => (laser.power_mw, laser.point_span_mm) = (0.2, 3.0),
+        "vibration_hz" => motion.line_rate_hz = 1000.0,
+        // Modes that change within the scan.
+        "mode_profiles" => (laser.mode_hop_um, laser.mode_profiles) = (100.0, 4.0),
         // Light that wood absorbs otherwise than the laser's.
         "absorption_decay_nm" => lamps.wavelength_nm = 550.0,
         // The board lies under the line.

@@ -27,4 +27,5 @@ mod sliced_wood;
 mod solid_pieces;
 mod speckle;
 mod turntable;
+mod unrest;
 mod wood_texture;

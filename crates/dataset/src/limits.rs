@@ -10,8 +10,7 @@ const LIMITS_OF_ALL: [&str; 6] = [
     "The scans are simulated: no camera saw the objects, and optical coefficients are the recipe's, whose defaults \
         are estimates from publications.",
     "Numbers that the recipe draws follow its distributions, which need not be those of your line.",
-    "Dust, wear and drift of the instrument and vibration but for errors of the encoder are absent; so is everything \
-        that the recipe does not name.",
+    "Wear of the instrument and dust in the air are absent; so is everything that the recipe does not name.",
     "Light has no polarisation, and goes from the object onto the conveyor and back in no scan.",
     "Range is what a camera measures: of matter that lets light in it lies below the true height, by up to some \
         tenths of a mm on wood and plastic, and not at all on metal.",

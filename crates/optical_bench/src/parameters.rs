@@ -3,7 +3,7 @@
 //! Sources: [T] Kihl and Källberg 2021; [V] vendors' data; [M] engineering estimate; [C] computed in
 //! docs/theory/instrument.md.
 
-use base::Need::{self, Amount, Facets, Fibres, On, While};
+use base::Need::{self, Amount, Any, Facets, Fibres, On, While};
 use base::{Parameter, parameters};
 
 use crate::settings::Optics;
@@ -19,6 +19,7 @@ const POWELL: Need = On("laser.fan", &["powell"]);
 const TURNTABLE: Need = On("motion.kind", &["turntable"]);
 const GIVEN: Need = While("camera.scheimpflug", &["given"]);
 const BAND_PASS: Need = While("camera.filter", &["band_pass"]);
+const HOPS: Need = Any(&["laser.mode_hop_um", "laser.mode_hop_power"]);
 const SPECKLE: Need = Amount("speckle.strength");
 /// The other models of light know one Gaussian line alone.
 const KERNEL: Need = While("transport.model", &["kernel"]);
@@ -41,6 +42,11 @@ parameters! {
         wow_um: 0.0, 5000.0, 0.0, "[M] off; 10 to 100 with a wheel", fixed;
         /// Way after which it comes again: the wheel's circumference. Needs `wow_um`.
         wow_period_mm: 0.1, 10000.0, 200.0, "[M]", fixed, needs [Amount("motion.wow_um")];
+        /// Amplitude of a vibration in height of all that stands under the instrument. Needs `line_rate_hz`.
+        vibration_um: 0.0, 500.0, 0.0, "[M] off; 1 to 50", fixed, needs [Amount("motion.line_rate_hz")];
+        /// Its frequency.
+        vibration_hz: 0.1, 10000.0, 60.0, "[M] 20 to 200", log_uniform(20.0, 200.0),
+            needs [Amount("motion.vibration_um")];
         /// For `kind: turntable`: distance from the axis at which profiles are `step_mm` apart.
         turn_radius_mm: 0.1, 5000.0, 50.0, "free", fixed, needs [TURNTABLE];
         /// For `kind: turntable`: where along the line the axis stands.
@@ -110,6 +116,23 @@ parameters! {
         /// Correlation length of that, at the conveyor.
         width_jitter_mm: 0.1, 500.0, 4.0, "[M] 1 to 10", log_uniform(1.0, 10.0),
             needs [BEAM_OR_SLIT, Amount("laser.width_jitter")];
+        /// Grains of dust on the window that the fan leaves by; they are the instrument's.
+        dust_count: 0.0, 500.0, 0.0, "[M] off; 1 to 10", fixed, count, needs [LINE];
+        /// Largest share of the light that a grain takes in the middle of its shadow; shares are even below that.
+        dust_shade: 0.01, 1.0, 0.3, "[M] 0.05 to 0.6", uniform(0.05, 0.6), needs [LINE, Amount("laser.dust_count")];
+        /// Median width of a grain's shadow at half its depth, at the conveyor.
+        dust_mm: 0.2, 50.0, 4.0, "[C] 0.3 mm at 30 of 400 mm of the fan's way", log_uniform(1.0, 10.0),
+            needs [LINE, Amount("laser.dust_count")];
+        /// Standard deviation of the power over the profiles of a scan, over its mean.
+        power_noise: 0.0, 0.3, 0.0, "[M] off; 0.005 to 0.03", fixed;
+        /// Profiles over which it is alike (correlation length); below 0.3 each is on its own.
+        power_noise_profiles: 0.1, 10000.0, 20.0, "[M]", log_uniform(0.3, 300.0), needs [Amount("laser.power_noise")];
+        /// How far along the motion the line jumps when the diode changes between two modes.
+        mode_hop_um: 0.0, 200.0, 0.0, "[M] off; 5 to 20", fixed;
+        /// Difference of its powers in the two modes, over their mean.
+        mode_hop_power: 0.0, 0.5, 0.0, "[M] off; up to 0.01", fixed;
+        /// Mean number of profiles that it stays in a mode.
+        mode_profiles: 2.0, 100000.0, 300.0, "[M]", log_uniform(100.0, 1000.0), needs [HOPS];
         /// Single fibres that guide light out of the line, on wood, at any moment.
         streaks_per_mm: 0.0, 50.0, 0.0, "[M] 0.5 to 2", fixed, needs [Fibres], zero_without [KERNEL];
         /// Their width.
@@ -155,12 +178,23 @@ parameters! {
         distortion_p1: -0.02, 0.02, 0.0, "[M] 0.0005", fixed;
         /// Tangential distortion, most of it along the line.
         distortion_p2: -0.02, 0.02, 0.0, "[M] 0.0005", fixed;
+        /// Rows that the image has moved since the calibration when a scan begins: of an instrument that has warmed up.
+        drift_rows: -50.0, 50.0, 0.0, "[C] off; 0.4 for 10 K at 410 mm of aluminium", fixed;
+        /// Rows that it moves on until the scan ends.
+        drift_scan_rows: -50.0, 50.0, 0.0, "[M] off; 0 to 0.2", fixed;
+        /// Growth of the image along the rows since the calibration, about the axis, over its size.
+        drift_scale: -0.05, 0.05, 0.0, "[C] off; 2e-4 for 10 K of aluminium", fixed;
         /// Pitch of the pixels.
         pixel_um: 1.0, 30.0, 6.0, "[T]", fixed;
         /// Standard deviation of the lens's point spread on the sensor by aberrations.
         blur_um: 0.0, 30.0, 2.5, "[M] 1.5 to 6", uniform(1.5, 6.0);
         /// Share of a pixel's charge that each of its four neighbours collects.
         crosstalk: 0.0, 0.1, 0.0, "[M] 0.01 to 0.02", fixed;
+        /// Share of the laser's light that lens, window and the dust on them spread far about its image: veiling glare.
+        glare_share: 0.0, 0.5, 0.0, "[M] off; 0.005 to 0.03 of C-mount lenses", fixed, zero_without [PHYSICAL];
+        /// Radius on the sensor within which half of that falls.
+        glare_um: 20.0, 5000.0, 250.0, "[M] 20 to 100 pixels", log_uniform(120.0, 600.0),
+            needs [Amount("camera.glare_share")];
         /// Transmission of lens and band-pass filter, in the filter's middle.
         transmission: 0.01, 1.0, 0.75, "[M]", uniform(0.7, 0.8);
         /// Share of light that the lens's mounts take half a sensor's width away from the axis, rising with the square.

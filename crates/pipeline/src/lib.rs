@@ -116,6 +116,7 @@ pub fn set_up<'a>(scene: &Scene, body: Body, by: impl Into<Equipment<'a>>) -> (S
         turn,
         line_solver: line_solvers(scene.transport, scene.stream),
         stream: scene.stream,
+        rig_stream: scene.rig_stream,
     });
     let specimen = Specimen::new(body, sensor.camera().rig, scene.bench.laser.fan_height_mm).on_turntable(turn);
     // Models that follow light through packs find out for themselves what fills pockets.

@@ -48,10 +48,11 @@ impl Recipe {
             1 => stream,
             _ => root.child(if is_wood { "log" } else { "batch" }).index(lot),
         };
+        let rig_stream = root.child("rig").index(own.rig);
         let of_class = || root.child("sequence").child(&class.name);
         // Stream, sequence and rank of what a key is drawn for.
         let drawn_for = |path: &str| match self.groups.level(path) {
-            DrawLevel::Rig => (root.child("rig").index(own.rig), root.child("sequence of rigs"), own.rig),
+            DrawLevel::Rig => (rig_stream, root.child("sequence of rigs"), own.rig),
             // Boards of a log have one class, objects of a batch have not.
             DrawLevel::Lot if is_wood => (lot_stream, of_class(), groups.rank(index)),
             DrawLevel::Lot => (lot_stream, root.child("sequence of batches"), lot),
@@ -90,6 +91,7 @@ impl Recipe {
             class: class.name.clone(),
             stream,
             log_stream: lot_stream,
+            rig_stream,
             groups: own,
             log_board: (boards > 1).then_some(LogBoard { log: lot, board: index % boards }),
             size: self.settings.size(),

@@ -121,6 +121,8 @@ pub struct Scene {
     pub stream: Stream,
     /// Root of the streams of what belongs to a log or a batch: that of the sample, but where several have one.
     pub log_stream: Stream,
+    /// Root of the streams of what belongs to the instrument, which samples may have in common.
+    pub rig_stream: Stream,
     /// Which instrument, log and batch it has.
     pub groups: SampleGroups,
     /// Which board of which log it is, where logs have several.

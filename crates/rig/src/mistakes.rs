@@ -236,7 +236,7 @@ impl<'a> Drawn<'a> {
         let threshold = scene.extraction.threshold_dn / scene.readout.scale();
         values.insert("extraction.threshold_dn".into(), threshold);
         let top = values.get("board.thickness_mm").copied().unwrap_or(0.0);
-        let camera = Camera::new(&scene.bench, &scene.size, &scene.line, scene.stream);
+        let camera = Camera::new(&scene.bench, &scene.size, &scene.line, scene.stream, scene.rig_stream);
         Self { scene, values, top, sight: camera.sight(0.0, top as f32, 0.0) }
     }
 

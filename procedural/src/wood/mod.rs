@@ -670,6 +670,7 @@ impl PlankSlice<'_> {
         if let Some(filled) = plank.wet.at(spot) {
             coefficients = moisture::wetted(coefficients, filled);
         }
+        gloss = plank.wet.film(gloss);
         if let Some(coated) = plank.coats.at(spot) {
             coat *= coated.through;
             if let Some(label) = coated.label {

@@ -412,7 +412,7 @@ parameters! {
 }
 
 parameters! {
-    /// Wet places of the face.
+    /// Wet places of the face, or a board that is wet all over.
     moisture: Moisture {
         /// How many.
         patch_count: 0.0, 50.0, 0.0, "per board", fixed, count, of [Amount("moisture.filled")];
@@ -420,6 +420,13 @@ parameters! {
         patch_mm: 2.0, 500.0, 25.0, "[E] 10 to 80", log_uniform(10.0, 80.0), of [Amount("moisture.patch_count")];
         /// Share of the lumina that is full of water in the middle of one.
         filled: 0.0, 1.0, 0.4, "[E] 0.1 to 0.8", uniform(0.1, 0.8), of [Amount("moisture.patch_count")];
+        /// Share of the lumina that is full of water in the whole board.
+        board_filled: 0.0, 1.0, 0.0, "[E] off; 0.3 to 0.9 of green sapwood", fixed;
+        /// Share of the face that shines with a film of water instead of the gloss of dry wood.
+        film: 0.0, 1.0, 0.0, "[E] off; 0.2 to 1 of a face in the rain", fixed;
+        /// Roughness alpha of that film.
+        film_roughness: 0.03, 0.6, 0.15, "[E] water levels, fibres stand out", log_uniform(0.08, 0.3),
+            of [Amount("moisture.film")];
     }
 }
 

@@ -18,7 +18,9 @@ fn answers(plank: &Plank) -> Vec<u32> {
             }
             let m = slice.matter(x, 21.7);
             let (o, f) = (m.medium, m.medium.fibre);
-            let numbers = [o.mu_a, o.sigma_i, o.k, o.n_eff, o.dispersion_deg, o.gloss.share, o.coat, f.x, f.y, f.z];
+            let gloss = [o.gloss.share, o.gloss.roughness[0]];
+            let numbers =
+                [o.mu_a, o.sigma_i, o.k, o.n_eff, o.dispersion_deg, gloss[0], gloss[1], o.coat, f.x, f.y, f.z];
             words.extend(numbers.map(f32::to_bits));
             words.extend([m.class as u32, u32::from(m.instance)]);
         }
@@ -71,6 +73,7 @@ fn full() -> Wood {
     wood.marks.chip_count = 8.0;
     wood.marks.chip_mm = 20.0;
     wood.moisture.patch_count = 3.0;
+    wood.moisture.film = 0.4;
     wood.board.edge_wander_mm = 0.5;
     wood.log.ring_width_pith_ratio = 1.5;
     wood.log.juvenile_rings = 40.0;

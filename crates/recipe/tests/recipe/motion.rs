@@ -8,6 +8,10 @@ use recipe::Recipe;
 fn numbers_without_effect_are_refused() {
     let idle = &["has no effect while `motion.wow_um` is 0", "give `motion.wow_um` too"];
     only("motion: {wow_period_mm: 100}", (1, 10), "motion.wow_period_mm", idle);
+    let still = &["has no effect while `motion.line_rate_hz` is 0", "give `motion.line_rate_hz` too"];
+    only("motion: {vibration_um: 20}", (1, 10), "motion.vibration_um", still);
+    let calm = &["has no effect while `motion.vibration_um` is 0"];
+    only("motion: {line_rate_hz: 1000, vibration_hz: 50}", (1, 30), "motion.vibration_hz", calm);
     let linear = &["has no effect on `kind: linear`", "`kind: turntable`"];
     only("motion: {turn_radius_mm: 20}", (1, 10), "motion.turn_radius_mm", linear);
     only("motion: {turn_axis_y_mm: 20}", (1, 10), "motion.turn_axis_y_mm", linear);

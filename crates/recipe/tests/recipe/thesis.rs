@@ -57,6 +57,7 @@ fn idle_keys_are_refused() {
         ("postprocess: {order: physical, intensity_scale: 2}".to_owned(), "postprocess.intensity_scale"),
         (format!("{QUIET}\npostprocess: {{order: noise_speckle, blur_radius_px: 1}}"), "postprocess.blur_radius_px"),
         (format!("{QUIET}\npostprocess: {{order: blur_noise, sampling_factor: 6}}"), "postprocess.sampling_factor"),
+        (format!("{QUIET}\ncamera: {{glare_share: 0.02}}\npostprocess: {{order: blur_noise}}"), "camera.glare_share"),
         (format!("{QUIET}\nspeckle: {{law: rayleigh}}\npostprocess: {{order: blur_noise}}"), "speckle.law"),
         (format!("{QUIET}\nspeckle: {{strength: 0.5}}\npostprocess: {{order: noise_speckle}}"), "speckle.strength"),
         ("postprocess: {order: blur_noise}".to_owned(), "exposure.shot_noise"),

@@ -89,6 +89,10 @@ impl Bands<'_> {
             let volume = |profile: usize| model.volume(band.line(profile), profile as u64, sensor.position(profile));
             band.volumes = (band.profiles.start..last).map(volume).collect();
         }
+        band.glare.clear();
+        if let Some(glare) = &sensor.glare {
+            band.glare = band.profiles.clone().map(|profile| glare.about(band, profile)).collect();
+        }
         band
     }
 }
@@ -96,5 +100,6 @@ impl Bands<'_> {
 /// Body, camera and laser where `profile` stands.
 fn view<'a>(sensor: &'a Sensor, specimen: &'a Specimen, profile: isize) -> LineView<'a> {
     let y = sensor.geometry.position(profile) as f32;
-    LineView { specimen, camera: &sensor.camera, y, profile, faint: sensor.faint }
+    let unrest = sensor.unsteady.at(profile);
+    LineView { specimen, camera: &sensor.camera, y, profile, unrest, faint: sensor.faint }
 }

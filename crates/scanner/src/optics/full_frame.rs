@@ -55,7 +55,8 @@ impl Sensor {
             .map(|pixel| {
                 let (row, column) = (pixel / columns, pixel % columns);
                 let (normal, _) = lanes::normals(pixel as u32, keys);
-                self.chain.number([row, column], lit.ambient_in([row, column]), normal, offsets[row])
+                let light = lit.ambient_in([row, column]) + lit.glare_in([row, column]);
+                self.chain.number([row, column], light, normal, offsets[row])
             })
             .collect();
         let (mut scratch, mut frames) = (Scratch::default(), <[Frame; 2]>::default());

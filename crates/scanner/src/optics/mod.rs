@@ -19,6 +19,7 @@
 
 mod bands;
 pub mod camera;
+mod correlated_noise;
 pub mod encoder;
 mod expose;
 mod full_frame;
@@ -29,6 +30,7 @@ mod readout;
 mod scan_line;
 mod sensor;
 pub mod speckle;
+mod unrest;
 mod window;
 
 pub use self::bands::Bands;

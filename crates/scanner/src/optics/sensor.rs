@@ -10,7 +10,8 @@ use super::readout::{SignalChain, ThesisScripts};
 use super::scan_line::{Highlights, LineMaker, surface_point};
 use super::speckle::coherence::{Coherence, coherence_per_mm, path_contrast};
 use super::speckle::{AnchoredSpeckle, PatternCache, SpeckleConditions};
-use super::window::{Band, ScanGeometry, SecondLine};
+use super::unrest::UnsteadyRig;
+use super::window::{Band, Glare, ScanGeometry, SecondLine};
 use crate::frame::Calibration;
 use crate::specimen::{Hit, Specimen, turntable::Turntable};
 use optical_bench::parameters::Bench;
@@ -48,6 +49,8 @@ pub struct SensorSetup<'a> {
     pub line_solver: Option<Box<dyn LineSolver>>,
     /// Stream of the sample.
     pub stream: Stream,
+    /// Stream of the instrument, which samples may have in common.
+    pub rig_stream: Stream,
 }
 
 /// Laser, camera and sensor over one scan.
@@ -59,7 +62,10 @@ pub struct Sensor {
     /// The thesis' scripts in place of speckle and noise.
     pub(super) scripts: Option<ThesisScripts>,
     pub(super) geometry: ScanGeometry,
+    pub(super) unsteady: UnsteadyRig,
     pub(super) second: Option<SecondLine>,
+    /// Veiling glare of the lens; `None` without.
+    pub(super) glare: Option<Glare>,
     pub(super) turn: Option<Turntable>,
     pub(super) size: Size,
     /// Light in one pixel under which secondary light is left out [e-].
@@ -74,7 +80,7 @@ impl Sensor {
     /// Sets the instrument up.
     pub fn new(setup: SensorSetup<'_>) -> Self {
         let SensorSetup { bench, size, height, clear, stream, .. } = setup;
-        let camera = Camera::new(bench, &size, setup.line, stream);
+        let camera = Camera::new(bench, &size, setup.line, stream, setup.rig_stream);
         let working = bench.camera.f_number * camera.rig.image_distance / camera.rig.focal_length;
         let grain = bench.laser.wavelength_nm * 1e-3 * working / bench.camera.pixel_um;
         let sight = camera.sight(0.0, height as f32, 0.0);
@@ -111,7 +117,9 @@ impl Sensor {
             scripts: scripted
                 .then(|| ThesisScripts::new(setup.postprocess, bench, setup.readout, stream.child("postprocess"))),
             geometry,
+            unsteady: UnsteadyRig::new(bench, &camera.rig, size.profiles, stream.child("unrest")),
             grey,
+            glare: Glare::new(bench),
             second: SecondLine::new(&bench.laser, step),
             turn: setup.turn,
             size,

@@ -99,8 +99,8 @@ pub struct Sight {
 }
 
 impl Camera {
-    /// The camera of a bench under a laser of the kind `line`; `stream` belongs to the sample.
-    pub fn new(bench: &Bench, size: &Size, line: &LaserLine, stream: Stream) -> Self {
+    /// The camera of a bench under a laser of the kind `line`; `stream` belongs to the sample, `own` to the instrument.
+    pub fn new(bench: &Bench, size: &Size, line: &LaserLine, stream: Stream, own: Stream) -> Self {
         let rig = rig(bench, size);
         let (camera, laser, exposure) = (&bench.camera, &bench.laser, &bench.exposure);
         let photon = PLANCK_TIMES_LIGHT_SPEED / (laser.wavelength_nm * 1e-9);
@@ -110,7 +110,8 @@ impl Camera {
             * exposure.quantum_efficiency
             * camera.transmission
             * pupil
-            * pupil;
+            * pupil
+            * (1.0 - camera.glare_share);
         let v0 = rig.image_distance;
         let beta = rig.sensor_tilt;
         let (sin, cos) = libm::sincos(rig.tilt);
@@ -145,7 +146,7 @@ impl Camera {
             * camera.transmission;
         Self {
             rig,
-            laser: Laser::new(laser, line, lens_mm, stream),
+            laser: Laser::new(laser, line, lens_mm, stream, own),
             electrons: electrons as f32,
             lens: Vec3::new(0.0, (-rig.distance * sin) as f32, (rig.distance * cos) as f32),
             axis: Vec3::new(0.0, sin as f32, -cos as f32),

@@ -5,7 +5,7 @@ use optical_bench::lens::{DistortedDirection, image_distance};
 use optical_bench::parameters::CameraParameters;
 
 fn camera_of(bench: &Bench) -> Camera {
-    Camera::new(bench, &SIZE, &LaserLine::PLAIN, Stream::root(0))
+    Camera::new(bench, &SIZE, &LaserLine::PLAIN, Stream::root(0), Stream::root(1))
 }
 
 const SIZE: Size = Size { columns: 2560, rows: 832, profiles: 1 };

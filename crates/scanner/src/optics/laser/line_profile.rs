@@ -22,7 +22,7 @@ use optical_bench::settings::LineShape;
 use transport::kernel::{BASIS, SPREAD_MM};
 
 /// Weight and standard deviation of each Gaussian of a skirt [1, a].
-const SKIRT_COMPONENTS: [(f64, f64); 4] = [
+pub(crate) const SKIRT_COMPONENTS: [(f64, f64); 4] = [
     (0.361_000_7, 0.504_616_56),
     (0.411_013_9, 0.966_865_87),
     (0.171_384_9, 1.885_461_84),

@@ -16,6 +16,7 @@
 //! Valid for thin sheets under the paraxial law of beams. Neglected: diffraction at the edges of slits and in textures,
 //! the beam's curvature, polarisation, what the window of a laser adds.
 
+mod dust;
 mod fan;
 mod line_profile;
 mod point_laser;
@@ -26,13 +27,14 @@ mod width_jitter;
 use base::Stream;
 use glam::Vec3;
 
+use self::dust::DustShadows;
 use self::fan::FanProfile;
 use self::texture::LineTexture;
 use self::width_jitter::WidthJitter;
 use optical_bench::parameters::LaserParameters;
 use optical_bench::settings::{LaserLine, LineShape};
 
-pub(crate) use self::line_profile::LineProfile;
+pub(crate) use self::line_profile::{LineProfile, SKIRT_COMPONENTS};
 pub(crate) use self::point_laser::PointLaser;
 
 /// Gaussian beam across the sheet.
@@ -62,6 +64,7 @@ pub struct Laser {
     smile: f32,
     /// Cubic bow of the line, likewise [mm].
     cubic_smile: f32,
+    dust: Option<DustShadows>,
     jitter: Option<WidthJitter>,
     line_profile: Option<LineProfile>,
     point: Option<PointLaser>,
@@ -93,8 +96,9 @@ pub(crate) struct SpotLight {
 }
 
 impl Laser {
-    /// The laser of a bench whose lens and pixel blur light by `lens_mm` on the object; `stream` belongs to the sample.
-    pub fn new(bench: &LaserParameters, line: &LaserLine, lens_mm: f64, stream: Stream) -> Self {
+    /// The laser of a bench whose lens and pixel blur light by `lens_mm` on the object; `stream` belongs to the sample,
+    /// `own` to the instrument.
+    pub fn new(bench: &LaserParameters, line: &LaserLine, lens_mm: f64, stream: Stream, own: Stream) -> Self {
         let stream = stream.child("laser");
         let height = bench.fan_height_mm;
         let rayleigh = std::f64::consts::PI * bench.waist_mm.powi(2) / (bench.m_squared * bench.wavelength_nm * 1e-6);
@@ -117,6 +121,7 @@ impl Laser {
             slit: bench.line_width_mm as f32,
             smile: bench.smile_um as f32 * 1e-3,
             cubic_smile: bench.smile_cubic_um as f32 * 1e-3,
+            dust: DustShadows::new(bench, half, own.child("dust")),
             jitter: WidthJitter::new(bench, half * height, stream.child("width_jitter")),
             line_profile: LineProfile::new(bench, line.shape, image.as_ref(), lens_mm),
             point: (line.shape == LineShape::Point).then(|| PointLaser::new(bench)),
@@ -145,7 +150,10 @@ impl Laser {
         let sigma = unit * self.line_profile.as_ref().map_or(1.0, |line_profile| line_profile.core.sqrt());
         let side = t / self.half;
         let bow = (self.smile + self.cubic_smile * side) * side * side * near;
-        let per_mm = if self.point.is_some() { 1.0 } else { self.fan.at(t) / depth };
+        let mut per_mm = if self.point.is_some() { 1.0 } else { self.fan.at(t) / depth };
+        if let Some(dust) = &self.dust {
+            per_mm *= dust.at(t);
+        }
         Beam { per_mm, light: ray / rho, unit, sigma, bow }
     }
 

@@ -1,19 +1,17 @@
 //! Width jitter along the line: a factor 1 + n(x), n normal with a standard deviation and a correlation length.
 //!
-//! White noise on a grid along the line is filtered with a Gaussian, which gives the correlation exp(-d^2 / (2 l^2)), l
-//! at the conveyor's height. It belongs to the laser and stays while the object moves. An engineering model of
-//! imperfect line optics. Neglected: that width changes over height by itself.
+//! The noise is that of [`crate::optics::correlated_noise`] on a grid along the line, its length given at the
+//! conveyor's height. It belongs to the laser and stays while the object moves. An engineering model of imperfect line
+//! optics. Neglected: that width changes over height by itself.
 
 use base::Stream;
 use numerics::lanes::normals;
+
+use crate::optics::correlated_noise::{NODES_PER_LENGTH, NoiseFilter};
 use optical_bench::parameters::LaserParameters;
 
-/// Grid steps per correlation length [1].
-const STEPS_PER_CORRELATION_LENGTH: f64 = 8.0;
 /// Most grid steps along a line; a longer line has longer steps.
 const MAX_STEPS: f64 = 131_072.0;
-/// Half length of the filter kernel, in correlation lengths [1].
-const KERNEL_REACH: f64 = 3.5;
 /// Least width of the line over its mean width [1].
 const MIN_WIDTH: f32 = 0.2;
 
@@ -34,22 +32,15 @@ impl WidthJitter {
         }
         // A little beyond the ends of the fan.
         let length = 2.4 * half;
-        let step = (bench.width_jitter_mm / STEPS_PER_CORRELATION_LENGTH).max(length / MAX_STEPS);
-        let reach = (KERNEL_REACH * bench.width_jitter_mm / step).ceil() as usize;
-        let tap = |i: usize| {
-            let d = i as f64 * step / bench.width_jitter_mm;
-            libm::exp(-d * d)
-        };
-        let half_taps: Vec<f64> = (0..=reach).map(tap).collect();
-        let norm = (half_taps.iter().map(|t| t * t).sum::<f64>() * 2.0 - 1.0).sqrt();
+        let step = (bench.width_jitter_mm / NODES_PER_LENGTH).max(length / MAX_STEPS);
+        let filter = NoiseFilter::new(step, bench.width_jitter_mm);
         let count = (length / step).ceil() as usize + 2;
         let key = stream.key();
-        let white: Vec<f64> =
-            (0..count + 2 * reach).map(|i| f64::from(normals(i as u32, [key as u32, (key >> 32) as u32]).0)).collect();
-        let factor = (0..count).map(|i| {
-            let sum: f64 = (0..=2 * reach).map(|k| half_taps[k.abs_diff(reach)] * white[i + k]).sum();
-            (1.0 + (bench.width_jitter * sum / norm) as f32).max(MIN_WIDTH)
-        });
+        let white: Vec<f64> = (0..count + 2 * filter.reach())
+            .map(|i| f64::from(normals(i as u32, [key as u32, (key >> 32) as u32]).0))
+            .collect();
+        let factor =
+            (0..count).map(|i| (1.0 + filter.filtered(bench.width_jitter, |k| white[i + k]) as f32).max(MIN_WIDTH));
         Some(Self { start: (-0.5 * length) as f32, per_mm: (1.0 / step) as f32, factor: factor.collect() })
     }
 

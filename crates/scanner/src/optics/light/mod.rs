@@ -4,6 +4,7 @@
 //! stand what both sides must agree on: the classes of the fixed widths, tiles and windows, and a blur.
 
 mod box_filter;
+mod glare_part;
 mod lamp_line;
 mod mixed_column;
 mod scan_line;
@@ -13,6 +14,7 @@ mod tile;
 mod widths;
 
 pub(crate) use self::box_filter::{blur, blur_varying};
+pub(crate) use self::glare_part::GlarePart;
 pub(crate) use self::lamp_line::LampLine;
 pub use self::mixed_column::MixedColumn;
 pub use self::scan_line::{FrontTile, ScanLine};

@@ -20,6 +20,8 @@ pub struct ScanLine {
     pub y_mm: f32,
     /// Rows per mm along the motion of a level surface in the middle, as high as the line's highest place [px/mm].
     pub level_rows_per_mm: f32,
+    /// Rows by which an instrument that is not at rest has the line beside its place [px].
+    pub moved_px: f32,
     /// Standard deviations of the fixed widths [mm].
     pub spread_mm: [f32; BASIS],
     /// What each column sees; noise-free truth.
@@ -77,6 +79,11 @@ pub struct ScanLine {
 }
 
 impl ScanLine {
+    /// Sensor row of the line's centre in a column, as an instrument has it that exposes the line `own` [px].
+    pub(crate) fn row_beside(&self, own: &Self, column: usize) -> f32 {
+        self.centre[column] - (self.moved_px - own.moved_px)
+    }
+
     /// Contrast of speckle on the line in light from below, of that of the sample's patterns [1].
     pub fn contrast_on_line(&self, column: usize) -> f32 {
         self.contrasts[column / CONTRAST_COLUMNS][0]

@@ -229,6 +229,7 @@ impl LineMaker {
         line.y_mm = view.y;
         let top = line.hits.iter().map(|hit| hit.surface.z).fold(0.0, f32::max);
         line.level_rows_per_mm = view.camera.sight(0.0, top, 0.0).rows_per_mm;
+        line.moved_px = view.moved_px(top);
         line.bare.clear();
         line.bare.extend(line.hits.iter().map(Hit::is_bare));
         scratch.edges.find(view.specimen, view.y, &self.columns, self.conveyor, &line.hits, &mut line.mixed);
@@ -294,7 +295,7 @@ impl LineMaker {
         scratch: &mut LineScratch,
         line: &mut ScanLine,
     ) -> Sight {
-        let sight = if hit.is_bare() {
+        let sight = if hit.is_bare() && view.unrest.is_none_or(|unrest| unrest.lift_mm == 0.0) {
             view.share(self.conveyor_sights[column], hit.x, 0.0)
         } else {
             view.sight(hit.x, &hit.surface)

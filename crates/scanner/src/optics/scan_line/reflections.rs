@@ -181,7 +181,7 @@ pub(crate) fn in_foil(
     let mm2 = sd_mm * sd_mm;
     let variance = sight.variance + mm2 * sight.rows_per_mm * sight.rows_per_mm;
     let landing = Landing {
-        place: view.camera.project(at.x, at.y + moved, at.z),
+        place: view.place(at + Vec3::Y * moved),
         variance: [view.camera.along_variance(spread.mirrored_mm) + sight.defocus, variance],
         electrons: electrons * share,
     };
@@ -237,7 +237,7 @@ impl LitLine<'_> {
         let from = Vec3::new(hit.x, y, hit.surface.z);
         let ReflectedHit { point: at, surface, .. } =
             specimen.reflected_hit(from, way, MAX_WAY_MM, y).filter(|hit| hit.seen)?;
-        let place = camera.project(at.x, at.y - y, at.z);
+        let place = self.view.place(at - Vec3::Y * y);
         let sight = camera.sight(at.x, at.z, surface.slope_y);
         let facing = Vec3::new(-surface.slope_x, -surface.slope_y, 1.0).normalize().dot(sight.view).max(0.0);
         let target = (place[0].round().max(0.0) as usize).min(self.hits.len() - 1);

@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::scan_geometry::ScanGeometry;
-use crate::optics::light::{ROWS, ScanLine};
+use crate::optics::light::{GlarePart, ROWS, ScanLine};
 
 /// Numbers given to bands so far. They only tell bands apart while light is kept from one exposure to the next; nothing
 /// that is computed depends on them.
@@ -24,6 +24,8 @@ pub struct Band {
     /// Electrons from below by a model that knows one line at a time, `[ROWS][columns]` for both windows of each
     /// profile, columns padded to whole tiles; empty where the kernel answers.
     pub(crate) volumes: Vec<[Vec<f32>; 2]>,
+    /// Glare about the line of each profile; empty without.
+    pub(crate) glare: Vec<Vec<GlarePart>>,
     /// Offsets of the lines that let light out, a profile, for each row of the window [profiles]; empty where steps are
     /// even.
     pub(crate) offsets: Vec<[isize; ROWS]>,
@@ -54,6 +56,11 @@ impl Band {
     /// Electrons from below in `profile`; `None` where the kernel answers.
     pub(crate) fn volume(&self, profile: usize) -> Option<&[Vec<f32>; 2]> {
         self.volumes.get(profile - self.profiles.start)
+    }
+
+    /// Glare about the line of `profile`, of each width; none without.
+    pub(crate) fn glare_about(&self, profile: usize) -> &[GlarePart] {
+        self.glare.get(profile - self.profiles.start).map_or(&[], Vec::as_slice)
     }
 
     /// Offsets of the lines that each row of a profile's window looks at [profiles].

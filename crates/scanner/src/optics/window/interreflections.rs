@@ -119,7 +119,7 @@ impl LitProfile<'_> {
             for (node, seen) in nodes.iter_mut().enumerate() {
                 let line = lines[node];
                 *seen = Node {
-                    row: line.centre[column] - away[node] * own.level_rows_per_mm - first,
+                    row: line.row_beside(own, column) - away[node] * own.level_rows_per_mm - first,
                     y: away[node],
                     by_mm: got[node] * patches[node].shows[place],
                 };

@@ -10,6 +10,7 @@ mod compositing;
 mod electrons;
 mod front_exits;
 mod gaussian_stepper;
+mod glare;
 mod interreflections;
 mod line_image;
 mod lit_profile;
@@ -37,6 +38,7 @@ use transport::kernel::BASIS;
 pub use self::band::Band;
 pub(crate) use self::electrons::WindowSignal;
 pub use self::electrons::{Scratch, Window};
+pub(crate) use self::glare::Glare;
 pub(crate) use self::lit_profile::LitProfile;
 pub(crate) use self::per_line::PerLine;
 pub(crate) use self::scan_geometry::ScanGeometry;
@@ -67,6 +69,7 @@ impl Drawing<'_> {
             self.draw_still(tile, 0..ROWS, scratch);
         }
         self.lit.add_ambient(tile, scratch);
+        self.lit.add_glare(tile, scratch);
     }
 
     /// Light of an object that stands still under the laser alone, in these rows of the first window.
@@ -120,6 +123,7 @@ impl Drawing<'_> {
         geometry.exposed_share == 0.0
             && camera.laser.line_profile().is_none()
             && !camera.has_ambient()
+            && band.glare.is_empty()
             && self.second.is_none()
             && band.volume(profile).is_none()
             && own.defocus_radius.is_empty()

@@ -84,7 +84,9 @@ impl PerLine<'_> {
                 }
                 // Beside the body light is seen as if the line's height went on.
                 let (place, z) = match cut.surface(of.x[column]) {
-                    Some(surface) => (self.camera.project(of.x[column], y as f32, surface.z)[1], surface.z),
+                    Some(surface) => {
+                        (self.camera.project(of.x[column], y as f32, surface.z)[1] + line.moved_px, surface.z)
+                    }
                     None => (line.centre[column] - y as f32 * line.rows_per_mm[column], line.hits[column].surface.z),
                 };
                 let variance = self.camera.lens_variance() + self.camera.defocus(y as f32, z)[1];

@@ -84,7 +84,7 @@ impl LitProfile<'_> {
             let mut last: [Option<Node>; 2] = [None; 2];
             for (node, more, heights) in &places {
                 let (line, d) = (lines[*node], away[*node] + more);
-                let film = Some([line.centre[column], lit.film_shows(line, *more, heights)]);
+                let film = Some([line.row_beside(own, column), lit.film_shows(line, *more, heights)]);
                 let seen = [film, lit.below_shows(own, line, column, *more, heights)];
                 for (seen, last) in seen.into_iter().zip(&mut last) {
                     let node = seen.map(|[centre, by_mm]| {
@@ -162,8 +162,9 @@ impl PatchLight<'_> {
         let [x, y] = below.lands.each_ref().map(|lands| lands[column]);
         let at = Vec2::new(x, line.y_mm + y + beyond);
         let light = self.lit().find_map(|light| light.below(at)).unwrap_or(0.0);
+        let moved = line.moved_px - own.moved_px;
         let own = &own.secondary.as_ref()?.transmitted;
         let near = near(own.near.each_ref().map(|near| near[column]), heights);
-        Some([below.centre[column], (shows * light - near).max(0.0)])
+        Some([below.centre[column] - moved, (shows * light - near).max(0.0)])
     }
 }

@@ -64,9 +64,14 @@ impl SecondLine {
         let line = band.neighbour(profile, ahead);
         let start = tile * TILE;
         let from = self.columns(camera, line, start, scratch.columns);
+        let moved = lit.line().moved_px;
         let centre = std::array::from_fn(|c| {
             let own = from + c;
-            if own < line.hits.len() { self.centre(camera, line, own, start + c, off(ahead) as f32) } else { 0.0 }
+            if own < line.hits.len() {
+                moved + self.centre(camera, line, own, start + c, off(ahead) as f32)
+            } else {
+                0.0
+            }
         });
         let neighbours: [&ScanLine; ROWS] =
             std::array::from_fn(|k| band.neighbour(profile, ahead + geometry.neighbours[k]));

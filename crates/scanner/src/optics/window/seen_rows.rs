@@ -31,9 +31,9 @@ impl SeenRows {
         let own_centre = load(&own.centre, start);
         own.secondary.is_some()
             && neighbours.iter().any(|line| {
-                let mut most = 0.0f32;
+                let (mut most, moved) = (0.0f32, line.moved_px - own.moved_px);
                 for (centre, own) in load(&line.centre, start).iter().zip(own_centre) {
-                    most = most.max((centre - own).abs());
+                    most = most.max((centre - own - moved).abs());
                 }
                 most > UNEVEN_PX
             })
@@ -51,8 +51,9 @@ impl SeenRows {
         let mut places = [[0.0f32; TILE]; ROWS];
         for (k, place) in places.iter_mut().enumerate() {
             let (centre, away) = (load(&neighbours[k].centre, start), neighbours[k].y_mm - own.y_mm);
+            let moved = neighbours[k].moved_px - own.moved_px;
             for c in 0..TILE {
-                place[c] = centre[c] - away * own.level_rows_per_mm - window_start(own_centre[c]) as f32;
+                place[c] = centre[c] - moved - away * own.level_rows_per_mm - window_start(own_centre[c]) as f32;
             }
         }
         let mut seen = Box::new(Self { away_mm: [[0.0; TILE]; ROWS], node: [[0; TILE]; ROWS] });
