@@ -14,6 +14,7 @@
 mod along_line;
 mod bent_film;
 mod edge_search;
+mod ends;
 mod film;
 mod front_face;
 mod highlights;
@@ -235,11 +236,15 @@ impl LineMaker {
         line.spread_mm = self.shares(view.specimen).spread_mm;
         prepare(view, scratch, line);
         let own = self.light(view, scratch, line);
+        let middle = ends::cut(view, own.clone(), scratch, line);
         darken_outside(&own, scratch.white.len(), line);
         scratch.interpolate(own.clone(), &line.hits);
         self.contrasts(view, scratch, line);
         if !own.is_empty() {
             self.spread(own.clone(), view, scratch, line);
+            if middle != 0.0 {
+                ends::displace(middle, own.clone(), line);
+            }
         }
         self.add_extras(view, own, scratch, line);
         if let Some(lamps) = &self.lamps {
