@@ -37,6 +37,7 @@ impl HeightCells {
     }
 
     /// The cells of a body within a region; both by their low and high corners [mm].
+    #[cfg(test)]
     pub fn new(body: [DVec2; 2], region: [DVec2; 2]) -> Self {
         Self::of_pitch(body, region, DVec2::splat(TARGET_PITCH_MM))
     }
