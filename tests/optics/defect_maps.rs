@@ -42,8 +42,6 @@ enum Shows {
     DarkerPeak,
     /// Less light leaves beside the line: absorption, or fibres that guide less of it.
     LessScatter,
-    /// Light stays nearer to the line: Scatter over Reflectance falls, as rounded cells guide less of it along.
-    Narrower,
     /// The surface is lower, or too deep to be seen.
     Lower,
 }
@@ -93,7 +91,7 @@ const KINDS: [Kind; 20] = [
     kind(
         Class::CompressionWood,
         |w| (w.compression.severity, w.compression.width_mm) = (1.0, 4.0),
-        Shows::Narrower,
+        Shows::LessScatter,
         SCATTERED_MM,
     ),
     kind(
@@ -292,7 +290,6 @@ fn masks_are_where_maps_change() {
         let shows = match kind.shows {
             Shows::DarkerPeak => peak < -kind.change,
             Shows::LessScatter => scatter < -kind.change,
-            Shows::Narrower => (1.0 + scatter) / (1.0 + peak) < 1.0 - kind.change,
             Shows::Lower => range < -LEAST_DROP_MM,
         };
         if least < kind.inside || outside > kind.beyond || !shows || seen.empty[0] > 0 {

@@ -5,6 +5,7 @@ mod blister_presence;
 mod blooming;
 mod camera_motion;
 mod camera_optics;
+mod compression_wood;
 mod defect_maps;
 mod effects;
 mod fibre_dive;

@@ -7,7 +7,7 @@ use optical_bench::settings::SpeckleLaw;
 use procedural::solid::{Material, Part, Placing};
 use recipe::Scene;
 use scanner::frame::Frame;
-use scanner::optics::speckle::coherence::{coherence_per_mm, path_contrast};
+use scanner::optics::speckle::coherence::{CONTRAST_PLACES, coherence_per_mm, contrast_at, row_contrasts};
 use scanner::optics::{Scratch, TileOfProfile};
 use test_support::target::{self, expose, moments, plate, render, scene};
 use transport::kernel::{SurfacePoint, path_laws};
@@ -199,13 +199,13 @@ fn row_contrast(medium: Medium, rows: usize, brighter: f64) -> f64 {
     deviation / mean
 }
 
-/// The contrast that paths leave in a row, before pixels: of the kernel's law, which `reference::contrast` holds to the
-/// reference, for the line's blur and the rows of this bench.
+/// The contrast that paths leave in a row behind that of the line, before pixels: of the kernel's law, which
+/// `reference::contrast` holds to the reference, for the line's blur, its place and the rows of this bench.
 fn path_contrast_of(medium: Medium, rows: usize) -> f64 {
     let scene = scene(240);
     let (sensor, band) = expose(&scene, plate(medium, 22.0, 0.0, 0.0), 100..101);
     let (line, tilt) = (band.line(100), sensor.camera().rig.tilt as f32);
-    let (variance, per_mm) = (line.variance[128], line.rows_per_mm[128]);
+    let (variance, per_mm) = (line.variance[128] - 1.0 / 12.0, line.rows_per_mm[128]);
     let point = SurfacePoint {
         mu_a: medium.mu_a,
         sigma_i: medium.sigma_i,
@@ -216,9 +216,11 @@ fn path_contrast_of(medium: Medium, rows: usize) -> f64 {
         ..SurfacePoint::BLACK
     };
     let point = point.facing(medium.fibre, Vec3::Z, Vec3::NEG_Z, Vec3::new(0.0, -tilt.sin(), tilt.cos()));
-    let [law] = path_laws(&point, variance / (per_mm * per_mm), [rows as f32 / per_mm]);
+    let laws = path_laws(&point, variance / (per_mm * per_mm), CONTRAST_PLACES.map(|rows| rows / per_mm));
     let laser = &scene.bench.laser;
-    f64::from(path_contrast(coherence_per_mm(laser.wavelength_nm, laser.linewidth_nm) as f32 * medium.n_eff, &law))
+    let per_mm = coherence_per_mm(laser.wavelength_nm, laser.linewidth_nm) as f32 * medium.n_eff;
+    let beyond = line.centre[128] - line.centre[128].floor();
+    f64::from(contrast_at(&row_contrasts(per_mm, &laws), beyond - rows as f32))
 }
 
 /// Numbers beside a line on wood have the contrast of the paths of the light there, against that on the line, within 7

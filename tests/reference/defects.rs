@@ -23,7 +23,17 @@ const KINDS: [Kind; 6] = [
     ("resin pocket", |wood| (wood.inclusions.resin_pocket_count, wood.inclusions.width_mm) = (2.0, 3.0), 0.10),
     ("resin streak", |wood| (wood.inclusions.resin_streak_count, wood.inclusions.width_mm) = (2.0, 4.0), 0.10),
     ("blue stain", |wood| (wood.stain.severity, wood.stain.wedge_deg) = (0.9, 2.0), 0.10),
-    ("compression wood", |wood| (wood.compression.severity, wood.compression.width_mm) = (0.9, 4.0), 0.10),
+    // Denser than recipes have it.
+    (
+        "compression wood",
+        |wood| {
+            (wood.compression.severity, wood.compression.width_mm) = (0.9, 4.0);
+            let media = &mut wood.media;
+            (media.compression_mu_a_ratio, media.compression_sigma_i_ratio, media.compression_k_ratio) =
+                (1.9, 1.9, 1.3);
+        },
+        0.10,
+    ),
 ];
 
 /// A small clear board with defects of a kind near its middle line.

@@ -155,6 +155,11 @@ impl Specimen {
         Self { pockets: Vec::new(), ..self }
     }
 
+    /// Whether it turns below the line.
+    pub fn is_turned(&self) -> bool {
+        self.turntable.is_some()
+    }
+
     /// The same on a turntable, for a body without surface grids; scan positions are then the travel at its radius.
     pub fn on_turntable(self, turntable: Option<Turntable>) -> Self {
         Self { turntable, ..self }

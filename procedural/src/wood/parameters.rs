@@ -290,13 +290,14 @@ parameters! {
         /// Absorption of the pith over that of earlywood.
         pith_mu_a_ratio: 0.2, 50.0, 5.0, "[E]", log_uniform(3.5, 7.0), of [Amount("log.pith_mm")];
         /// Absorption of compression wood over that of the wood it is in the place of.
-        compression_mu_a_ratio: 0.2, 10.0, 1.9, "[C] 0.2 per mm where clear wood has 0.11", log_uniform(1.5, 2.4),
-            of [COMPRESSION];
+        compression_mu_a_ratio: 0.2, 10.0, 3.0, "[E] spreads less light, see docs/theory/wood.md",
+            log_uniform(2.5, 3.6), of [COMPRESSION];
         /// Isotropic reduced scattering of compression wood over that of the wood it is in the place of.
-        compression_sigma_i_ratio: 0.2, 5.0, 1.9, "[C] rounded cells guide less light", log_uniform(1.5, 2.4),
+        compression_sigma_i_ratio: 0.2, 5.0, 1.12, "[E] grooved walls guide less light", log_uniform(1.05, 1.2),
             of [COMPRESSION];
         /// Cylinder scattering of compression wood over that of the wood it is in the place of.
-        compression_k_ratio: 0.0, 5.0, 1.3, "[C]", log_uniform(1.05, 1.6), of [COMPRESSION];
+        compression_k_ratio: 0.0, 5.0, 0.68, "[E] thick walls leave narrow lumina", log_uniform(0.6, 0.78),
+            of [COMPRESSION];
         /// Effective refractive index of compression wood.
         compression_n_eff: 1.0, 1.55, 1.25, "[C]", uniform(1.22, 1.28), of [COMPRESSION];
         /// Absorption of fully blue-stained wood over that of the same wood without stain.

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::light::{CENTRE, ROWS};
+use super::light::{CENTRE, ROWS, load};
 use super::readout::{Digitiser, TileExposure};
 use super::sensor::Sensor;
 use super::speckle::TILE;
@@ -110,7 +110,8 @@ impl Sensor {
         // Speckle moves as far as the object does here.
         let way = self.position(profile) * self.turn.map_or(1.0, |turn| turn.share(place[0]));
         let exposure = TileExposure { profile, tile, columns, place, way, offsets };
-        (Digitiser { chain: &self.chain, speckle: &self.speckle, contrasts: line.contrasts_of(tile) }, exposure)
+        let (contrasts, centre) = (line.contrasts_of(tile), load(&line.centre, tile * TILE));
+        (Digitiser { chain: &self.chain, speckle: &self.speckle, contrasts, centre }, exposure)
     }
 }
 

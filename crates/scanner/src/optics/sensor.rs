@@ -3,12 +3,12 @@
 use base::{Medium, Stream};
 use glam::Vec3;
 
-use super::camera::Camera;
+use super::camera::{Camera, PIXEL_VARIANCE};
 use super::encoder::Encoder;
 use super::lamps::{GreyCamera, Lamps};
 use super::readout::{SignalChain, ThesisScripts};
 use super::scan_line::{Highlights, LineMaker, surface_point};
-use super::speckle::coherence::{Coherence, coherence_per_mm, path_contrast};
+use super::speckle::coherence::{CONTRAST_PLACES, Coherence, coherence_per_mm, row_contrasts};
 use super::speckle::{AnchoredSpeckle, PatternCache, SpeckleConditions};
 use super::unrest::UnsteadyRig;
 use super::window::{Band, Glare, ScanGeometry, SecondLine};
@@ -88,8 +88,9 @@ impl Sensor {
         // Patterns are those of light on the line.
         let per_mm = coherence_per_mm(bench.laser.wavelength_nm, bench.laser.linewidth_nm) as f32;
         let point = surface_point(clear, Vec3::Z, sight.light, sight.view);
-        let [law] = path_laws(&point, sight.variance / (sight.rows_per_mm * sight.rows_per_mm), [0.0]);
-        let patterns = path_contrast(per_mm * clear.n_eff, &law);
+        let blur = (sight.variance - PIXEL_VARIANCE) / (sight.rows_per_mm * sight.rows_per_mm);
+        let laws = path_laws(&point, blur, CONTRAST_PLACES.map(|rows| rows / sight.rows_per_mm));
+        let [[patterns, ..], _] = row_contrasts(per_mm * clear.n_eff, &laws);
         let coherence = Coherence { per_mm, patterns };
         let step = bench.motion.step_mm;
         let exposed_share = bench.motion.line_rate_hz * bench.exposure.time_us * 1e-6;

@@ -6,6 +6,10 @@ use transport::line::LineSource;
 
 /// Cells are as near to this size as divides the body evenly [mm].
 pub(super) const TARGET_PITCH_MM: f64 = 0.1;
+/// Deviations of a line from an end of the body within which it falls on that too, and length of cells there over
+/// [`TARGET_PITCH_MM`] [1].
+const END_DEVIATIONS: f64 = 2.5;
+const END_SHARE: f64 = 0.2;
 /// The region goes on so far beyond the line's rows and columns [mm].
 const MARGIN_MM: f64 = 20.0;
 
@@ -21,17 +25,25 @@ pub(super) struct HeightCells {
 }
 
 impl HeightCells {
-    /// The cells about `line` of a body between two corners [mm].
+    /// The cells about `line` of a body between two corners [mm]. Where the line falls on an end of it they are short
+    /// along y: the end is a ramp as long as a cell.
     pub fn about(line: &LineSource, body: [DVec2; 2]) -> Self {
         let ends = [line.x.first(), line.x.last()].map(|x| f64::from(x.copied().unwrap_or(0.0)));
         let rows = line.row_mm * (line.rows as f64 + 0.5);
         let region = [DVec2::new(ends[0], line.y - rows) - MARGIN_MM, DVec2::new(ends[1], line.y + rows) + MARGIN_MM];
-        Self::new(body, region)
+        let at_end = body.iter().any(|end| (line.y - end.y).abs() < END_DEVIATIONS * line.line_mm);
+        let along = TARGET_PITCH_MM * if at_end { END_SHARE } else { 1.0 };
+        Self::of_pitch(body, region, DVec2::new(TARGET_PITCH_MM, along))
     }
 
     /// The cells of a body within a region; both by their low and high corners [mm].
-    pub fn new([from, to]: [DVec2; 2], region: [DVec2; 2]) -> Self {
-        let count = ((to - from) / TARGET_PITCH_MM).round().max(DVec2::ONE);
+    #[cfg(test)]
+    pub fn new(body: [DVec2; 2], region: [DVec2; 2]) -> Self {
+        Self::of_pitch(body, region, DVec2::splat(TARGET_PITCH_MM))
+    }
+
+    fn of_pitch([from, to]: [DVec2; 2], region: [DVec2; 2], target: DVec2) -> Self {
+        let count = ((to - from) / target).round().max(DVec2::ONE);
         let pitch = (to - from) / count;
         // One node beyond the body on each side closes it.
         let [first, last] = region.map(|v| ((v - from) / pitch).floor().clamp(DVec2::NEG_ONE, count));

@@ -17,7 +17,8 @@ use base::Stream;
 use glam::Vec3;
 
 use self::defocus::Defocus;
-use self::projection::{PIXEL_VARIANCE, Projection};
+pub(crate) use self::projection::PIXEL_VARIANCE;
+use self::projection::Projection;
 use self::slant::Slant;
 use self::vignetting::Vignetting;
 use crate::frame::Rig;

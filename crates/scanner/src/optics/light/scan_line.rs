@@ -86,7 +86,7 @@ impl ScanLine {
 
     /// Contrast of speckle on the line in light from below, of that of the sample's patterns [1].
     pub fn contrast_on_line(&self, column: usize) -> f32 {
-        self.contrasts[column / CONTRAST_COLUMNS][0]
+        self.contrasts[column / CONTRAST_COLUMNS][0][0]
     }
 
     /// Contrasts of the columns of a tile, [`CONTRAST_COLUMNS`] together.

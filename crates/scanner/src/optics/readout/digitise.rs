@@ -13,7 +13,7 @@ use super::SignalChain;
 use super::fixed_pattern::{CodeSteps, FixedPattern, PixelCodes, UNIFORM_CODES, WindowRuns};
 use crate::frame::Frame;
 use crate::optics::light::{CENTRE, ROWS};
-use crate::optics::speckle::coherence::{CONTRAST_COLUMNS, CONTRAST_ROWS, RowContrasts};
+use crate::optics::speckle::coherence::{CONTRAST_COLUMNS, RowContrasts, contrast_curve};
 use crate::optics::speckle::{AnchoredSpeckle, TILE, TileSpeckle};
 use crate::optics::window::{Window, WindowSignal};
 use numerics::lanes::{exp, normals, radius_uniform};
@@ -58,6 +58,8 @@ pub(crate) struct Digitiser<'a> {
     pub speckle: &'a AnchoredSpeckle,
     /// How much of it is left in light from below, beside the line.
     pub contrasts: &'a [RowContrasts],
+    /// Sensor row of the line's centre, a column [px].
+    pub centre: &'a [f32; TILE],
 }
 
 impl Digitiser<'_> {
@@ -84,7 +86,7 @@ impl Digitiser<'_> {
             // Another part of the pattern for the second window, which lies elsewhere.
             patterns: self.speckle.tile(tile, place, way, number * ROWS),
             // What a second window shows has crossed a film, or was mirrored.
-            contrasts: (number == 0).then_some(self.contrasts),
+            contrasts: (number == 0).then_some((self.contrasts, self.centre)),
             glint,
             grain,
             noise: PairNoise {
@@ -219,16 +221,20 @@ fn rare_among(counter: u32, keys: [u32; 2], rare: &[f32; TILE]) -> bool {
     found != 0
 }
 
-/// Factor on the pattern of light from below in a window row, a column: `grain` times what paths leave of it there.
+/// Factor on the pattern of light from below in a window row, a column: `grain` times what paths leave of it so far
+/// ahead of the line at `centre`, or behind it. The line lies in row [`CENTRE`] or less than a row after it.
 #[inline(always)]
-fn row_contrasts(contrasts: &[RowContrasts], k: usize, grain: f32, out: &mut [f32; TILE]) {
-    let rows = k.abs_diff(CENTRE) as f32;
-    let last = CONTRAST_ROWS.len() - 1;
-    let next = CONTRAST_ROWS.iter().position(|&at| at >= rows).unwrap_or(last).max(1);
-    let (from, to) = (CONTRAST_ROWS[next - 1], CONTRAST_ROWS[next]);
-    let part = ((rows - from) / (to - from)).min(1.0);
-    for (columns, at) in out.chunks_exact_mut(CONTRAST_COLUMNS).zip(contrasts) {
-        columns.fill(grain * (at[next - 1] + part * (at[next] - at[next - 1])));
+fn row_contrasts(contrasts: &[RowContrasts], k: usize, centre: &[f32; TILE], grain: f32, out: &mut [f32; TILE]) {
+    let ahead = k <= CENTRE;
+    let from = if ahead { CENTRE - k } else { k - CENTRE - 1 };
+    let columns = out.chunks_exact_mut(CONTRAST_COLUMNS).zip(centre.chunks_exact(CONTRAST_COLUMNS));
+    for ((out, centre), at) in columns.zip(contrasts) {
+        let [start, rise, bend] = contrast_curve(&at[usize::from(!ahead)], from).map(|part| grain * part);
+        for (out, centre) in out.iter_mut().zip(centre) {
+            let beyond = centre - centre.floor();
+            let t = if ahead { beyond } else { 1.0 - beyond };
+            *out = start + t * (rise + t * bend);
+        }
     }
 }
 
@@ -264,7 +270,7 @@ struct WindowRows<'a> {
     offsets: &'a [f32],
     patterns: TileSpeckle<'a>,
     /// How much of the patterns is left in light from below, beside the line; `None` where all is.
-    contrasts: Option<&'a [RowContrasts]>,
+    contrasts: Option<(&'a [RowContrasts], &'a [f32; TILE])>,
     /// Factors on the surface and the volume patterns [1].
     glint: f32,
     grain: f32,
@@ -290,7 +296,7 @@ impl WindowRows<'_> {
         for ((k, shades), grains) in rows.into_iter().zip(shades.iter_mut()).zip(grains.iter_mut()) {
             row_offsets(self.offsets, &window.first_row, k, self.level, shades);
             match self.contrasts {
-                Some(contrasts) => row_contrasts(contrasts, k, self.grain, grains),
+                Some((contrasts, centre)) => row_contrasts(contrasts, k, centre, self.grain, grains),
                 None => *grains = [self.grain; TILE],
             }
         }
@@ -419,7 +425,41 @@ mod tests {
     use rand::RngExt;
 
     use super::*;
+    use crate::optics::speckle::coherence::{CONTRAST_ROWS, contrast_at};
     use crate::optics::speckle::{PatternCache, SpeckleConditions};
+
+    /// Each row has the contrast of its own distance from the line, wherever the line lies between rows: as many rows
+    /// ahead as behind it the same, where light on both sides is alike.
+    #[test]
+    fn rows_have_the_contrast_of_their_place() {
+        let mut rng = Stream::root(78).rng();
+        let mut side = [0.0; CONTRAST_ROWS.len()];
+        for at in side.iter_mut().rev().scan(0.1, |at, node| {
+            *at += rng.random_range(0.02..0.2);
+            Some((*at, node))
+        }) {
+            *at.1 = at.0;
+        }
+        let contrasts = [[side, side.map(|at| 0.8 * at)]; TILE / CONTRAST_COLUMNS];
+        let centre: [f32; TILE] = std::array::from_fn(|_| rng.random_range(-50.0..50.0f32));
+        let mirrored = centre.map(|centre| -centre);
+        let factor = |contrasts, k, centre| {
+            let mut out = [0.0; TILE];
+            row_contrasts(contrasts, k, centre, 2.0, &mut out);
+            out
+        };
+        let alike = [[side; 2]; TILE / CONTRAST_COLUMNS];
+        for k in 0..ROWS - 1 {
+            let (found, here) = (factor(&contrasts, k, &centre), factor(&alike, k, &centre));
+            let there = factor(&alike, 2 * CENTRE + 1 - k, &mirrored);
+            for c in 0..TILE {
+                let away = centre[c] - centre[c].floor() + CENTRE as f32 - k as f32;
+                let known = 2.0 * contrast_at(&contrasts[0], away);
+                assert!((found[c] - known).abs() < 1e-4, "row {k}, {away} rows: {} for {known}", found[c]);
+                assert!((here[c] / there[c] - 1.0).abs() < 1e-3, "row {k}: {} and {}", here[c], there[c]);
+            }
+        }
+    }
 
     /// For skipped rows the hash alone decides whether any pixel would reach the level, as often as when they are drawn
     /// in even light. Sensors and levels, from among the noise to far above, are drawn at random; a column is asked for
@@ -455,8 +495,8 @@ mod tests {
                 &PatternCache::repeating(0),
                 0,
             );
-            let contrasts = [[1.0; CONTRAST_ROWS.len()]; TILE / CONTRAST_COLUMNS];
-            let digitiser = Digitiser { chain: &chain, speckle: &speckle, contrasts: &contrasts };
+            let contrasts = [RowContrasts::default(); TILE / CONTRAST_COLUMNS];
+            let digitiser = Digitiser { chain: &chain, speckle: &speckle, contrasts: &contrasts, centre: &DARK };
             let (mut offsets, profile) = (Vec::new(), round as usize);
             chain.row_offsets(profile, &mut offsets);
             let exposure =

@@ -14,6 +14,7 @@
 mod along_line;
 mod bent_film;
 mod edge_search;
+mod ends;
 mod film;
 mod front_face;
 mod highlights;
@@ -43,11 +44,11 @@ use self::secondary_light::SecondaryScratch;
 use self::spans::spans;
 use self::view::LitLine;
 use crate::frame::Sightlines;
-use crate::optics::camera::{Camera, Sight};
+use crate::optics::camera::{Camera, PIXEL_VARIANCE, Sight};
 use crate::optics::lamps::Lamps;
 use crate::optics::light::{FAR, ScanLine, WIDE, blur, blur_varying, greatest, load};
 use crate::optics::speckle::TILE;
-use crate::optics::speckle::coherence::{CONTRAST_COLUMNS, CONTRAST_ROWS, Coherence};
+use crate::optics::speckle::coherence::{CONTRAST_COLUMNS, CONTRAST_PLACES, CONTRAST_ROWS, Coherence};
 use crate::specimen::{Hit, Specimen};
 use transport::fresnel;
 use transport::kernel::{
@@ -236,11 +237,15 @@ impl LineMaker {
         line.spread_mm = self.shares(view.specimen).spread_mm;
         prepare(view, scratch, line);
         let own = self.light(view, scratch, line);
+        let middle = ends::cut(view, own.clone(), scratch, line);
         darken_outside(&own, scratch.white.len(), line);
         scratch.interpolate(own.clone(), &line.hits);
         self.contrasts(view, scratch, line);
         if !own.is_empty() {
             self.spread(own.clone(), view, scratch, line);
+            if middle != 0.0 {
+                ends::displace(middle, own.clone(), line);
+            }
         }
         self.add_extras(view, own, scratch, line);
         if let Some(lamps) = &self.lamps {
@@ -341,22 +346,26 @@ impl LineMaker {
             let columns = first..(first + CONTRAST_COLUMNS).min(line.hits.len());
             let between = |column| keys.and_then(|keys| response.contrasts_between(keys, column, exact));
             let contrasts = match columns.into_iter().find(|&column| !line.bare[column]) {
-                None => [1.0; CONTRAST_ROWS.len()],
+                None => [[1.0; CONTRAST_ROWS.len()]; 2],
                 Some(column) => between(column).unwrap_or_else(|| {
                     let (point, rows_per_mm) = (&response.points[column], line.rows_per_mm[column].abs().max(1e-3));
-                    let blur = line.variance[column] / (rows_per_mm * rows_per_mm);
-                    let away = CONTRAST_ROWS.map(|rows| rows / rows_per_mm);
+                    let blur = (line.variance[column] - PIXEL_VARIANCE) / (rows_per_mm * rows_per_mm);
+                    let away = CONTRAST_PLACES.map(|rows| rows / rows_per_mm);
                     let Hit { x, surface, matter, .. } = &line.hits[column];
                     let laws = match matter.film.as_ref() {
                         Some(film) => {
                             let sight = view.sight(*x, surface);
                             let stack =
                                 film::stack(matter, film, upright(Vec2::new(surface.slope_x, surface.slope_y)), &sight);
-                            secondary.paths.laws(&stack, blur, away)
+                            // Films are alike in all directions.
+                            let laws = secondary.paths.laws(&stack, blur, CONTRAST_ROWS.map(|rows| rows / rows_per_mm));
+                            std::array::from_fn(|place| {
+                                laws[if place < laws.len() { place } else { place + 1 - laws.len() }]
+                            })
                         }
                         None => path_laws(point, blur, away),
                     };
-                    laws.map(|law| self.coherence.relative(&law, point.n))
+                    self.coherence.relative(&laws, point.n)
                 }),
             };
             line.contrasts.push(contrasts);

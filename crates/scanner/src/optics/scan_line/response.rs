@@ -93,7 +93,8 @@ impl Response {
         }
         let share = self.share(keys);
         let [before, after] = keys.map(|key| key.contrasts[column / CONTRAST_COLUMNS]);
-        Some(std::array::from_fn(|row| before[row] + share * (after[row] - before[row])))
+        let between = |side: usize, row: usize| before[side][row] + share * (after[side][row] - before[side][row]);
+        Some([0, 1].map(|side| std::array::from_fn(|row| between(side, row))))
     }
 }
 

@@ -6,16 +6,108 @@
 //! longer and more different ones, so Scatter's rows have less contrast than the line's own; those of packs, through
 //! the air and tablets below the film too ([`transport::kernel::film_stack::paths`]).
 
+use multiversion::multiversion;
 use numerics::lanes::{exp, ln};
 use transport::kernel::PathLaw;
 
-/// Rows from the line for which contrasts are worked out; linear between, and as the last one beyond [px].
-pub(crate) const CONTRAST_ROWS: [f32; 7] = [0.0, 1.0, 2.0, 4.0, 7.0, 12.0, 20.0];
+/// Distances from the line for which contrasts are worked out, on both sides of it [px].
+pub const CONTRAST_ROWS: [f32; 8] = [0.0, 0.4, 0.8, 1.2, 1.6, 3.0, 7.0, 16.0];
+/// The same behind the line, where they are negative, after those ahead of it [px].
+pub const CONTRAST_PLACES: [f32; 15] = {
+    let mut places = [0.0; 15];
+    let mut node = 0;
+    while node < CONTRAST_ROWS.len() {
+        places[place_of(1, node)] = -CONTRAST_ROWS[node];
+        places[node] = CONTRAST_ROWS[node];
+        node += 1;
+    }
+    places
+};
+/// Of these so many lie so near to the line that light changes within a row.
+const NEAR_ROWS: usize = 4;
+/// Weights of a place and of those on both sides of it for an integral over the row that it is in the middle of, exact
+/// for squares [1].
+const IN_ROW: [f32; 2] = [1.0 - 2.0 / (12.0 * 0.32), 1.0 / (12.0 * 0.32)];
 /// Neighbouring columns that share their contrasts.
 pub(crate) const CONTRAST_COLUMNS: usize = 16;
 
-/// Contrasts in the rows [`CONTRAST_ROWS`] from a line, of that of a sample's patterns [1].
-pub(crate) type RowContrasts = [f32; CONTRAST_ROWS.len()];
+/// Contrasts of rows whose middles are [`CONTRAST_ROWS`] ahead of a line, and of those as far behind it [1].
+pub type RowContrasts = [[f32; CONTRAST_ROWS.len()]; 2];
+
+/// Which of [`CONTRAST_PLACES`] one of [`CONTRAST_ROWS`] is ahead of the line (0) or behind it (1).
+const fn place_of(side: usize, node: usize) -> usize {
+    if side == 0 || node == 0 { node } else { node + CONTRAST_ROWS.len() - 1 }
+}
+
+/// Contrasts of rows about a line, of what evenly lit rows have whose paths are alike; `laws` are the paths of the
+/// light at [`CONTRAST_PLACES`] as the lens shows it, before pixels, and D grows by `per_mm` with their difference.
+///
+/// A pixel adds up grains that know nothing of each other, so its variance is the integral over it of that of its
+/// light: C^2 = int I^2 c^2 / (int I)^2. Where a row holds the flank of the line fewer grains count.
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
+pub fn row_contrasts(per_mm: f32, laws: &[PathLaw; CONTRAST_PLACES.len()]) -> RowContrasts {
+    let mut own = [0.0; CONTRAST_PLACES.len()];
+    for (own, law) in own.iter_mut().zip(laws) {
+        *own = path_contrast(per_mm, law);
+    }
+    [0, 1].map(|side| {
+        std::array::from_fn(|node| {
+            let here = place_of(side, node);
+            if node >= NEAR_ROWS || laws[here].light <= 0.0 {
+                return own[here];
+            }
+            let inwards = if node == 0 { place_of(1 - side, 1) } else { place_of(side, node - 1) };
+            let (mut light, mut squares) = (0.0, 0.0);
+            for (place, weight) in [(here, IN_ROW[0]), (inwards, IN_ROW[1]), (place_of(side, node + 1), IN_ROW[1])] {
+                let deviation = laws[place].light * own[place];
+                light += weight * laws[place].light;
+                squares += weight * deviation * deviation;
+            }
+            squares.sqrt() / light
+        })
+    })
+}
+
+/// Coefficients of 1, t and t^2 of the contrast `from + t` rows from a line on one side of it, for t from 0 to 1.
+#[inline(always)]
+pub(crate) fn contrast_curve(at: &[f32; CONTRAST_ROWS.len()], from: usize) -> [f32; 3] {
+    if from == 0 {
+        // Through 0, 0.5, as the parabola through the first three places has it, and 1.
+        let half = -0.09375 * at[0] + 0.9375 * at[1] + 0.15625 * at[2];
+        let one = 0.5 * (at[2] + at[3]);
+        return [at[0], 4.0 * half - 3.0 * at[0] - one, 2.0 * (at[0] + one) - 4.0 * half];
+    }
+    let [near, far] = [from, from + 1].map(|row| {
+        let (node, part) = ROW_PLACES[row.min(ROW_PLACES.len() - 1)];
+        at[node] + part * (at[node + 1] - at[node])
+    });
+    [near, far - near, 0.0]
+}
+
+/// The contrast of a row whose middle is `away` rows ahead of a line, behind it where that is negative.
+pub fn contrast_at(at: &RowContrasts, away: f32) -> f32 {
+    let from = away.abs().floor();
+    let [start, rise, bend] = contrast_curve(&at[usize::from(away < 0.0)], from as usize);
+    let t = away.abs() - from;
+    start + t * (rise + t * bend)
+}
+
+/// The place of [`CONTRAST_ROWS`] before each whole row, and the part of the way to the next one: contrasts are nearly
+/// linear in 1 / (1 + distance). The first row is that of [`contrast_curve`]'s first stretch.
+const ROW_PLACES: [(usize, f32); 17] = {
+    let mut places = [(2, 0.5); 17];
+    let mut row = 2;
+    while row < places.len() {
+        let mut node = NEAR_ROWS;
+        while node + 2 < CONTRAST_ROWS.len() && CONTRAST_ROWS[node + 1] < row as f32 {
+            node += 1;
+        }
+        let (start, end) = (1.0 / (1.0 + CONTRAST_ROWS[node]), 1.0 / (1.0 + CONTRAST_ROWS[node + 1]));
+        places[row] = (node, (start - 1.0 / (1.0 + row as f32)) / (start - end));
+        row += 1;
+    }
+    places
+};
 
 /// Coherence of a sample's light.
 #[derive(Debug, Clone, Copy)]
@@ -27,9 +119,9 @@ pub(crate) struct Coherence {
 }
 
 impl Coherence {
-    /// Contrast of light after such paths in matter of index `n`, of that of the patterns [1].
-    pub fn relative(&self, paths: &PathLaw, n: f32) -> f32 {
-        path_contrast(self.per_mm * n, paths) / self.patterns
+    /// Contrasts of rows of light after such paths in matter of index `n`, of that of the patterns [1].
+    pub fn relative(&self, paths: &[PathLaw; CONTRAST_PLACES.len()], n: f32) -> RowContrasts {
+        row_contrasts(self.per_mm * n, paths).map(|side| side.map(|contrast| contrast / self.patterns))
     }
 }
 
@@ -45,6 +137,7 @@ pub fn coherence_per_mm(wavelength_nm: f64, linewidth_nm: f64) -> f64 {
 /// differ little, 1. In between (1 + (1 / C^2)^q)^(-1/q) with q = 2 / (1 + 0.55 s^1.63) is within 2 % of the double sum
 /// for paths whose logarithm is normal with a deviation s from 0.2 to 1.8. Of light whose paths are of one length C^2
 /// is never less than the square of its share.
+#[inline(always)]
 pub fn path_contrast(per_mm: f32, law: &PathLaw) -> f32 {
     // sqrt(2 pi ln 2).
     let rest = (1.0 - law.equal).max(1e-6);
@@ -92,7 +185,7 @@ mod tests {
             let expected = sum.sqrt() / total;
             let crowding =
                 libm::exp(0.25 * deviation * deviation) / (2.0 * deviation * std::f64::consts::PI.sqrt() * median);
-            let law = PathLaw { crowding: crowding as f32, deviation: deviation as f32, equal: 0.0 };
+            let law = PathLaw { crowding: crowding as f32, deviation: deviation as f32, equal: 0.0, light: 1.0 };
             let got = f64::from(path_contrast(per_mm as f32, &law));
             assert!((got / expected - 1.0).abs() < 0.02, "{median} {deviation} {per_mm}: {got} for {expected}");
         }
@@ -126,6 +219,7 @@ mod tests {
                 crowding: (rest * rest * crowding) as f32,
                 deviation: deviation as f32,
                 equal: (share * share) as f32,
+                light: 1.0,
             };
             let got = f64::from(path_contrast(per_mm as f32, &law));
             assert!((got / expected - 1.0).abs() < 0.01, "{share} {deviation} {per_mm}: {got} for {expected}");

@@ -150,7 +150,7 @@ impl Drawing<'_> {
         }
         // Light of short paths, as from knots, keeps more contrast than that of the wood that the patterns are made
         // for.
-        let contrasts = own.contrasts_of(tile).as_flattened();
+        let contrasts = own.contrasts_of(tile).as_flattened().as_flattened();
         let brightest = speckle.brightest(contrasts.iter().fold(1.0, |most: f32, contrast| most.max(*contrast)));
         let mut light = light_beyond(own, start, rows, &exits, brightest);
         mix_bounds(MixedColumn::of_tile(&own.mixed, tile), start, load(&own.centre, start), &mut light);

@@ -58,7 +58,7 @@ impl FilmPaths {
             seen(&mut self.kernels[step], &absorbing(stack, more_per_mm), more_per_mm, blur_mm2, away_mm)
         });
         let brightest = all.iter().map(|light| light[0]).sum::<f32>();
-        let mut before = PathLaw { crowding: stack.medium.sigma_i.max(1.0), deviation: 1.0, equal: 0.0 };
+        let mut before = PathLaw { crowding: stack.medium.sigma_i.max(1.0), deviation: 1.0, equal: 0.0, light: 0.0 };
         std::array::from_fn(|n| {
             let light: f32 = all.iter().map(|of| of[n]).sum();
             if light > DARK * brightest {
@@ -75,7 +75,7 @@ impl FilmPaths {
                 });
                 before = mixture(&parts);
             }
-            before
+            PathLaw { light, ..before }
         })
     }
 }
@@ -198,7 +198,7 @@ fn mixture(parts: &[(f32, LogNormal); KINDS]) -> PathLaw {
             crowding += share * other * exp(exponent.clamp(-80.0, 80.0)) / (std::f32::consts::TAU * both).sqrt();
         }
     }
-    PathLaw { crowding, deviation: (square - mean * mean).max(0.0).sqrt(), equal }
+    PathLaw { crowding, deviation: (square - mean * mean).max(0.0).sqrt(), equal, light: 1.0 }
 }
 
 /// Nodes of the table: of the logarithm of what is lost first, and of that of [`spread_of`].
