@@ -86,7 +86,7 @@ impl Digitiser<'_> {
             // Another part of the pattern for the second window, which lies elsewhere.
             patterns: self.speckle.tile(tile, place, way, number * ROWS),
             // What a second window shows has crossed a film, or was mirrored.
-            contrasts: (number == 0).then_some((self.contrasts, self.centre)),
+            contrasts: (number == 0).then(|| LineContrasts::new(self.contrasts, self.centre)),
             glint,
             grain,
             noise: PairNoise {
@@ -221,19 +221,49 @@ fn rare_among(counter: u32, keys: [u32; 2], rare: &[f32; TILE]) -> bool {
     found != 0
 }
 
+/// Rows from the line from which on its contrast changes so little that columns which share one share their place too.
+const FAR_ROWS: usize = 3;
+/// Most that the places of lines may differ among columns that do [px].
+const SAME_PLACE: f32 = 0.5;
+
+/// Where a tile's lines lie between rows, and how much of the patterns is left about them in light from below.
+struct LineContrasts<'a> {
+    contrasts: &'a [RowContrasts],
+    /// How far each line's centre lies beyond row [`CENTRE`] [px].
+    beyond: [f32; TILE],
+    /// The same of the first of [`CONTRAST_COLUMNS`] columns; `None` where they differ.
+    shared: [Option<f32>; TILE / CONTRAST_COLUMNS],
+}
+
+impl<'a> LineContrasts<'a> {
+    fn new(contrasts: &'a [RowContrasts], centre: &[f32; TILE]) -> Self {
+        let beyond = centre.map(|centre| centre - centre.floor());
+        let (columns, _) = beyond.as_chunks::<CONTRAST_COLUMNS>();
+        let shared = std::array::from_fn(|group| {
+            let first = columns[group][0];
+            columns[group].iter().all(|beyond| (beyond - first).abs() < SAME_PLACE).then_some(first)
+        });
+        Self { contrasts, beyond, shared }
+    }
+}
+
 /// Factor on the pattern of light from below in a window row, a column: `grain` times what paths leave of it so far
-/// ahead of the line at `centre`, or behind it. The line lies in row [`CENTRE`] or less than a row after it.
-#[inline(always)]
-fn row_contrasts(contrasts: &[RowContrasts], k: usize, centre: &[f32; TILE], grain: f32, out: &mut [f32; TILE]) {
+/// ahead of the line, or behind it.
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
+fn row_contrasts(line: &LineContrasts<'_>, k: usize, grain: f32, out: &mut [f32; TILE]) {
     let ahead = k <= CENTRE;
     let from = if ahead { CENTRE - k } else { k - CENTRE - 1 };
-    let columns = out.chunks_exact_mut(CONTRAST_COLUMNS).zip(centre.chunks_exact(CONTRAST_COLUMNS));
-    for ((out, centre), at) in columns.zip(contrasts) {
+    let ((out, _), (beyond, _)) =
+        (out.as_chunks_mut::<CONTRAST_COLUMNS>(), line.beyond.as_chunks::<CONTRAST_COLUMNS>());
+    for (((out, beyond), at), shared) in out.iter_mut().zip(beyond).zip(line.contrasts).zip(line.shared) {
         let [start, rise, bend] = contrast_curve(&at[usize::from(!ahead)], from).map(|part| grain * part);
-        for (out, centre) in out.iter_mut().zip(centre) {
-            let beyond = centre - centre.floor();
+        let of = |beyond: f32| {
             let t = if ahead { beyond } else { 1.0 - beyond };
-            *out = start + t * (rise + t * bend);
+            start + t * (rise + t * bend)
+        };
+        match shared.filter(|_| from >= FAR_ROWS) {
+            Some(beyond) => *out = [of(beyond); CONTRAST_COLUMNS],
+            None => *out = beyond.map(of),
         }
     }
 }
@@ -270,7 +300,7 @@ struct WindowRows<'a> {
     offsets: &'a [f32],
     patterns: TileSpeckle<'a>,
     /// How much of the patterns is left in light from below, beside the line; `None` where all is.
-    contrasts: Option<(&'a [RowContrasts], &'a [f32; TILE])>,
+    contrasts: Option<LineContrasts<'a>>,
     /// Factors on the surface and the volume patterns [1].
     glint: f32,
     grain: f32,
@@ -295,8 +325,8 @@ impl WindowRows<'_> {
         let (rows, window) = (rows_of(pair), self.window);
         for ((k, shades), grains) in rows.into_iter().zip(shades.iter_mut()).zip(grains.iter_mut()) {
             row_offsets(self.offsets, &window.first_row, k, self.level, shades);
-            match self.contrasts {
-                Some((contrasts, centre)) => row_contrasts(contrasts, k, centre, self.grain, grains),
+            match &self.contrasts {
+                Some(line) => row_contrasts(line, k, self.grain, grains),
                 None => *grains = [self.grain; TILE],
             }
         }
@@ -445,7 +475,7 @@ mod tests {
         let mirrored = centre.map(|centre| -centre);
         let factor = |contrasts, k, centre| {
             let mut out = [0.0; TILE];
-            row_contrasts(contrasts, k, centre, 2.0, &mut out);
+            row_contrasts(&LineContrasts::new(contrasts, centre), k, 2.0, &mut out);
             out
         };
         let alike = [[side; 2]; TILE / CONTRAST_COLUMNS];
