@@ -116,7 +116,7 @@ parameters! {
         /// Relative variation of the formed thickness from place to place.
         thinning_spread: 0.0, 0.5, 0.1, "[M] 0.3", uniform(0.05, 0.3);
         /// Reduced scattering by the pigment.
-        sigma_per_mm: 0.01, 200.0, 12.0, "[M] 4 to 40, opaque 60 to 150", log_uniform(4.0, 40.0);
+        sigma_per_mm: 0.01, 200.0, 12.0, "[M] 4 to 40, opaque 60 to 150; of one film 6 to 20", log_uniform(6.0, 20.0);
         /// Absorption by the tint.
         mu_a_per_mm: 0.0005, 10.0, 0.02, "[M] 0.005 to 1", log_uniform(0.005, 0.2);
         /// Refractive index.
