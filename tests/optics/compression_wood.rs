@@ -44,7 +44,7 @@ fn compression_wood_is_darker_on_the_line_and_beside_it() {
             (wood.knots.sound_count, wood.knots.dead_count, wood.rot.reach_mm) = (0.0, 0.0, 0.0);
             wood.compression.severity = 0.0;
             let of = |severity: f64| {
-                let mut wood: Wood = wood.clone();
+                let mut wood: Wood = wood;
                 wood.compression.severity = severity;
                 (wood.compression.width_mm, wood.compression.arc_deg) = (100.0, 360.0);
                 pipeline::body(&Scene { plan: Plan::Wood(wood), ..recipe.draw(41, index) })
