@@ -12,7 +12,7 @@
 //! 1/2. Labels and truth belong to the place where the object really stands; a reader of the scan believes in even
 //! steps.
 //!
-//! Neglected: slip, vibration across the motion. [`super::unrest`] has that in height.
+//! Neglected: slip, vibration across the motion. `unrest.rs` has that in height.
 
 use std::f64::consts::TAU;
 
