@@ -47,6 +47,10 @@ impl BodyKind for Flat {
         (Vec3::new(-half, 0.0, 0.0), Vec3::new(half, self.length_mm, near.max(far)))
     }
 
+    fn has_ends(&self) -> bool {
+        false
+    }
+
     /// The plate down to the conveyor.
     fn hull(&self) -> Mesh {
         let half = 0.5 * self.width_mm;

@@ -68,6 +68,12 @@ pub trait BodyKind: Any + Debug + Send + Sync {
     /// Lowest and highest corner of a box around the body [mm].
     fn bounds(&self) -> (Vec3, Vec3);
 
+    /// Whether a line at its end along the motion falls beside it with a part of its width; targets stand for a plane
+    /// without ends.
+    fn has_ends(&self) -> bool {
+        true
+    }
+
     /// The things on it that labels number, ordered by number from 1 without gaps: defects, pockets, teeth, parts.
     fn instances(&self) -> &[Instance] {
         &[]

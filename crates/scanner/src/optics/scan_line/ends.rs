@@ -41,7 +41,7 @@ impl CutLine {
 /// Takes what falls beside the body from the light of its columns `own`; how far along the motion the middle of the
 /// rest lies from the line [mm].
 pub(super) fn cut(view: LineView<'_>, own: Range<usize>, scratch: &mut LineScratch, line: &mut ScanLine) -> f32 {
-    if view.specimen.can_mirror_itself() || view.specimen.is_turned() {
+    if !view.specimen.body().has_ends() || view.specimen.can_mirror_itself() || view.specimen.is_turned() {
         return 0.0;
     }
     let (low, high) = view.specimen.body().bounds();

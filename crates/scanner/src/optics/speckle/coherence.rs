@@ -57,11 +57,14 @@ pub fn row_contrasts(per_mm: f32, laws: &[PathLaw; CONTRAST_PLACES.len()]) -> Ro
                 return own[here];
             }
             let inwards = if node == 0 { place_of(1 - side, 1) } else { place_of(side, node - 1) };
+            let parts = [(here, IN_ROW[0]), (inwards, IN_ROW[1]), (place_of(side, node + 1), IN_ROW[1])];
+            // Light of matter that swallows nearly all of it is so little that its square is nothing.
+            let most = parts.iter().fold(0.0f32, |most, &(place, _)| most.max(laws[place].light));
             let (mut light, mut squares) = (0.0, 0.0);
-            for (place, weight) in [(here, IN_ROW[0]), (inwards, IN_ROW[1]), (place_of(side, node + 1), IN_ROW[1])] {
-                let deviation = laws[place].light * own[place];
-                light += weight * laws[place].light;
-                squares += weight * deviation * deviation;
+            for (place, weight) in parts {
+                let part = laws[place].light / most;
+                light += weight * part;
+                squares += weight * (part * own[place]) * (part * own[place]);
             }
             squares.sqrt() / light
         })
