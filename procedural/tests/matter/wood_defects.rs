@@ -41,7 +41,7 @@ pub(crate) const KINDS: &[Kind] = &[
         inside: 0.5,
         beside: 0.05,
     },
-    Kind { class: Class::CompressionWood, ask: |w| w.compression.severity = 1.0, inside: 0.35, beside: 0.6 },
+    Kind { class: Class::CompressionWood, ask: |w| w.compression.severity = 1.0, inside: 1.0, beside: 1.05 },
     Kind { class: Class::BlueStain, ask: |w| w.stain.severity = 1.0, inside: 0.6, beside: 1.6 },
     Kind { class: Class::ResinPocket, ask: |w| w.inclusions.resin_pocket_count = 3.0, inside: 0.3, beside: 0.5 },
     Kind { class: Class::ResinStreak, ask: |w| w.inclusions.resin_streak_count = 2.0, inside: 0.25, beside: 0.5 },
