@@ -440,7 +440,9 @@ impl Plank {
     #[inline]
     fn branch(&self, branch: &Branch, r: f32) -> Coefficients {
         let knot = branch.knot;
-        if branch.x > 1.0 - branch.bark() {
+        let bark = branch.bark();
+        // Wood of a branch without bark fades into what is around it, and is wood until there.
+        if bark > 0.0 && branch.x > 1.0 - bark {
             return self.kinds.bark;
         }
         let kind = if branch.dead { self.kinds.dead_knot } else { self.kinds.sound_knot };
