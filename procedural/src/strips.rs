@@ -68,10 +68,6 @@ impl BodyKind for Strips {
         (Vec3::new(-half, 0.0, 0.0), Vec3::new(half, self.length_mm, self.height_mm))
     }
 
-    fn has_ends(&self) -> bool {
-        false
-    }
-
     /// The strips as boxes down to the conveyor.
     fn hull(&self) -> Mesh {
         let mut mesh = Mesh::default();
