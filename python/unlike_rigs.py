@@ -1,14 +1,14 @@
-"""What a network learns from a first recipe: how it does where every number that the recipe leaves out lies at an end of its
-natural variation.
+"""What a network learns from a first recipe: how it does where every number that the recipe leaves out lies at an end of
+its natural variation.
 
     make unlike-rigs
     python python/unlike_rigs.py out/unlike --task knots
 
-The same small network (train_baseline.py) learns from 300 samples each of a first recipe, which states what a user knows and
-leaves out the rest; of the same with `unstated: fixed`; and of the shipped recipe for training. All are asked about one set of
-1,000 samples: those of the first recipe, but each number that it leaves out takes one of two ends by lot, 5 or 95 % of what it
-varies by nature. The score is the mean of the classes' recalls; intervals are of 95 %, by samples drawn anew. Datasets and
-results that are there are not made again. docs/guide/how-much-to-vary.md has the figures.
+The same small network (train_baseline.py) learns from 300 samples each of a first recipe, which states what a user knows
+and leaves out the rest; of the same with `unstated: fixed`; and of the shipped recipe for training. All are asked about
+one set of 1,000 samples: those of the first recipe, but each number that it leaves out takes one of two ends by lot, 5 or
+95 % of what it varies by nature. The score is the mean of the classes' recalls; intervals are of 95 %, by samples drawn
+anew. Datasets that are there are not made again. docs/guide/how-much-to-vary.md has the figures.
 """
 
 import argparse
