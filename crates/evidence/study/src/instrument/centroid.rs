@@ -6,8 +6,16 @@ use rand::RngExt;
 use super::speckle_theory::IntensityLaw;
 use rig::PixelCorrelation;
 
-/// Variance of the centre of gravity of a line over `reach` rows beside its peak, to first order [px^2].
-pub fn spread(line: &[f64], reach: usize, still: f64, shot: f64, contrast: f64, correlation: &PixelCorrelation) -> f64 {
+/// Variance of the centre of gravity of a line over `reach` rows beside its peak, to first order; `contrast` is that of
+/// each row [px^2].
+pub fn spread(
+    line: &[f64],
+    reach: usize,
+    still: f64,
+    shot: f64,
+    contrast: &[f64],
+    correlation: &PixelCorrelation,
+) -> f64 {
     let peak = (0..line.len()).max_by(|&a, &b| line[a].total_cmp(&line[b])).unwrap_or(0);
     let rows = peak.saturating_sub(reach)..(peak + reach + 1).min(line.len());
     let sum: f64 = line[rows.clone()].iter().sum();
@@ -15,9 +23,9 @@ pub fn spread(line: &[f64], reach: usize, still: f64, shot: f64, contrast: f64, 
     let arm = |k: usize| k as f64 - centre;
     let noise: f64 = rows.clone().map(|k| arm(k).powi(2) * (still + shot * line[k])).sum();
     let pairs = rows.clone().flat_map(|k| rows.clone().map(move |l| (k, l)));
-    let grains: f64 =
-        pairs.map(|(k, l)| arm(k) * arm(l) * line[k] * line[l] * correlation.at(k.abs_diff(l) as f64)).sum();
-    (noise + contrast * contrast * grains) / (sum * sum)
+    let lever = |k: usize| arm(k) * line[k] * contrast[k];
+    let grains: f64 = pairs.map(|(k, l)| lever(k) * lever(l) * correlation.at(k.abs_diff(l) as f64)).sum();
+    (noise + grains) / (sum * sum)
 }
 
 /// What the centre of gravity of a line spreads by, over what first order says, for rows with light `line` whose

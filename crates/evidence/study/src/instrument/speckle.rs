@@ -396,10 +396,10 @@ fn sum_of_line(scene: &Scene, contrast: f64, patterns: &PatternCache) -> f64 {
     let line = middle_line(scene, patterns);
     let correlation = PixelCorrelation::of(grain_px(&scene.bench));
     if contrast > 0.0 {
-        return spread(&line, scene.extraction.window_rows, 0.0, 0.0, contrast, &correlation);
+        return spread(&line, scene.extraction.window_rows, 0.0, 0.0, &[contrast; ROWS], &correlation);
     }
     let lit: Vec<f64> = line.into_iter().filter(|dn| *dn > 0.5).collect();
-    spread(&lit, lit.len(), scene.bench.exposure.dark_noise_dn.powi(2), 0.0, 0.0, &correlation)
+    spread(&lit, lit.len(), scene.bench.exposure.dark_noise_dn.powi(2), 0.0, &vec![0.0; lit.len()], &correlation)
 }
 
 fn skewness(values: &[f64]) -> f64 {

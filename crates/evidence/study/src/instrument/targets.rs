@@ -89,9 +89,10 @@ impl TargetView {
         Self { sensor, band, columns: scene.size.columns }
     }
 
-    /// Contrast of speckle in a pixel on the line of a profile, in its middle column, light from below [1].
-    pub(super) fn contrast_from_below(&self, profile: usize) -> f64 {
-        f64::from(self.sensor.speckle_contrast()[1] * self.band.line(profile).contrast_on_line(self.columns / 2))
+    /// Contrast of speckle in each row of a profile's middle column, light from below [1].
+    pub(super) fn contrasts_from_below(&self, profile: usize) -> [f64; ROWS] {
+        let (patterns, line) = (self.sensor.speckle_contrast()[1], self.band.line(profile));
+        std::array::from_fn(|row| f64::from(patterns * line.contrast_in_row(self.columns / 2, row)))
     }
 
     /// Light of a profile before any noise, `[ROWS, columns]`, row-major [e-].

@@ -5,10 +5,10 @@
 //! in noise:
 //!
 //! ```text
-//! var = sum (k - c)^2 (s^2 + K I_k) / S^2 + C^2 sum (k - c) (l - c) I_k I_l r(k - l) / S^2 + 1 / (12 * 16^2),
+//! var = sum (k - c)^2 (s^2 + K I_k) / S^2 + sum (k - c) (l - c) C_k I_k C_l I_l r(k - l) / S^2 + 1 / (12 * 16^2),
 //! ```
 //!
-//! S = sum I_k, s the noise in time without light, C and r contrast and correlation of speckle, the last term the
+//! S = sum I_k, s the noise in time without light, C_k and r contrast and correlation of speckle, the last term the
 //! rounding to a sixteenth of a row. Height of a row and width of a column are held to the projection of
 //! docs/theory/instrument.md: row = c - v Yc / Zc / cos(beta) / pixel and x = (col - c) pixel (d - f - z cos a) / f,
 //! which are written out here once more. A last plate is seen in the corner of the field of a bent lens on a sensor
@@ -246,14 +246,15 @@ fn centre(scene: &Scene, body: Body, patterns: &PatternCache) -> f64 {
 
 /// Standard deviation of Range that noise and speckle make in the middle column, the whole column's shift left out
 /// [um].
-fn expected(scene: &Scene, body: &Body, patterns: &PatternCache, contrast: f64, correlation: &PixelCorrelation) -> f64 {
+fn expected(scene: &Scene, body: &Body, patterns: &PatternCache, correlation: &PixelCorrelation) -> f64 {
     let profile = scene.size.profiles - PROFILES / 2;
     let look = TargetView::new(scene, body.clone(), patterns, profile..profile + 1);
     let (k, exposure) = (gain(scene), &scene.bench.exposure);
     let light = look.light(profile);
     let line: Vec<f64> = (0..ROWS).map(|row| k * light[row * COLUMNS + COLUMNS / 2]).collect();
     let still = exposure.dark_noise_dn.powi(2) - exposure.row_pattern_dn.powi(2);
-    let variance = centroid::spread(&line, scene.extraction.window_rows, still, k, contrast, correlation)
+    let contrasts = look.contrasts_from_below(profile);
+    let variance = centroid::spread(&line, scene.extraction.window_rows, still, k, &contrasts, correlation)
         + 1.0 / (12.0 * f64::from(scene.extraction.subpixel_steps).powi(2));
     let z = f64::from(body.bounds().1.z);
     1000.0 * height_per_row(&scene.bench, z) * variance.sqrt()
@@ -285,8 +286,7 @@ fn plate_figures(
         let z = HEIGHTS_MM[i];
         let body = ceramic(z as f32);
         let scene = set(own, &body, true, patterns);
-        let contrast = TargetView::new(&scene, body.clone(), patterns, 0..1).contrast_from_below(0);
-        let theory = expected(&scene, &body, patterns, contrast, correlation);
+        let theory = expected(&scene, &body, patterns, correlation);
         let name = format!("ceramic, {z:.0} mm: mean error [um]");
         figures.push(repeats.figure(name, |f| f.ceramic[place].error, 0.0));
         let name = format!("ceramic, {z:.0} mm: spread, speckle too [um]");
@@ -305,7 +305,7 @@ fn figures(
     let correlation = PixelCorrelation::of(grain_px(&bench));
     let expect = |z: &f64| {
         let body = plate(*z as f32, 0.0, 0.0);
-        expected(&set(own, &body, false, patterns), &body, patterns, 0.0, &correlation)
+        expected(&set(own, &body, false, patterns), &body, patterns, &correlation)
     };
     let level: Vec<f64> = HEIGHTS_MM.iter().map(expect).collect();
     let (mut figures, white) = plate_figures(repeats, own, patterns, &level, &correlation);

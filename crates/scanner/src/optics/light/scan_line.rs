@@ -7,9 +7,10 @@ use super::lamp_line::LampLine;
 use super::mixed_column::MixedColumn;
 use super::secondary::SecondaryLight;
 use super::streak::Streak;
+use super::tile::CENTRE;
 use super::widths::peak;
 use crate::optics::speckle::TILE;
-use crate::optics::speckle::coherence::{CONTRAST_COLUMNS, RowContrasts};
+use crate::optics::speckle::coherence::{CONTRAST_COLUMNS, RowContrasts, contrast_at};
 use crate::specimen::Hit;
 use transport::kernel::BASIS;
 
@@ -84,9 +85,10 @@ impl ScanLine {
         self.centre[column] - (self.moved_px - own.moved_px)
     }
 
-    /// Contrast of speckle on the line in light from below, of that of the sample's patterns [1].
-    pub fn contrast_on_line(&self, column: usize) -> f32 {
-        self.contrasts[column / CONTRAST_COLUMNS][0][0]
+    /// Contrast of speckle in light from below in a row of a column's window, of that of the sample's patterns [1].
+    pub fn contrast_in_row(&self, column: usize, k: usize) -> f32 {
+        let beyond = self.centre[column] - self.centre[column].floor();
+        contrast_at(&self.contrasts[column / CONTRAST_COLUMNS], CENTRE as f32 - k as f32 + beyond)
     }
 
     /// Contrasts of the columns of a tile, [`CONTRAST_COLUMNS`] together.
