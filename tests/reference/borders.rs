@@ -48,6 +48,8 @@ pub fn bench_of(scene: &Scene) -> impl Debug {
 pub struct Column {
     /// Place of its column along the line [mm].
     pub x: f64,
+    /// Height that it sees [mm].
+    pub z: f64,
     /// Whether it sees the body.
     pub on_body: bool,
     /// Rows per mm along the motion.
@@ -70,6 +72,7 @@ pub fn columns(scene: &Scene, body: Body, transport: Transport) -> Vec<Column> {
         sensor.window(&band, profile, tile, &mut scratch);
         columns.extend((0..TILE).map(|column| Column {
             x: f64::from(hits[tile * TILE + column].x),
+            z: f64::from(hits[tile * TILE + column].surface.z),
             on_body: hits[tile * TILE + column].matter.class != Class::Background,
             rows_per_mm: f64::from(rows_per_mm[tile * TILE + column]),
             first: scratch.windows[0].first_row[column],

@@ -13,15 +13,15 @@ use transport::stack::{Foil, Layer, PIGMENT_G, Scattering, Stack, Substrate};
 /// Packs of the comparison, of which each sixth is sealed to foil and the others lie over a tablet or over foil in
 /// turn.
 const PACKS: u64 = 240;
-const PHOTONS: u64 = 300_000;
+pub const PHOTONS: u64 = 300_000;
 /// Windows that hold less of the light are not compared [1].
-const FAINT: f64 = 0.01;
+pub const FAINT: f64 = 0.01;
 /// How far from the lens light may leave that the reference counts: 5 degrees [rad].
 const LENS_HALF_ANGLE: f64 = 5.0 / 180.0 * std::f64::consts::PI;
 /// Tilts in which the kernel is asked for that.
 const TILTS: usize = 12;
 /// What is compared: rows on both sides of the middle, of light to all sides and of light to the lens.
-const WINDOWS: [(&str, [usize; 2]); 3] = [("0", [0, 0]), ("1 to 8", [1, 8]), ("7 to 11", [7, 11])];
+pub const WINDOWS: [(&str, [usize; 2]); 3] = [("0", [0, 0]), ("1 to 8", [1, 8]), ("7 to 11", [7, 11])];
 
 /// Pack number `i` and what is asked of it: any film, pocket, tablet and foil that recipes accept, foil alike in all
 /// directions.
@@ -51,7 +51,7 @@ fn drawn(i: u64) -> (Stack, Question, &'static str) {
 }
 
 /// R and its error, then the windows of all light, then those of light to the lens.
-fn figures(answer: &Answer) -> Vec<f64> {
+pub fn figures(answer: &Answer) -> Vec<f64> {
     let window = |rows: &[Estimate], [from, to]: [usize; 2]| {
         let middle = rows.len() / 2;
         let inside = rows.iter().enumerate().filter(|(i, _)| (from..=to).contains(&i.abs_diff(middle)));
@@ -69,7 +69,7 @@ fn figures(answer: &Answer) -> Vec<f64> {
 
 /// What the kernel says, of light to the lens as the reference counts it: within [`LENS_HALF_ANGLE`] of the lens' tilt,
 /// of which what looks steeper sees what lies below in other rows.
-fn kernel_within_the_references_angles(stack: &Stack, question: &Question) -> Answer {
+pub fn kernel_within_the_references_angles(stack: &Stack, question: &Question) -> Answer {
     let tilt = libm::acos(question.view.z);
     let [steepest, flattest] = [tilt - LENS_HALF_ANGLE, tilt + LENS_HALF_ANGLE].map(libm::cos);
     let (mut seen, mut weights) = (vec![0.0; 2 * question.rows + 1], 0.0);

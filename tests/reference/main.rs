@@ -3,6 +3,7 @@
 mod boards;
 mod borders;
 mod contrast;
+mod cracks;
 mod defects;
 mod drawn_packs;
 mod expose;
@@ -18,6 +19,7 @@ mod monte_carlo;
 mod pack;
 mod rays;
 mod table;
+mod unlike_foil;
 
 use std::ops::Range;
 

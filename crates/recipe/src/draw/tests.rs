@@ -1,6 +1,7 @@
 //! Draws with correlations and with low discrepancy: their laws, and what they leave as it is.
 
 use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::*;
 use crate::distribution::tests::{DrawLaw, chance};
@@ -80,28 +81,41 @@ fn marginals_are_the_declared_laws() {
 /// of one log have in common are one draw: of each log the first board counts.
 #[test]
 fn every_built_in_recipe_draws_by_its_laws() {
+    let names: Vec<&str> = Recipe::embedded().map(|built_in| built_in.name).collect();
+    let next = AtomicUsize::new(0);
+    std::thread::scope(|scope| {
+        for _ in 0..std::thread::available_parallelism().map_or(1, usize::from) {
+            scope.spawn(|| {
+                while let Some(name) = names.get(next.fetch_add(1, Ordering::Relaxed)) {
+                    draws_by_its_laws(name);
+                }
+            });
+        }
+    });
+}
+
+/// The same of one recipe.
+fn draws_by_its_laws(name: &str) {
     // Some 30 000 tests, most of them of numbers that never vary.
     const ALPHA: f64 = 1e-10;
-    for name in Recipe::embedded().map(|built_in| built_in.name) {
-        let recipe = Recipe::load(name).expect("built in");
-        let mut columns: BTreeMap<String, Vec<Vec<f64>>> = BTreeMap::new();
-        for index in (0..6000).map(|place| place * recipe.boards_per_log()) {
-            let scene = recipe.draw(0, index);
-            let values = scene.values();
-            let columns = columns.entry(scene.class.clone()).or_insert_with(|| vec![Vec::new(); values.len()]);
-            columns.iter_mut().zip(values).for_each(|(column, (_, value))| column.push(value));
-        }
-        assert_eq!(columns.len(), recipe.classes().len(), "{name}");
-        for (class, columns) in columns {
-            for ((parameter, _), numbers) in recipe.draw(0, 0).values().into_iter().zip(columns) {
-                let path = parameter.path();
-                let law = recipe.distribution(&class, &path).expect("declared").law(parameter);
-                if let DrawLaw::Continuous { min, max, .. } = law {
-                    assert!(numbers.iter().all(|x| (min..=max).contains(x)), "{name}, {path} in {class}");
-                }
-                let p = chance(&law, &numbers);
-                assert!(p > ALPHA, "{name}, {path} in {class}: chance {p:e}");
+    let recipe = Recipe::load(name).expect("built in");
+    let mut columns: BTreeMap<String, Vec<Vec<f64>>> = BTreeMap::new();
+    for index in (0..6000).map(|place| place * recipe.boards_per_log()) {
+        let scene = recipe.draw(0, index);
+        let values = scene.values();
+        let columns = columns.entry(scene.class.clone()).or_insert_with(|| vec![Vec::new(); values.len()]);
+        columns.iter_mut().zip(values).for_each(|(column, (_, value))| column.push(value));
+    }
+    assert_eq!(columns.len(), recipe.classes().len(), "{name}");
+    for (class, columns) in columns {
+        for ((parameter, _), numbers) in recipe.draw(0, 0).values().into_iter().zip(columns) {
+            let path = parameter.path();
+            let law = recipe.distribution(&class, &path).expect("declared").law(parameter);
+            if let DrawLaw::Continuous { min, max, .. } = law {
+                assert!(numbers.iter().all(|x| (min..=max).contains(x)), "{name}, {path} in {class}");
             }
+            let p = chance(&law, &numbers);
+            assert!(p > ALPHA, "{name}, {path} in {class}: chance {p:e}");
         }
     }
 }

@@ -10,7 +10,7 @@ use base::{Gloss, Medium};
 use glam::Vec3;
 
 use super::film::{FACET_TURN, FilmStack, PIGMENT_G, in_film, inside, refracted, seen_through, under_normal};
-use super::sealed::{HOP, SealedGlint, sealed_glint};
+use super::sealed::{HOP, MOST_ASIDE, SealedGlint, SealedMirror, across_share, sealed_glint};
 use super::single_scattering::{
     turned_depth, turned_down, turned_once, turned_once_aslant, turned_once_in_all, turned_once_level,
 };
@@ -198,27 +198,36 @@ fn sealed_flow(tables: &StackTables, stack: &FilmStack, straight: &StraightLight
     let (medium, film, enter) = (&stack.medium, &stack.film, stack.enter);
     let (n, gloss, thickness) = (medium.n_eff, &film.under.gloss, film.thickness_mm);
     let [along, across] = gloss.roughness;
-    let roughness = (0.5 * (along * along + across * across)).sqrt();
+    // Slopes have this mean logarithm over all directions, as facets of one roughness have.
+    let roughness = 0.5 * (along + across);
     let (turns, absorbed) = (medium.sigma_i * thickness, medium.mu_a * thickness);
-    let sealed = tables.films.sealed(turns, absorbed, gloss.reflectance, roughness);
+    let mirror = SealedMirror::of(stack);
+    let sealed = tables.films.sealed(turns, absorbed, (gloss.reflectance, roughness), |met| mirror.out(met));
     let place = LengthInterpolation::new(thickness, table::LOWEST_FREQUENCY as f32);
     let (turned, law) = (place.read(&sealed.turned), sealed.law(stack.view_up));
     let (_, up) = refracted(n, stack.view_up);
     let passes =
         exp(-straight.extinction / up) * (1.0 - fresnel_dielectric(1.0, n.into(), stack.view_up.into()).0 as f32);
-    let [light, view] = [stack.light, stack.view].map(|way| inside(n, way));
-    let glint = enter * straight.left * metal(gloss, under_normal(film), light, view) / (n * n);
+    let [light_inside, view_inside] = [stack.light, stack.view].map(|way| inside(n, way));
+    let glint = enter * straight.left * metal(gloss, under_normal(film), light_inside, view_inside) / (n * n);
     // Beyond the table's foils and indices light must not become more than there is.
     let mirrored = sealed.mirrored.max(0.0);
     let kept = ((1.0 - mirrored) / turned[0].max(f32::MIN_POSITIVE)).min(1.0);
     let turned = turned.map(|part| kept * part);
-    let SealedGlint { first, slope, again } = sealed_glint(stack, straight.left, mirrored);
+    let SealedGlint { first, again } = sealed_glint(stack, &mirror, straight.left, mirrored);
     let later = mirrored - first;
-    let lobe = tables.lambert.over(2.0 * thickness * slope);
-    let hop = tables.lambert.over(HOP * thickness);
+    let lobe = tables.lambert.over(2.0 * thickness * mirror.slope);
+    let hop = tables.lambert.over(HOP * thickness * across_share(gloss.roughness));
     let hops: Spectrum = std::array::from_fn(|i| later * hop[i] * (1.0 - again) / (1.0 - again * hop[i]));
     let aslant = turned_once_aslant(stack);
-    let towards: Spectrum = std::array::from_fn(|i| enter * (law * (turned[i] + hops[i]) + aslant));
+    // Facets that lean along the line more than across it throw less of it at a lens across the line.
+    let twice = |roughness: [f32; 2]| {
+        let gloss = Gloss { roughness: roughness.map(|alpha| std::f32::consts::SQRT_2 * alpha), ..*gloss };
+        metal(&gloss, under_normal(film), light_inside, view_inside)
+    };
+    let [own, alike] = [twice([along, across]), twice([roughness; 2])];
+    let to_lens = if alike > 1e-6 { (own / alike).min(MOST_ASIDE) } else { 1.0 };
+    let towards: Spectrum = std::array::from_fn(|i| enter * (law * (turned[i] + to_lens * hops[i]) + aslant));
     let total = enter * (turned[0] + mirrored);
     FilmFlow {
         film: std::array::from_fn(|i| enter * (turned[i] + hops[i])),

@@ -151,15 +151,21 @@ impl FilmTable {
         }
     }
 
-    /// That film sealed to foil of a reflectance and a roughness [1].
+    /// That film sealed to foil of a reflectance and a roughness [1]; of a reflectance it mirrors out what goes with
+    /// `mirrors`.
     #[inline(always)]
-    pub fn sealed(&self, turns: f32, absorbed: f32, reflectance: f32, roughness: f32) -> SealedNode {
+    pub fn sealed(
+        &self,
+        turns: f32,
+        absorbed: f32,
+        (reflectance, roughness): (f32, f32),
+        mirrors: impl Fn(f32) -> f32,
+    ) -> SealedNode {
         let back = (1.0 - FILM_LETS_OUT / (1.0 + PIGMENT_HOLDS * turns)) * numerics::lanes::exp(-WAY_BACK * absorbed);
         let met = |reflectance: f32| reflectance / (1.0 - back * reflectance);
         let [low, high] = FOIL_REFLECTANCES.map(|reflectance| reflectance as f32);
         let turned = (met(reflectance) - met(low)) / (met(high) - met(low));
-        // What the foil mirrors through a film that does not turn it meets it once.
-        let mirrored = (reflectance - low) / (high - low);
+        let mirrored = (mirrors(reflectance) - mirrors(low)) / (mirrors(high) - mirrors(low));
         let (rough, more) = between(&self.roughnesses, numerics::lanes::ln(roughness.max(1e-3)));
         let mut node = [0.0f32; SEALED_NODE];
         for (film, weight) in near(turns, absorbed) {

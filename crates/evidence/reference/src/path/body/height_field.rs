@@ -13,6 +13,7 @@ use glam::DVec3;
 
 use super::super::bilinear_patch::BilinearPatch;
 use super::super::height_cells::{HeightCells, TARGET_PITCH_MM};
+use super::WALL_SLOPE;
 use transport::line::LineSource;
 
 /// Cells over which slopes are averaged for light towards the lens.
@@ -91,7 +92,8 @@ impl HeightField {
         (heights, cuts)
     }
 
-    /// Mean normals and heights over squares; walls, which the body's own slopes do not hold, do not count.
+    /// Mean normals and heights over squares. Walls do not count, neither those between nodes nor the steep ones of a
+    /// wedge: beside a crack they would have the face lean by tens of degrees.
     fn summarise(&mut self, slopes: &[Option<[f64; 2]>]) {
         let [nx, ny, _] = self.cells;
         let (sx, sy) = (nx / LEAN_CELLS + 1, ny / LEAN_CELLS + 1);
@@ -102,7 +104,8 @@ impl HeightField {
             for j in nodes(square / sx, ny) {
                 for i in nodes(square % sx, nx) {
                     top = top.max(self.height[j * (nx + 1) + i]);
-                    if let Some(slope) = slopes[j * (nx + 1) + i] {
+                    let face = |[x, y]: &[f64; 2]| x.hypot(*y) <= WALL_SLOPE;
+                    if let Some(slope) = slopes[j * (nx + 1) + i].filter(face) {
                         sum = [sum[0] + slope[0], sum[1] + slope[1]];
                         count += 1.0;
                     }
