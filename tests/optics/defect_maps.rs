@@ -83,7 +83,7 @@ const KINDS: [Kind; 20] = [
     },
     Kind {
         rest: |w| {
-            (w.log.pith_depth_mm, w.log.pith_offset_mm) = (0.0, 0.0);
+            (w.log.pith_depth_mm, w.log.pith_offset_mm, w.log.flipped) = (0.0, 0.0, 0.0);
             (w.log.pith_tilt_deg, w.log.pith_wander_mm) = (0.0, 0.2);
         },
         ..kind(Class::Pith, |w| w.log.pith_mm = 1.5, Shows::LessScatter, SCATTERED_MM)
