@@ -104,7 +104,7 @@ impl HeightField {
             for j in nodes(square / sx, ny) {
                 for i in nodes(square % sx, nx) {
                     top = top.max(self.height[j * (nx + 1) + i]);
-                    let face = |[x, y]: &[f64; 2]| x.hypot(*y) <= WALL_SLOPE;
+                    let face = |[x, y]: &[f64; 2]| libm::hypot(*x, *y) <= WALL_SLOPE;
                     if let Some(slope) = slopes[j * (nx + 1) + i].filter(face) {
                         sum = [sum[0] + slope[0], sum[1] + slope[1]];
                         count += 1.0;
