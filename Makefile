@@ -231,7 +231,7 @@ gap: build venv ## what networks lose from the kernel to the reference Monte Car
 closed-loop: build venv ## 20 fits to scans whose keys are known: how often 90 % intervals hold the truth (out/closed-loop, 20 minutes)
 	$(VENV)/bin/python python/closed_loop.py out/closed-loop --first 84 --loops 20
 
-cover-loop: build venv ## 20 scans with a key outside of a recipe's spread, 20 with none: what `gen cover` says (out/cover-loop, 40 minutes)
+cover-loop: build venv ## 20 scans with a key outside of a recipe's spread, 20 with none: what `gen cover` says (out/cover-loop, 10 minutes)
 	$(VENV)/bin/python python/cover_loop.py out/cover-loop --loops 20
 
 unlike-rigs: build venv ## networks of first recipes on rigs unlike theirs: an hour, out/unlike

@@ -16,6 +16,13 @@ import random
 import subprocess
 import sys
 
+# What keys may be, where their places below may lie beyond that.
+MAY_BE = {
+    "exposure.dark_noise_dn": (0.5, 30),
+    "exposure.row_noise_dn": (0.01, 0.8),
+    "material.gloss": (0.01, 0.99),
+    "material.roughness_x": (0.05, 0.99),
+}
 KEYS = {  # What plate.yaml draws: from, to, in equal ratios.
     "laser.waist_mm": (0.05, 0.2, True),
     "laser.linewidth_nm": (0.1, 2, True),
@@ -37,14 +44,20 @@ def place(key: str, share: float) -> float:
 
 
 def hidden(number: int) -> tuple[str, float]:
-    """Key and value of a loop; of what would lie below 0, or above what a key may be, the other side."""
+    """Key and value of a loop; of what would lie below what a key may be, the other side."""
     rng = random.Random(number)
     key = list(KEYS)[number % len(KEYS)]
     beyond = 0.5 * rng.uniform(1, 2)
     value = place(key, rng.choice((0.25 - beyond, 0.75 + beyond)))
-    if value <= 0:
+    if value <= MAY_BE.get(key, (0, 0))[0]:
         value = place(key, 0.75 + beyond)
-    return key, min(value, 0.99) if key.startswith("material.") and "mu_a" not in key else value
+    return key, allowed(key, value)
+
+
+def allowed(key: str, value: float) -> float:
+    """The value that a key may have next to one."""
+    low, high = MAY_BE.get(key, (-math.inf, math.inf))
+    return min(max(value, low), high)
 
 
 def spread(key: str) -> list[str]:
@@ -85,7 +98,7 @@ def is_pair(arguments: argparse.Namespace, folder: pathlib.Path, key: str, other
     for known in (key, other):
         law = "log_uniform" if KEYS[known][2] else "uniform"
         low = place(known, -0.75) if KEYS[known][2] else max(place(known, -0.75), 0.01)
-        high = min(place(known, 1.75), 0.99) if known in ("material.gloss", "material.roughness_x") else place(known, 1.75)
+        low, high = allowed(known, low), allowed(known, place(known, 1.75))
         wide += ["--set", f"{known}={{{law}: [{low:.6g}, {high:.6g}]}}"]
     narrow = [word for known in KEYS if known not in (key, other) for word in spread(known)]
     fit = ["fit", "--recipe", arguments.recipe, *narrow, *wide, "--real", str(folder / "real"), "--seed", str(number)]
