@@ -10,11 +10,13 @@ use reference::path::{Effort, solve};
 use transport::answer::Question;
 use transport::stack::{Foil, Layer, PIGMENT_G, Scattering, Stack, Substrate};
 
-const PACKS: u64 = 60;
+/// Packs of two seeds in turn; forms and constants were chosen on those of the first one.
+const PACKS: u64 = 120;
+const OF_A_SEED: u64 = 60;
 
 /// Pack number `i` and what is asked of it; two of three are sealed.
 fn drawn(i: u64) -> (Stack, Question, &'static str) {
-    let mut rng = Stream::root(15).child("unlike foil").index(i).rng();
+    let mut rng = Stream::root(15 + i / OF_A_SEED).child("unlike foil").index(i % OF_A_SEED).rng();
     let mut draw = |from: f64, to: f64| from + (to - from) * rng.random::<f64>();
     let mut even = |from: f64, to: f64| libm::exp(draw(libm::log(from), libm::log(to)));
     let (sigma, mu_a, thickness, gap) = (even(0.01, 200.0), even(0.0005, 10.0), even(0.05, 1.0), even(0.1, 8.0));
@@ -35,7 +37,8 @@ fn drawn(i: u64) -> (Stack, Question, &'static str) {
 /// Deviations that 95 % of the packs keep beside two standard errors of the reference, over air and sealed: of R
 /// absolute, of windows relative, all light first and then light to the lens. Rows 7 to 11 of clear film show what foil
 /// mirrors to and fro between itself and the film's upper side, whose paths the kernel has as Lambert's law has them.
-const BARS: [(&str, [f64; 5]); 2] = [("foil", [0.03, 0.17, 0.6, 0.04, 0.07]), ("sealed", [0.02, 0.1, 0.55, 0.08, 0.5])];
+const BARS: [(&str, [f64; 5]); 2] =
+    [("foil", [0.03, 0.15, 0.6, 0.09, 0.07]), ("sealed", [0.025, 0.11, 0.55, 0.1, 0.5])];
 
 /// Every figure within [`BARS`].
 #[test]
@@ -48,13 +51,14 @@ fn films_on_unlike_foil_are_those_of_the_reference() {
         let name = format!("pack {i:02}, {kind}");
         let truth = kept.says(&name, &(&stack, &question, PHOTONS, WINDOWS), reference);
         let kernel = figures(&kernel_within_the_references_angles(&stack, &question));
-        off.push(((kernel[0] - truth[0]).abs() - 2.0 * truth[1], kind, 0));
+        let is_first = i < OF_A_SEED;
+        off.push(((kernel[0] - truth[0]).abs() - 2.0 * truth[1], kind, 0, is_first));
         // Rows 1 to 8 and 7 to 11: the line itself is the laser's more than the film's.
         for (figure, at) in [3, 4, 6, 7].into_iter().zip(1..) {
             let [value, error] = [truth[2 * figure - 2], truth[2 * figure - 1]];
             if value > FAINT {
                 let beyond = (kernel[2 * figure - 2] / value - 1.0).abs() - 2.0 * error / value;
-                off.push((beyond.max(0.0), kind, at));
+                off.push((beyond.max(0.0), kind, at, is_first));
             }
         }
     }
@@ -62,10 +66,18 @@ fn films_on_unlike_foil_are_those_of_the_reference() {
     let mut faults = Vec::new();
     for (kind, bars) in BARS {
         for (at, bar) in bars.into_iter().enumerate() {
-            let mut own: Vec<f64> = off.iter().filter(|one| one.1 == kind && one.2 == at).map(|one| one.0).collect();
-            own.sort_by(|a, b| b.total_cmp(a));
-            let at95 = own[own.len() / 20];
-            println!("{kind}, figure {at}: {} packs, 95 % within {at95:.3}, all within {:.3}", own.len(), own[0]);
+            let within = |seeds: &[bool]| {
+                let own = off.iter().filter(|one| one.1 == kind && one.2 == at && seeds.contains(&one.3));
+                let mut own: Vec<f64> = own.map(|one| one.0).collect();
+                own.sort_by(|a, b| b.total_cmp(a));
+                own[own.len() / 20]
+            };
+            let at95 = within(&[true, false]);
+            println!(
+                "{kind}, figure {at}: 95 % within {at95:.3}; of either seed {:.3}, {:.3}",
+                within(&[true]),
+                within(&[false])
+            );
             if at95 > bar {
                 faults.push((kind, at, at95));
             }

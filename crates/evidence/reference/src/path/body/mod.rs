@@ -50,7 +50,7 @@ use transport::stack::CylinderPhase;
 /// Meetings with surfaces after which light is given up: it is caught in a wedge.
 const MAX_MEETINGS: u32 = 10_000;
 /// Slope from which on a surface is a wall, through which the lens does not look [1].
-pub(super) const WALL_SLOPE: f64 = 2.0;
+const WALL_SLOPE: f64 = 2.0;
 /// Light from so far behind a front face is followed to the lens through it, and the least cosine between its normal
 /// and the motion [mm], [1].
 const FRONT_REACH_MM: f64 = 4.0;
