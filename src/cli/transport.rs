@@ -14,6 +14,7 @@ use evidence::reference::medium::LayeredMedium;
 use evidence::reference::model::Model;
 use evidence::reference::path::Effort;
 use transport::answer::{Answer, Estimate, LineSide};
+use transport::kernel::Doubt;
 
 /// Version of the document's layout.
 const SCHEMA_VERSION: u32 = 1;
@@ -71,7 +72,8 @@ pub(super) fn run(arguments: &TransportArgs, console: &Console) -> CommandResult
     let answer = pool.install(|| model.ask(&medium.stack, &medium.question, effort, &|photons| progress.add(photons)));
     drop(progress);
     let answer = answer?;
-    let document = format!("{:#}\n", document(model, effort, &medium, &answer)?);
+    let doubt = if model == Model::Kernel { Doubt::of(&medium.stack, &medium.question)? } else { None };
+    let document = format!("{:#}\n", document(model, effort, &medium, &answer, doubt)?);
     match out {
         Some(out) => output::write(out, document.as_bytes())?,
         None => print(&document)?,
@@ -79,10 +81,19 @@ pub(super) fn run(arguments: &TransportArgs, console: &Console) -> CommandResult
     if std::io::stderr().is_terminal() || out.is_some() {
         console.note(&summary(&answer));
     }
+    if let Some(doubt) = doubt {
+        console.note(&format!("in doubt: {doubt}; compare with `--model path`"));
+    }
     Ok(DONE)
 }
 
-fn document(model: Model, effort: Effort, medium: &LayeredMedium, answer: &Answer) -> Result<Value, serde_json::Error> {
+fn document(
+    model: Model,
+    effort: Effort,
+    medium: &LayeredMedium,
+    answer: &Answer,
+    doubt: Option<Doubt>,
+) -> Result<Value, serde_json::Error> {
     let effort = model.walks().then(|| json!({ "photons": effort.walked(), "seed": effort.seed }));
     let Value::Object(mut shown) = medium.json() else { return Ok(Value::Null) };
     let question = shown.shift_remove("question");
@@ -93,6 +104,7 @@ fn document(model: Model, effort: Effort, medium: &LayeredMedium, answer: &Answe
         "effort": effort,
         "medium": shown,
         "question": question,
+        "in_doubt": doubt.map(|doubt| doubt.to_string()),
         "answer": serde_json::to_value(answer)?,
     }))
 }

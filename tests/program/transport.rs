@@ -34,6 +34,46 @@ fn number(value: &Value) -> (f64, f64) {
     (value["value"].as_f64().expect("a value"), value["error"].as_f64().expect("an error"))
 }
 
+/// An answer that is known to be poor says so, in the document and in words; others and other models do not.
+#[test]
+fn an_answer_in_doubt_says_so() {
+    let place = place();
+    let layer = "layers: [{n: 1.14, mu_a_per_mm: 0.57, fibres: {sigma_i_per_mm: 0.39, sigma_c_per_mm: 1.25, \
+                 azimuth_deg: -7, dive_deg: 13, dispersion_deg: DISPERSED}}]\nquestion: {view_tilt_deg: 27}\n";
+    place.write("straight.yaml", layer.replace("DISPERSED", "3.1"));
+    place.write("tangled.yaml", layer.replace("DISPERSED", "8"));
+    let asked = |medium: &str, model: &str| {
+        place.done(&format!("transport --medium {medium}.yaml --model {model} --photons 200 --out said.json"))
+    };
+    let run = asked("straight", "kernel");
+    let words = place.json("said.json")["in_doubt"].as_str().expect("words").to_owned();
+    assert!(words.contains("fibres lie along the motion") && run.err.contains(&words), "{words}: {}", run.err);
+    assert!(run.err.contains("`--model path`"), "{}", run.err);
+    for (medium, model) in [("straight", "path"), ("tangled", "kernel"), ("clear-wood", "kernel")] {
+        let run = asked(medium, model);
+        assert!(place.json("said.json")["in_doubt"].is_null() && !run.err.contains("in doubt"), "{}", run.err);
+    }
+}
+
+/// `gen rig` tells it of the matter of a sample that the kernel answers for.
+#[test]
+fn a_rig_with_light_in_doubt_says_so() {
+    let place = place();
+    let steep = "wood-small --set camera.tilt_deg=";
+    let pack = "blister-small --set film.sigma_per_mm=0.1 --set foil.roughness_across=";
+    for (asked, expected) in [
+        (format!("{steep}72"), Some("of the object is in doubt: the lens looks at matter")),
+        (format!("{steep}68"), None),
+        (format!("{steep}72 --set transport=path"), None),
+        (format!("{pack}0.7 --set foil.roughness_along=0.7"), Some("is in doubt: clear film lies on or near foil")),
+        (format!("{pack}0.3"), None),
+    ] {
+        let run = place.run(&format!("rig {asked}"));
+        let words = expected.unwrap_or("in doubt");
+        assert!(run.code == 0 && run.err.contains(words) == expected.is_some(), "{asked}: {}", run.err);
+    }
+}
+
 /// Van de Hulst's slab through the command: within 3.5 standard errors of the published numbers, and energy closes.
 #[test]
 fn a_published_value_comes_out() {
@@ -54,7 +94,7 @@ fn a_published_value_comes_out() {
         + absorbed;
     assert!((sum - 1.0).abs() < 1e-6, "energy {sum}");
     let keys: Vec<_> = document.as_object().expect("a map").keys().collect();
-    assert_eq!(keys, ["schema_version", "program", "model", "effort", "medium", "question", "answer"]);
+    assert_eq!(keys, ["schema_version", "program", "model", "effort", "medium", "question", "in_doubt", "answer"]);
     assert_eq!(document["effort"]["photons"], 200_064, "whole batches of 128");
 }
 

@@ -26,6 +26,7 @@ use scanner::extract::margin;
 use scanner::optics::Sensor;
 use scanner::optics::speckle::PatternCache;
 use scanner::specimen::{Hit, Specimen};
+use transport::kernel::Doubt;
 
 /// Most classes that are looked at, those of the greatest shares: the check grows one object of each and renders a few
 /// profiles.
@@ -41,6 +42,8 @@ const RAY_PROFILES: usize = 16;
 /// Share of an object's sound pixels beyond the fan, or beyond the sensor's rows, that passes for chance and soft ends
 /// [1].
 const MOST_CUT: f64 = 0.02;
+/// Share of the object about which the model of light may be in doubt without a word [1].
+const MOST_IN_DOUBT: f64 = 0.05;
 /// Samples among which those of a class are searched; a class that is rarer is not looked at.
 const SEARCHED_SAMPLES: u64 = 10_000;
 
@@ -352,6 +355,31 @@ pub(super) fn out_of_view(scene: &Scene, sensor: &Sensor, specimen: &Specimen) -
     let shares = SampleShares { measured: 1.0, sound: 1.0, saturated: 0.0, in_view: specimen.share_within(x, y) };
     let shortfall = shares.shortfalls().into_iter().find(|shortfall| *shortfall == Shortfall::ObjectOutOfView)?;
     Some(format!("{}: {}", shares.describe(shortfall), out_of_view_remedy(scene, specimen, [x, y])))
+}
+
+/// What is told where the model of light is in doubt about much of a sample, and what to do.
+pub(super) fn light_in_doubt(scene: &Scene, sensor: &Sensor, specimen: &Specimen) -> Option<String> {
+    let (mut object, mut doubtful, mut doubt) = (0u32, 0u32, None);
+    for profile in profiles(scene, sensor, specimen, RAY_PROFILES) {
+        for hit in profile_hits(scene, sensor, specimen, profile).into_iter().filter(|hit| !hit.is_bare()) {
+            let medium = &hit.matter.medium;
+            let found = match &hit.matter.film {
+                Some(film) => Doubt::of_film(medium, film),
+                None => Doubt::of_matter(medium, sensor.camera().sight(hit.x, hit.surface.z, 0.0).view),
+            };
+            object += 1;
+            doubtful += u32::from(found.is_some());
+            doubt = doubt.or(found);
+        }
+    }
+    let share = f64::from(doubtful) / f64::from(object);
+    let text = |doubt| {
+        format!(
+            "light of {} of the object is in doubt: {doubt}; compare some profiles with `gen study profile`",
+            percent(share)
+        )
+    };
+    doubt.filter(|_| share > MOST_IN_DOUBT).map(text)
 }
 
 /// At most so many profiles evenly spread over what of the object lies in the scan, over the whole scan on a turntable;

@@ -88,6 +88,7 @@ impl RigReport {
 /// The rig of a scene over the upper surface of its object.
 pub fn report(scene: &Scene) -> RigReport {
     let patterns = PatternCache::new(0);
+    let by_kernel = scene.transport == Transport::Kernel;
     // What it is does not depend on who answers for light below the surface.
     let mut scene = scene.clone();
     scene.transport = Transport::Kernel;
@@ -98,9 +99,10 @@ pub fn report(scene: &Scene) -> RigReport {
     let facts = Facts::of(scene, &sensor, top);
     let fan = check::cut_by_fan(scene, &sensor, &specimen);
     let out_of_view = check::out_of_view(scene, &sensor, &specimen);
+    let in_doubt = if by_kernel { check::light_in_doubt(scene, &sensor, &specimen) } else { None };
     let own = facts.warnings(fan.is_some());
     let mistakes = mistakes::mistakes_of_scene(scene).into_iter().map(|told| format!("{}; {}", told.what, told.remedy));
-    let warnings = own.into_iter().chain(fan).chain(out_of_view).chain(mistakes).collect();
+    let warnings = own.into_iter().chain(fan).chain(out_of_view).chain(in_doubt).chain(mistakes).collect();
     RigReport { numbers: facts.numbers(), warnings }
 }
 

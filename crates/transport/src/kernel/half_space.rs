@@ -1,7 +1,7 @@
 //! The table's Gaussians of one medium as they are, without fixed widths: answers for a half space.
 //! Films over something are answered by [`super::film_stack`].
 
-use base::{KERNEL_INDICES, KERNEL_LEAST_SHARE};
+use base::{Gloss, KERNEL_INDICES, KERNEL_LEAST_SHARE, Medium};
 
 use super::table::{DISPERSION_DEG, HalfSpaceTable, PATH_BINS};
 use super::view::{FIRST_SKEWED, SKEWED_BINS, SkewedBin, group_of};
@@ -220,8 +220,8 @@ pub(super) fn scatters_evenly(layer: &Layer) -> Result<(), KernelError> {
     }
 }
 
-/// The half space as a surface point, and (sine, cosine) of the fibres' track against the motion.
-fn texel(stack: &Stack, question: &Question) -> Result<(SurfacePoint, (f64, f64)), KernelError> {
+/// The half space's matter, where the table spans it; its fibres lie along their axis.
+pub(super) fn medium(stack: &Stack, question: &Question) -> Result<Medium, KernelError> {
     let [layer] = stack.layers.as_slice() else { return Err(KernelError::Layers) };
     if layer.thickness.is_finite() {
         return Err(KernelError::Layers);
@@ -247,21 +247,29 @@ fn texel(stack: &Stack, question: &Question) -> Result<(SurfacePoint, (f64, f64)
     if k > 0.0 && !(least - 1e-4..=most + 1e-4).contains(&dispersion_deg) {
         return Err(KernelError::Dispersion);
     }
+    let [mu_a, sigma_i, k, n_eff] = [layer.mu_a, sigma_i, k, layer.n].map(|number| number as f32);
+    Ok(Medium { k, fibre: axis.as_vec3(), dispersion_deg, ..Medium::isotropic(mu_a, sigma_i, n_eff, Gloss::NONE) })
+}
+
+/// The half space as a surface point, and (sine, cosine) of the fibres' track against the motion.
+fn texel(stack: &Stack, question: &Question) -> Result<(SurfacePoint, (f64, f64)), KernelError> {
+    let Medium { mu_a, sigma_i, k, n_eff, fibre, dispersion_deg, .. } = medium(stack, question)?;
+    let (n, axis) = (stack.layers[0].n, fibre.as_dvec3());
     let (sin, cos) = libm::sincos(question.incidence.unwrap_or_default());
     let (up, along) = libm::sincos(question.incidence_azimuth);
     let light = glam::DVec3::new(sin * along, sin * up, -cos);
-    let entering = glam::DVec3::new(light.x, light.y, 0.0) / layer.n;
+    let entering = glam::DVec3::new(light.x, light.y, 0.0) / n;
     let entering = glam::DVec3::new(entering.x, entering.y, -(1.0 - entering.length_squared()).sqrt());
     let matter = SurfacePoint {
-        mu_a: layer.mu_a as f32,
-        sigma_i: sigma_i as f32,
-        k: k as f32,
-        n: layer.n as f32,
+        mu_a,
+        sigma_i,
+        k,
+        n: n_eff,
         dispersion_deg,
-        enter: 1.0 - fresnel_dielectric(1.0, layer.n, cos).0 as f32,
+        enter: 1.0 - fresnel_dielectric(1.0, n, cos).0 as f32,
         ..SurfacePoint::BLACK
     };
-    let texel = matter.facing(axis.as_vec3(), glam::Vec3::Z, light.as_vec3(), question.view.as_vec3());
+    let texel = matter.facing(fibre, glam::Vec3::Z, light.as_vec3(), question.view.as_vec3());
     // The end that goes with the light.
     let axis = if axis.dot(entering) < 0.0 { -axis } else { axis };
     let flat = (axis - entering * axis.dot(entering)).truncate();

@@ -19,6 +19,7 @@
 
 mod ask;
 mod diffusion_tensor;
+mod doubt;
 pub mod film_stack;
 mod half_space;
 mod path_law;
@@ -32,6 +33,7 @@ use multiversion::multiversion;
 
 pub use self::ask::solve;
 pub use self::diffusion_tensor::diffusion;
+pub use self::doubt::Doubt;
 pub use self::half_space::{Gaussian, KernelError, gaussians};
 pub use self::path_law::{PathLaw, path_laws};
 use self::table::{HalfSpaceTable, LANES, PATH_BINS};

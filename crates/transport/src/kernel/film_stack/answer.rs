@@ -82,7 +82,7 @@ pub fn solve(stack: &Stack, question: &Question) -> Result<Answer, KernelError> 
 }
 
 /// The stack as production sees it.
-fn film_stack(stack: &Stack, question: &Question) -> Result<FilmStack, KernelError> {
+pub fn film_stack(stack: &Stack, question: &Question) -> Result<FilmStack, KernelError> {
     let (top, gap, under) = match (stack.layers.as_slice(), stack.below) {
         ([film], Substrate::Foil(foil)) => (film, None, metal(&foil)),
         ([film, air], Substrate::Foil(foil)) => (film, Some(height(air)?), metal(&foil)),

@@ -37,7 +37,7 @@ use base::Medium;
 use multiversion::multiversion;
 
 use self::adding::{FilmFlow, StackTables, flow};
-pub(super) use self::answer::solve;
+pub(super) use self::answer::{film_stack, solve};
 use self::film::in_film;
 pub use self::film::{FACET_TURN, FilmStack, mirrored_depth_mm, mirrored_view, passed_unturned, under_normal};
 pub use self::shares::FilmShares;

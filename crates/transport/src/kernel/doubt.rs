@@ -1,0 +1,95 @@
+//! Where the kernel's answer is known to be poor: windows of rows were seen to be a tenth to half, or more, off the
+//! reference Monte Carlo.
+//!
+//! Bounds are those of draws over all that recipes accept (`tests/reference/accepted.rs`); beyond them figures are
+//! mostly within a tenth. Within them not every answer is off. Valid for level surfaces.
+
+use base::{Film, Medium};
+use glam::Vec3;
+
+use super::film_stack;
+use super::half_space::{self, KernelError};
+use crate::answer::Question;
+use crate::stack::{Stack, Substrate};
+
+/// Cosine of the lens' tilt below which answers about matter without film are in doubt: 71 degrees [1].
+const STEEPEST_VIEW_UP: f32 = 0.3256;
+/// Scattering below which light that met single fibres is seen as such, one free path beside the line [mm^-1].
+const WEAK_SCATTERING: f32 = 2.3;
+/// Dispersion of fibres below which it keeps to its cone [deg].
+const STRAIGHT_DEG: f32 = 5.5;
+/// Index below which the surface lets it out nearly as it comes [1].
+const LOW_INDEX: f32 = 1.2;
+/// Absorption over scattering from which on hardly anything else comes from there [1].
+const MUCH_ABSORBED: f32 = 0.15;
+/// Greatest sine of the angle between fibres and face, and least cosine of that between their track and the motion, at
+/// which the cone stands towards the lens: 20 and 35 degrees [1].
+const FLAT_DIVE: f32 = 0.342;
+const ALONG_MOTION: f32 = 0.819;
+/// Least cosine of the tilt of a lens in this cone: 50 degrees [1].
+const CONE_VIEW_UP: f32 = 0.643;
+/// Reduced scattering times thickness below which a film is clear [1].
+const CLEAR_FILM: f32 = 0.05;
+/// Roughness of foil along the motion from which on what it throws far is seen [1].
+const ROUGH: f32 = 0.45;
+/// Height of the air under a film up to which foil is near [mm].
+const NEAR_MM: f32 = 1.0;
+
+/// Why an answer of the kernel is in doubt.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum Doubt {
+    /// A lens that looks along the face.
+    #[error("the lens looks at matter from more than 71 degrees: 10 to 20 % too much light reaches it")]
+    SteepLens,
+    /// Matter in which the lens sees light that met single fibres.
+    #[error(
+        "fibres lie along the motion, hardly dispersed, in matter that absorbs much and scatters little: rows 0.7 mm \
+         beside the line are up to 50 % too bright"
+    )]
+    StraightFibres,
+    /// Foil that throws light far below clear film.
+    #[error(
+        "clear film lies on or near foil that is rough along the motion: of rows 0.7 mm beside the line, dark ones, the \
+         light is off by a fifth to twice"
+    )]
+    RoughFoil,
+}
+
+impl Doubt {
+    /// Of matter without film, its face level, seen along `view` (unit vector to the lens).
+    pub fn of_matter(medium: &Medium, view: Vec3) -> Option<Self> {
+        let scattering = medium.sigma_i + medium.k;
+        let Vec3 { y, z, .. } = medium.fibre;
+        let is_in_cone = z.abs() < FLAT_DIVE && y.abs() > ALONG_MOTION * (1.0 - z * z).sqrt() && view.z > CONE_VIEW_UP;
+        let is_straight = medium.k > 0.0 && medium.dispersion_deg < STRAIGHT_DEG && medium.n_eff < LOW_INDEX;
+        let is_weak = scattering < WEAK_SCATTERING && medium.mu_a > MUCH_ABSORBED * scattering;
+        if scattering > 0.0 && view.z < STEEPEST_VIEW_UP {
+            Some(Self::SteepLens)
+        } else if is_in_cone && is_straight && is_weak {
+            Some(Self::StraightFibres)
+        } else {
+            None
+        }
+    }
+
+    /// Of a level `film` of `medium`.
+    pub fn of_film(medium: &Medium, film: &Film) -> Option<Self> {
+        let gloss = film.under.gloss;
+        let is_near = film.gap_mm.is_none_or(|gap| gap < NEAR_MM);
+        let is_clear = medium.sigma_i * film.thickness_mm < CLEAR_FILM;
+        (gloss.is_metal() && gloss.roughness[1] > ROUGH && is_clear && is_near).then_some(Self::RoughFoil)
+    }
+
+    /// Of what [`super::solve`] answers about `stack`.
+    ///
+    /// # Errors
+    /// As [`super::solve`].
+    pub fn of(stack: &Stack, question: &Question) -> Result<Option<Self>, KernelError> {
+        if stack.layers.len() > 1 || matches!(stack.below, Substrate::Foil(_)) {
+            let film_stack = film_stack::film_stack(stack, question)?;
+            Ok(Self::of_film(&film_stack.medium, &film_stack.film))
+        } else {
+            Ok(Self::of_matter(&half_space::medium(stack, question)?, question.view.as_vec3()))
+        }
+    }
+}
