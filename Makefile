@@ -40,7 +40,7 @@ FIRST_TESTS = $(ALL) --lib $(FIRST:%=--test %)
 # What stands in square brackets in documentation and is no link: units, and letters of sources. Any other link that leads nowhere fails `check`.
 UNITS = 1|mm|um|px|DN|rad|deg|s|Hz|bytes|characters|i|[A-Z]
 
-.PHONY: help defect-maps build dist wheel test-wheel test-scale test-long test-python test-installed test-alone environments quick prepare lint check check-rest check-all bench same-bytes same-values size wood wood-small blister blister-small sawtooth sawtooth-small mesh-small preview validate report bench-check check-onnx baselines gap likeness transfer real-fibres closed-loop cover-loop unlike-rigs gallery schema kernel-table film-table bless reference fuzz doc site clean venv
+.PHONY: help defect-maps build dist wheel test-wheel test-scale test-long test-python test-installed test-alone environments quick prepare lint check check-rest check-all bench same-bytes same-values size wood wood-small blister blister-small sawtooth sawtooth-small mesh-small preview validate report bench-check check-onnx baselines gap likeness transfer real-fibres closed-loop cover-loop unlike-rigs gallery schema kernel-table film-table bless reference fresh-draws fuzz doc site clean venv
 
 help: ## print this help
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1\t/' | expand -t 14
@@ -263,6 +263,9 @@ bless: ## renew committed references (recipe schema and key reference, data dict
 
 reference: ## ask the reference Monte Carlo anew for what tests/data/reference keeps: half an hour on two cores
 	BLESS=1 cargo test $(ALL) --test reference
+
+fresh-draws: ## the kernel against the reference on media of a seed that nobody has seen (SEED=n for a certain one): ten minutes
+	cargo test $(ALL) --test reference -- --ignored --nocapture fresh_draws
 
 fuzz: ## feed the recipe loader random text (FUZZ_SECONDS=600); needs cargo-fuzz
 	mkdir -p fuzz/corpus/recipe

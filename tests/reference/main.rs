@@ -1,5 +1,6 @@
 //! Production against slow and obvious reference models, and these against published values. Takes minutes.
 
+mod accepted;
 mod boards;
 mod borders;
 mod contrast;
