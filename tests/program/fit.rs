@@ -183,7 +183,8 @@ fn matter_that_was_scanned_in_several_ways_is_written_alone() {
     let of_fit = &found["keys"]["media.earlywood_k_per_mm"]["posterior"];
     let [low, high] = ["p05", "p95"].map(|q| of_fit[q].as_f64().expect("a number"));
     // Of eight draws of which each lies in there by a chance of 0.9, fewer than four do once in a thousand times.
-    let inside = place.samples("boards").values().filter(|sample| {
+    let drawn = place.samples("boards");
+    let inside = drawn.values().filter(|sample| {
         let k = sample.draws()["media.earlywood_k_per_mm"];
         low <= k && k <= high
     });
