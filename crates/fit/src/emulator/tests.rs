@@ -89,6 +89,7 @@ impl Polynomials {
             ends: Vec::new(),
             known: Vec::new(),
             freedom: 1.0,
+            part_length: Self::STATISTICS,
         };
         Self { coefficients, like }
     }
