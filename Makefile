@@ -40,7 +40,7 @@ FIRST_TESTS = $(ALL) --lib $(FIRST:%=--test %)
 # What stands in square brackets in documentation and is no link: units, and letters of sources. Any other link that leads nowhere fails `check`.
 UNITS = 1|mm|um|px|DN|rad|deg|s|Hz|bytes|characters|i|[A-Z]
 
-.PHONY: help defect-maps build dist wheel test-wheel test-scale test-long test-python test-installed test-alone environments quick prepare lint check check-rest check-all bench same-bytes same-values size wood wood-small blister blister-small sawtooth sawtooth-small mesh-small preview validate report bench-check check-onnx baselines gap likeness transfer real-fibres closed-loop cover-loop unlike-rigs gallery schema kernel-table film-table bless reference fresh-draws fuzz doc site clean venv
+.PHONY: help defect-maps build dist wheel test-wheel test-scale test-long test-python test-installed test-alone environments quick prepare lint check check-rest check-all bench same-bytes same-values size wood wood-small blister blister-small sawtooth sawtooth-small mesh-small preview validate report bench-check check-onnx baselines gap likeness transfer real-fibres closed-loop measure-loop cover-loop unlike-rigs gallery schema kernel-table film-table bless reference fresh-draws fuzz doc site clean venv
 
 help: ## print this help
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1\t/' | expand -t 14
@@ -230,6 +230,9 @@ gap: build venv ## what networks lose from the kernel to the reference Monte Car
 
 closed-loop: build venv ## 20 fits to scans whose keys are known: how often 90 % intervals hold the truth (out/closed-loop, 20 minutes)
 	$(VENV)/bin/python python/closed_loop.py out/closed-loop --first 84 --loops 20
+
+measure-loop: build venv ## 20 boards with hidden coefficients, measured by six scans each (out/measure-loop, 25 minutes)
+	$(VENV)/bin/python python/closed_loop.py out/measure-loop --recipe recipes/fit/wood.yaml --classes plate,along,across,steep,along,across --simulations 500 --first 20
 
 cover-loop: build venv ## 20 scans with a key outside of a recipe's spread, 20 with none: what `gen cover` says (out/cover-loop, 10 minutes)
 	$(VENV)/bin/python python/cover_loop.py out/cover-loop --loops 20

@@ -21,6 +21,9 @@
 //! statistic. This is synthetic likelihood (Wood 2010) with a regression in place of repeated scans at each point, as
 //! Bayesian optimisers of likelihoods do (Gutmann and Corander 2016). **Limits**: one region; scatter that is constant
 //! over it; residuals whose tails are near normal.
+//!
+//! Scans of several classes are one vector, as many parts in a row. Each is of a place of its own: their errors have
+//! nothing to do with each other, and C is that of each part.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
@@ -75,6 +78,8 @@ pub(crate) struct Emulator {
     pub known: Vec<bool>,
     /// Scans that count, less the linear terms that they were spent on.
     pub freedom: f64,
+    /// Statistics of each part.
+    part_length: usize,
 }
 
 /// Whether numbers of this variance and mean differ by more than rounding.
@@ -163,8 +168,8 @@ impl Emulator {
         (PER_TERM * (1 + keys + curved_terms(keys)) as f64).max(FEWEST)
     }
 
-    /// From scans with these weights.
-    pub fn new(simulations: &[Simulation], weights: &[f64]) -> Self {
+    /// From scans with these weights, whose statistics are of so many parts.
+    pub fn new(simulations: &[Simulation], weights: &[f64], parts: usize) -> Self {
         let keys = simulations.first().map_or(0, |simulation| simulation.scores.len());
         let count = simulations.first().map_or(0, |simulation| simulation.statistics.len());
         let (kept, effective) = counted_scans(simulations, weights);
@@ -184,6 +189,7 @@ impl Emulator {
             ends: vec![[f64::INFINITY, f64::NEG_INFINITY]; count],
             known: vec![false; count],
             freedom: (effective - linear as f64).max(2.0),
+            part_length: count / parts.max(1),
         };
         let weight = DVector::from_iterator(kept.len(), kept.iter().map(|(_, weight)| *weight));
         let (statistics, which) = told_statistics(&kept, count);
@@ -207,14 +213,15 @@ impl Emulator {
         let curved = curved - &straight * &taken;
 
         // Statistics that do not vary but by rounding tell nothing.
-        let scattered = scatter(&residuals, &weight, emulator.freedom);
+        let scattered = scatter(&residuals, &weight, emulator.freedom, &emulator.parts_of(&which));
         let varies: Vec<usize> = (0..which.len()).filter(|&a| varies(scattered[(a, a)], slopes[(0, a)])).collect();
         if varies.is_empty() {
             return emulator;
         }
         let (scattered, residuals) =
             (scattered.select_rows(&varies).select_columns(&varies), residuals.select_columns(&varies));
-        let directions = Directions::new(&scattered);
+        let parts = emulator.parts_of(&varies.iter().map(|&among| which[among]).collect::<Vec<_>>());
+        let directions = Directions::new(&scattered, &parts);
         let residuals = residuals * directions.to.transpose();
         let curvature = Curvature::new(&curved, &weigh_rows(&curved, &weight), &residuals, &weight, emulator.freedom);
         let bent = &curvature.coefficients * directions.back.transpose();
@@ -222,7 +229,7 @@ impl Emulator {
         let hat = solver.solve(&straight.transpose());
         let errors = residuals - &curved * &curvature.coefficients;
         let errors = unseen_errors(errors, [&straight, &hat, &curved], &curvature, &weight);
-        let covariance = scatter(&(errors * directions.back.transpose()), &weight, effective);
+        let covariance = scatter(&(errors * directions.back.transpose()), &weight, effective, &parts);
         let straightened = taken * &bent;
         for (a, &among) in varies.iter().enumerate() {
             let j = which[among];
@@ -242,6 +249,11 @@ impl Emulator {
             }
         }
         emulator
+    }
+
+    /// The part that each of these statistics belongs to.
+    pub fn parts_of(&self, which: &[usize]) -> Vec<usize> {
+        which.iter().map(|j| j / self.part_length.max(1)).collect()
     }
 
     /// Scores at a place, in units of the kernel.
@@ -373,7 +385,7 @@ fn told_statistics(kept: &[(&Simulation, f64)], count: usize) -> (DMatrix<f64>, 
     (statistics, which)
 }
 
-/// Principal directions of the correlations of a covariance, each of unit scatter.
+/// Principal directions of the correlations of a covariance, each of unit scatter and of one part.
 pub(crate) struct Directions {
     /// `[directions, statistics]`.
     pub to: DMatrix<f64>,
@@ -382,20 +394,28 @@ pub(crate) struct Directions {
 }
 
 impl Directions {
-    /// Of a covariance whose variances are all above zero.
-    pub fn new(covariance: &DMatrix<f64>) -> Self {
+    /// Of a covariance whose variances are all above zero, of statistics of these parts, one part after the other.
+    pub fn new(covariance: &DMatrix<f64>, parts: &[usize]) -> Self {
         let n = covariance.nrows();
-        if n == 0 {
-            return Self { to: DMatrix::zeros(0, 0), back: DMatrix::zeros(0, 0) };
+        let mut found = Self { to: DMatrix::zeros(n, n), back: DMatrix::zeros(n, n) };
+        let mut from = 0;
+        for part in parts.chunk_by(|a, b| a == b) {
+            let size = part.len();
+            let covariance = covariance.view((from, from), (size, size));
+            let deviation: Vec<f64> = covariance.diagonal().iter().map(|variance| variance.sqrt()).collect();
+            let correlation = DMatrix::from_fn(size, size, |a, b| covariance[(a, b)] / (deviation[a] * deviation[b]));
+            let eigen = correlation.symmetric_eigen();
+            let root: Vec<f64> = eigen.eigenvalues.iter().map(|value| value.max(1e-9).sqrt()).collect();
+            for a in 0..size {
+                for e in 0..size {
+                    let vector = eigen.eigenvectors[(a, e)];
+                    found.to[(from + e, from + a)] = vector / (root[e] * deviation[a]);
+                    found.back[(from + a, from + e)] = vector * root[e] * deviation[a];
+                }
+            }
+            from += size;
         }
-        let deviation: Vec<f64> = covariance.diagonal().iter().map(|variance| variance.sqrt()).collect();
-        let correlation = DMatrix::from_fn(n, n, |a, b| covariance[(a, b)] / (deviation[a] * deviation[b]));
-        let eigen = correlation.symmetric_eigen();
-        let root: Vec<f64> = eigen.eigenvalues.iter().map(|value| value.max(1e-9).sqrt()).collect();
-        Self {
-            to: DMatrix::from_fn(n, n, |e, a| eigen.eigenvectors[(a, e)] / (root[e] * deviation[a])),
-            back: DMatrix::from_fn(n, n, |a, e| eigen.eigenvectors[(a, e)] * root[e] * deviation[a]),
-        }
+        found
     }
 }
 
@@ -472,16 +492,15 @@ fn weigh_rows(matrix: &DMatrix<f64>, weight: &DVector<f64>) -> DMatrix<f64> {
     weighted
 }
 
-/// Weighted covariance of residuals `[scans, statistics]`, correlations shrunk.
-fn scatter(residuals: &DMatrix<f64>, weight: &DVector<f64>, divisor: f64) -> DMatrix<f64> {
+/// Weighted covariance of residuals `[scans, statistics]` of these parts, correlations within a part shrunk.
+fn scatter(residuals: &DMatrix<f64>, weight: &DVector<f64>, divisor: f64, parts: &[usize]) -> DMatrix<f64> {
     let count = residuals.ncols();
     let mut covariance = weigh_rows(residuals, weight).tr_mul(residuals) / divisor.max(1e-300);
-    let shrink = count as f64 / (count as f64 + divisor.max(1.0));
     for i in 0..count {
-        for j in 0..count {
-            if i != j {
-                covariance[(i, j)] *= 1.0 - shrink;
-            }
+        let of_part = parts.iter().filter(|part| **part == parts[i]).count() as f64;
+        let shrink = of_part / (of_part + divisor.max(1.0));
+        for j in (0..count).filter(|&j| j != i) {
+            covariance[(i, j)] *= if parts[i] == parts[j] { 1.0 - shrink } else { 0.0 };
         }
     }
     covariance

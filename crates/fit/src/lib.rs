@@ -28,6 +28,6 @@ mod store;
 pub use cover::{Cover, CoverOptions, CoverProgress, CoveredScan, CoveredStatistic, cover};
 pub use observation::RealScan;
 pub use prior::{FitKey, fit_keys};
-pub use recipe_text::{NewValue, with_new_values};
+pub use recipe_text::{NewValue, as_sections, with_new_values};
 pub use result::{Fit, FittedKey, KeyState, MapsOfScan, ScanFit, StatisticFit};
 pub use rounds::{FitOptions, FitProgress, fit};

@@ -265,7 +265,7 @@ impl Whitened {
             let off = off.map_or(0.0, |off| off[j] / variances[j].sqrt());
             covariance[(a, a)] = variances[j] * variance_of_misfit(off);
         }
-        let directions = Directions::new(&covariance).to;
+        let directions = Directions::new(&covariance, &emulator.parts_of(&which)).to;
         let observed = DVector::from_fn(n, |a, _| statistics[which[a]].unwrap_or(0.0));
         let coefficients =
             DMatrix::from_fn(n, emulator.coefficients.nrows(), |a, t| emulator.coefficients[(t, which[a])]);
@@ -304,7 +304,7 @@ mod tests {
         let law = Polynomials::new(seed, curvature);
         let scans = law.scans(700, seed);
         let region = ScoreRegion::prior(Polynomials::KEYS);
-        let emulator = Emulator::new(&scans, &region.weights(&scans, Emulator::wanted(Polynomials::KEYS)));
+        let emulator = Emulator::new(&scans, &region.weights(&scans, Emulator::wanted(Polynomials::KEYS)), 1);
         let layout = ScoreLayout::new(&[true; Polynomials::KEYS], 1);
         let (mut held, mut variance) = (0.0, 0.0);
         for (n, scan) in law.scans(50, seed + 100).iter().enumerate() {
@@ -333,7 +333,7 @@ mod tests {
     fn the_gradient_is_that_of_the_density() {
         let law = Polynomials::new(15, 0.3);
         let scans = law.scans(300, 15);
-        let emulator = Emulator::new(&scans, &vec![1.0; scans.len()]);
+        let emulator = Emulator::new(&scans, &vec![1.0; scans.len()], 1);
         let layout = ScoreLayout::new(&[true, true, true, false, false], 2);
         let observed: Vec<_> = law.scans(2, 16).into_iter().map(|scan| scan.statistics).collect();
         let excess = vec![vec![0.0; Polynomials::STATISTICS]; 2];

@@ -81,6 +81,19 @@ pub fn with_new_values(text: &str, values: &[NewValue]) -> String {
     recipe::changed_text(&text, &changes)
 }
 
+/// The values as sections of a recipe, each below its comment; those of a section one after the other.
+pub fn as_sections(values: &[NewValue]) -> String {
+    let mut text = String::new();
+    let named: Vec<_> = values.iter().filter_map(|new| Some((new.key.split_once('.')?, new))).collect();
+    for section in named.chunk_by(|((a, _), _), ((b, _), _)| a == b) {
+        text += &format!("{}:\n", section[0].0.0);
+        for ((_, key), new) in section {
+            text += &format!("  # {key}: {}\n  {key}: {}\n", new.comment, new.value);
+        }
+    }
+    text
+}
+
 fn entry<'n>(node: &'n YamlNode, name: &str) -> Option<((usize, usize), &'n YamlNode)> {
     let YamlValue::Map(entries) = &node.value else { return None };
     let (key, value) = entries.iter().find(|(key, _)| key.name == name)?;
@@ -229,6 +242,15 @@ laser:            # the laser
             assert!(text.contains(comment), "{comment} is lost:\n{text}");
         }
         assert!(!text.contains("log_sd"), "{text}");
+    }
+
+    /// As sections of their own, values are what a recipe extends.
+    #[test]
+    fn sections_hold_the_values_alone() {
+        let values = [new("laser.waist_mm", "0.1"), new("laser.power_mw", "44"), new("camera.f_number", "8")];
+        let text = "laser:\n  # waist_mm: fitted\n  waist_mm: 0.1\n  # power_mw: fitted\n  power_mw: 44\n\
+                    camera:\n  # f_number: fitted\n  f_number: 8\n";
+        assert_eq!(as_sections(&values), text);
     }
 
     /// A key that the command line changed is changed there; one behind an alias goes to `set`.

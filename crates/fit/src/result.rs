@@ -6,10 +6,13 @@ use recipe::Distribution;
 use serde_json::{Map, Value, json};
 use tools::compare::ScanMaps;
 
+use crate::prior::is_of_bench;
 use crate::recipe_text::NewValue;
 
 /// Width from which a posterior says no more than its prior.
 const NO_NARROWER: f64 = 0.95;
+/// Length of an interval over that of the prior's, up to which a key is told.
+const TOLD: f64 = 1.0 / 3.0;
 /// Deviations of what fitted recipes make from which a real statistic is out of reach.
 const OUT_OF_REACH: f64 = 3.0;
 
@@ -143,6 +146,12 @@ pub(crate) fn short(number: f64) -> String {
 }
 
 impl FittedKey {
+    /// Length of the 90 % interval over that of the prior, in the scale of its distribution [1].
+    pub fn length(&self) -> f64 {
+        let length = |[low, _, high]: [f64; 3]| if self.is_log { libm::log(high / low) } else { high - low };
+        length(self.after) / length(self.before)
+    }
+
     /// Whether the recipe gets the posterior in the place of the prior.
     pub fn is_written(&self) -> bool {
         self.state != KeyState::Undetermined && self.width < NO_NARROWER
@@ -157,7 +166,10 @@ impl Fit {
         let told = self.keys.iter().filter(|key| key.is_written());
         told.map(|key| {
             let pair = self.pairs.iter().find(|(pair, _)| pair.contains(&key.path));
-            let mut comment = format!("fitted to {of}, 90 % within {} to {}", short(key.after[0]), short(key.after[2]));
+            let [low, _, high] = key.after.map(short);
+            let told = if key.length() <= TOLD { ": told" } else { "" };
+            let mut comment =
+                format!("fitted to {of}, 90 % within {low} to {high}, {:.2} of before{told}", key.length());
             if key.state == KeyState::Weak {
                 comment.push_str("; weak");
             }
@@ -168,6 +180,16 @@ impl Fit {
             NewValue { key: key.path.clone(), value: key.distribution.clone(), comment: dataset::one_line(comment) }
         })
         .collect()
+    }
+
+    /// The part of this that is of matter, not of the bench; keys of matter of which it has nothing; and which keys of
+    /// matter go together.
+    pub fn of_matter(&self) -> (Vec<NewValue>, Vec<&str>, Vec<([String; 2], f64)>) {
+        let is_of_matter = |path: &str| !is_of_bench(path.split('.').next().unwrap_or_default());
+        let values = self.new_values().into_iter().filter(|new| is_of_matter(&new.key)).collect();
+        let others = self.keys.iter().filter(|key| is_of_matter(&key.path) && !key.is_written());
+        let pairs = self.correlations.iter().filter(|(keys, _)| keys.iter().all(|key| is_of_matter(key)));
+        (values, others.map(|key| key.path.as_str()).collect(), pairs.cloned().collect())
     }
 
     /// All of it but maps and draws, as JSON.
@@ -183,6 +205,7 @@ impl Fit {
                     "posterior": three(key.after),
                     "of_scans": key.of_scans.iter().map(|scan| three(*scan)).collect::<Vec<_>>(),
                     "width": key.width,
+                    "length": key.length(),
                     "widening": key.widening,
                     "moves_most": { "statistic": key.moves.0, "deviations": key.moves.1 },
                     "distribution": key.is_written().then_some(&key.distribution),

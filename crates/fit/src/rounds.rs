@@ -15,7 +15,7 @@ use serde_json::json;
 use tools::compare::summary::summary;
 
 use crate::emulator::{Emulator, ScoreRegion, Simulation};
-use crate::observation::{RealScan, half_spreads, measured};
+use crate::observation::{MapGeometry, RealScan, half_spreads, measured};
 use crate::posterior::{Posterior, ScoreLayout};
 use crate::prior::{FitKey, MOST_SCORE};
 use crate::result::Fit;
@@ -61,6 +61,8 @@ pub struct FitOptions {
     pub time: Duration,
     /// Whether several scans are of one object, so that matter is common to them too.
     pub one_object: bool,
+    /// Class of each real scan, where all are of one kind of matter that was scanned in several ways; else none.
+    pub classes: Vec<String>,
     /// Where simulated scans are kept meanwhile.
     pub store: PathBuf,
 }
@@ -94,7 +96,8 @@ pub enum FitProgress {
 /// Fits `keys` of a recipe to real scans.
 ///
 /// # Errors
-/// Where the scans are of another geometry, simulated ones have no statistic in common with them, or the disk refuses.
+/// Where the scans are of another geometry or not one of each class, simulated ones have no statistic in common with
+/// them, or the disk refuses.
 pub fn fit(
     recipe: &Recipe,
     keys: &[FitKey],
@@ -105,22 +108,26 @@ pub fn fit(
     let object_alone = real.iter().any(|scan| scan.ignored.is_some());
     let frames = real.iter().any(|scan| !scan.maps.exposures.is_empty());
     let simulator = ScanSimulator::new(recipe, keys, options.seed, object_alone, frames)?;
-    let geometry = simulator.geometry();
-    real.iter().try_for_each(|scan| scan.check_geometry(geometry))?;
+    let simulator = simulator.of_classes(&options.classes)?;
+    if !options.classes.is_empty() && real.len() != options.classes.len() {
+        let what = format!("there are {} scans and {} classes", real.len(), options.classes.len());
+        return Err(Fault::new(recipe.name().to_owned(), what, "give the class of each scan, in their order"));
+    }
+    let geometries: Vec<MapGeometry> = (0..simulator.parts()).map(|part| simulator.geometry(part)).collect();
+    real.iter().zip(geometries.iter().cycle()).try_for_each(|(scan, geometry)| scan.check_geometry(*geometry))?;
     let stream = Stream::root(options.seed).child("fit");
-    let observed: Vec<Vec<Option<f64>>> =
-        real.iter().map(|scan| scan.statistics.iter().map(|statistic| statistic.scaled).collect()).collect();
+    let (observed, spreads, pixels) = observations(real, simulator.parts());
     let mut fitter = Fitter {
         keys,
         simulator: &simulator,
         layout: ScoreLayout::new(
             &keys.iter().map(|key| key.is_bench || options.one_object).collect::<Vec<_>>(),
-            real.len(),
+            observed.len(),
         ),
         store: ScanStore::open(&options.store, &described(recipe, keys, &observed, options))?,
         observed,
-        spreads: real.iter().map(|scan| scan.spreads.clone()).collect(),
-        pixels: real.iter().map(|scan| measured(&scan.maps, scan.ignored.as_deref()).count().max(1)).collect(),
+        spreads,
+        pixels,
         simulations: Vec::new(),
         stream,
     };
@@ -161,6 +168,19 @@ pub fn fit(
     Ok(fitter.result(recipe, real, &region, InferenceOutcome { draws, widening, predictions, rounds: done, options }))
 }
 
+/// Statistics of each observation, which is of so many real scans in a row, their standard errors, and the measured
+/// pixels of each scan.
+type Observations = (Vec<Vec<Option<f64>>>, Vec<Vec<Option<f64>>>, Vec<Vec<usize>>);
+
+fn observations(real: &[RealScan], parts: usize) -> Observations {
+    let of = |scans: &[RealScan]| {
+        let pixels = |scan: &RealScan| measured(&scan.maps, scan.ignored.as_deref()).count().max(1);
+        let told = scans.iter().flat_map(|scan| scan.statistics.iter().map(|statistic| statistic.scaled)).collect();
+        (told, scans.iter().flat_map(|scan| scan.spreads.clone()).collect(), scans.iter().map(pixels).collect())
+    };
+    real.chunks(parts).map(of).collect()
+}
+
 /// What inference ended with.
 struct InferenceOutcome<'a> {
     draws: Vec<Vec<f64>>,
@@ -179,8 +199,8 @@ struct Fitter<'a> {
     store: ScanStore,
     observed: Vec<Vec<Option<f64>>>,
     spreads: Vec<Vec<Option<f64>>>,
-    /// Measured pixels of each real scan that count.
-    pixels: Vec<usize>,
+    /// Measured pixels of each real scan that count, `[observations][parts]`.
+    pixels: Vec<Vec<usize>>,
     simulations: Vec<Simulation>,
     stream: Stream,
 }
@@ -213,12 +233,19 @@ impl Fitter<'_> {
         Ok(scans)
     }
 
+    /// From all scans so far, with these weights.
+    fn emulator(&self, weights: &[f64]) -> Emulator {
+        Emulator::new(&self.simulations, weights, self.simulator.parts())
+    }
+
     /// Refuses a real scan of which simulated ones have no statistic.
     fn check_common(&self, real: &[RealScan]) -> Result<(), Fault> {
-        let known = Emulator::new(&self.simulations, &vec![1.0; self.simulations.len()]).known;
+        let known = self.emulator(&vec![1.0; self.simulations.len()]).known;
         let has_none =
             |observed: &[Option<f64>]| !observed.iter().zip(&known).any(|(value, known)| *known && value.is_some());
-        let Some((real, _)) = real.iter().zip(&self.observed).find(|(_, observed)| has_none(observed)) else {
+        let parts = self.simulator.parts();
+        let Some((real, _)) = real.iter().step_by(parts).zip(&self.observed).find(|(_, observed)| has_none(observed))
+        else {
             return Ok(());
         };
         let what = "no statistic of it is one that most simulated scans tell and that varies between them";
@@ -232,7 +259,7 @@ impl Fitter<'_> {
     /// region.
     fn distance(&self, region: &ScoreRegion) -> Option<f64> {
         let weights = region.weights(&self.simulations, Emulator::wanted(self.keys.len()));
-        let emulator = Emulator::new(&self.simulations, &weights);
+        let emulator = self.emulator(&weights);
         let of = |simulation: &Simulation, observed: &[Option<f64>]| {
             let squares = squares(&emulator, &simulation.statistics, observed);
             let (sum, n) = squares.fold((0.0, 0_u32), |(sum, n), square| (sum + square, n + 1));
@@ -267,7 +294,7 @@ impl Fitter<'_> {
     /// Draws from the posterior by an emulator about the region, which moves to them.
     fn infer(&self, region: &mut ScoreRegion, turn: u64) -> Vec<Vec<f64>> {
         let weights = region.weights(&self.simulations, Emulator::wanted(self.keys.len()));
-        let emulator = Emulator::new(&self.simulations, &weights);
+        let emulator = self.emulator(&weights);
         let starts = self.starts(&emulator, &self.observed);
         // The first is the middle of the prior.
         let excess = self.excess(starts.get(1..).filter(|similar| !similar.is_empty()).unwrap_or(&starts), turn);
@@ -280,26 +307,31 @@ impl Fitter<'_> {
     /// Variance of each real scan's statistics that no recipe has, by its halves and those of the most similar
     /// simulated scans ([`beyond_chance`]).
     fn excess(&self, similar: &[Vec<f64>], turn: u64) -> Vec<Vec<f64>> {
+        let parts = self.simulator.parts();
         let halved = |i: usize| {
             let scores = self.layout.of_scan(0, &similar[i % similar.len()]);
-            let (maps, ignored) = self.simulator.scan(&scores, (700 + turn) * ROUND_STEP + i as u64);
-            let whole = summary(&maps, ignored.as_deref());
-            (half_spreads(&maps, ignored.as_deref(), &whole), measured(&maps, ignored.as_deref()).count())
+            let of_part = |part: usize| {
+                let (maps, ignored) = self.simulator.scan(part, &scores, (700 + turn) * ROUND_STEP + i as u64);
+                let whole = summary(&maps, ignored.as_deref());
+                (half_spreads(&maps, ignored.as_deref(), &whole), measured(&maps, ignored.as_deref()).count())
+            };
+            let (spreads, pixels): (Vec<Vec<Option<f64>>>, Vec<usize>) = (0..parts).map(of_part).unzip();
+            (spreads.concat(), pixels)
         };
-        let simulated: Vec<(Vec<Option<f64>>, usize)> = (0..HALVED).into_par_iter().map(halved).collect();
-        let pixels = simulated.iter().map(|(_, pixels)| *pixels as f64).sum::<f64>() / HALVED as f64;
+        let simulated: Vec<(Vec<Option<f64>>, Vec<usize>)> = (0..HALVED).into_par_iter().map(halved).collect();
+        let pixels = |part: usize| simulated.iter().map(|(_, of)| of[part] as f64).sum::<f64>() / HALVED as f64;
         let usual = |j: usize| {
             let told: Vec<f64> = simulated.iter().filter_map(|(spreads, _)| spreads[j]).collect();
             (!told.is_empty()).then(|| told.iter().map(|error| error * error).sum::<f64>() / told.len() as f64)
         };
         let usual: Vec<Option<f64>> = (0..self.spreads[0].len()).map(usual).collect();
-        let of_scan = |(spreads, own_pixels): (&Vec<Option<f64>>, &usize)| {
-            let larger = pixels / *own_pixels as f64;
-            spreads
-                .iter()
-                .zip(&usual)
-                .map(|(own, usual)| beyond_chance(*own, usual.map(|usual| usual * larger)))
-                .collect()
+        let of_scan = |(spreads, own_pixels): (&Vec<Option<f64>>, &Vec<usize>)| {
+            let larger: Vec<f64> =
+                own_pixels.iter().enumerate().map(|(part, own)| pixels(part) / *own as f64).collect();
+            let beyond = |(j, (own, usual)): (usize, (&Option<f64>, &Option<f64>))| {
+                beyond_chance(*own, usual.map(|usual| usual * larger[j * parts / spreads.len()]))
+            };
+            spreads.iter().zip(&usual).enumerate().map(beyond).collect()
         };
         self.spreads.iter().zip(&self.pixels).map(of_scan).collect()
     }
@@ -379,7 +411,7 @@ impl Fitter<'_> {
             .flat_map(|fold| {
                 let left: Vec<f64> =
                     weights.iter().enumerate().map(|(n, w)| if n % FOLDS == fold { 0.0 } else { *w }).collect();
-                let emulator = Emulator::new(&self.simulations, &left);
+                let emulator = self.emulator(&left);
                 let of = |n: usize| {
                     let simulation = &self.simulations[n];
                     let observed = [simulation.statistics.clone()];
@@ -447,6 +479,7 @@ fn described(
         "simulations": options.simulations,
         "rounds": options.rounds,
         "one_object": options.one_object,
+        "classes": options.classes,
     })
 }
 

@@ -1,4 +1,5 @@
-//! Simulated scans: values of keys in, statistics of a scan out.
+//! Simulated scans: values of keys in, statistics of a scan out. Where real scans are of a class of the recipe each, a
+//! simulated scan is one of each of them, of a place of its own: its parts.
 
 use base::Class;
 use dataset::Fault;
@@ -20,6 +21,8 @@ const PATTERN_SETS: u64 = 12;
 #[derive(Debug)]
 pub(crate) struct ScanSimulator<'a> {
     recipe: &'a Recipe,
+    /// The recipe of each part.
+    parts: Vec<Recipe>,
     keys: &'a [FitKey],
     seed: u64,
     patterns: Vec<PatternCache>,
@@ -47,14 +50,39 @@ impl<'a> ScanSimulator<'a> {
         }
         let patterns = recipe.streams(seed).child("patterns");
         let patterns = (0..PATTERN_SETS).map(|set| PatternCache::keeping_one(patterns.index(set).key())).collect();
-        Ok(Self { recipe, keys, seed, patterns, object_alone, frames })
+        Ok(Self { recipe, parts: vec![recipe.clone()], keys, seed, patterns, object_alone, frames })
     }
 
-    /// Simulated scan `index` at these scores: all that is not fitted is drawn anew for each index.
-    pub fn scan(&self, scores: &[f64], index: u64) -> (ScanMaps, Option<Vec<bool>>) {
-        let values: Vec<(&str, f64)> =
-            self.keys.iter().zip(scores).map(|(key, &score)| (key.path.as_str(), key.value(score))).collect();
-        let maps = self.scan_of(&self.recipe.with_values(values), index);
+    /// With a part of each of these classes, unless there are none.
+    ///
+    /// # Errors
+    /// Where the recipe has no such class.
+    pub fn of_classes(mut self, classes: &[String]) -> Result<Self, Fault> {
+        let known = || self.recipe.classes().iter().map(|class| class.name.as_str());
+        let part = |name: &String| {
+            let remedy = || format!("give some of its classes: {}", known().collect::<Vec<_>>().join(", "));
+            let none = || Fault::new(self.recipe.name().to_owned(), format!("it has no class `{name}`"), remedy());
+            self.recipe.of_class(name).ok_or_else(none)
+        };
+        let parts = classes.iter().map(part).collect::<Result<Vec<_>, Fault>>()?;
+        if !parts.is_empty() {
+            self.parts = parts;
+        }
+        Ok(self)
+    }
+
+    /// Parts of a scan.
+    pub fn parts(&self) -> usize {
+        self.parts.len()
+    }
+
+    /// A part of simulated scan `index` at these scores: all that is not fitted is drawn anew for each index and part.
+    /// What a class gives a value of its own keeps that.
+    pub fn scan(&self, part: usize, scores: &[f64], index: u64) -> (ScanMaps, Option<Vec<bool>>) {
+        let recipe = &self.parts[part];
+        let open = self.keys.iter().zip(scores).filter(|(key, _)| !recipe.is_changed_by_class(&key.path));
+        let values: Vec<(&str, f64)> = open.map(|(key, &score)| (key.path.as_str(), key.value(score))).collect();
+        let maps = self.scan_of(&recipe.with_values(values), index * self.parts.len() as u64 + part as u64);
         let ignored = self.ignored(&maps);
         (maps, ignored)
     }
@@ -76,15 +104,18 @@ impl<'a> ScanSimulator<'a> {
         scan_maps(record, self.recipe.size().columns, self.recipe.output().bits)
     }
 
-    /// Its statistics.
+    /// The statistics of all parts.
     pub fn statistics(&self, scores: &[f64], index: u64) -> Vec<SummaryStatistic> {
-        let (maps, ignored) = self.scan(scores, index);
-        summary(&maps, ignored.as_deref())
+        let of_part = |part: usize| {
+            let (maps, ignored) = self.scan(part, scores, index);
+            summary(&maps, ignored.as_deref())
+        };
+        (0..self.parts.len()).flat_map(of_part).collect()
     }
 
-    /// The geometry of its scans, from the middle of what is believed beforehand.
-    pub fn geometry(&self) -> MapGeometry {
-        let (maps, _) = self.scan(&vec![0.0; self.keys.len()], 0);
+    /// The geometry of scans of a part, from the middle of what is believed beforehand.
+    pub fn geometry(&self, part: usize) -> MapGeometry {
+        let (maps, _) = self.scan(part, &vec![0.0; self.keys.len()], 0);
         MapGeometry {
             pitch_mm: [maps.col_mm, maps.row_mm].map(|mm| mm.unwrap_or(f64::NAN)),
             is_uncalibrated: maps.unit != RangeUnit::Mm,

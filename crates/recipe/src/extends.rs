@@ -1,7 +1,8 @@
 //! Inheritance: `extends: NAME` takes the values of another recipe, those that this one states in their place.
 //!
-//! The parent is a file beside the recipe or a built-in one, and may extend another. What the recipe states wins, by
-//! the rules of [`merged`]; what [presets] say lies between the parent and the recipe that names them.
+//! The parent is a file beside the recipe or a built-in one, and may extend another. Of a list of parents the last one
+//! counts most; one with a few sections of a recipe, such as the media of a fit, serves as well. What the recipe states
+//! wins, by the rules of [`merged`]; what [presets] say lies between the parents and the recipe that names them.
 //!
 //! Each value keeps the place where it stands, so that faults name file and line. What was resolved is written out as
 //! one text, which a dataset keeps: it needs the other files no more.
@@ -26,9 +27,9 @@ use crate::asset_source::AssetSource;
 pub(super) const EXTENDS: &str = "extends";
 /// What the key is about.
 pub(super) const EXTENDS_DOC: &str = "\
-A recipe whose values this one takes where it states none: a file beside it, or a built-in one by its name. `null` \
-removes a key.";
-/// Most recipes in a line of parents.
+A recipe whose values this one takes where it states none: a file beside it, or a built-in one by its name; or a list \
+of some, each with a few sections or all, of which the last one counts most. `null` removes a key.";
+/// Most recipes that one has above it.
 const MAX_PARENTS: usize = 8;
 
 /// A recipe's text as it is written.
@@ -54,7 +55,7 @@ pub(super) struct Whole {
 /// What a recipe is with what it extends and the presets that it names, where it does; `None` where that is at fault.
 pub(super) fn whole(yaml: &mut YamlReader, written: Written) -> Option<Option<Whole>> {
     let Written { origin, text, root, files } = written;
-    let mut line = Line { recipes: vec![embedded::identity(origin, files)], sums: Vec::new() };
+    let mut line = Line { recipes: vec![embedded::identity(origin, files)], above: 0, sums: Vec::new() };
     line.note(file_name(origin), text);
     let parent = extends(root).map(|(key, _)| key.place);
     if parent.is_none() && !presets::are_named(root) {
@@ -74,7 +75,10 @@ pub(super) fn whole(yaml: &mut YamlReader, written: Written) -> Option<Option<Wh
 
 /// A recipe and its parents, as far as they were read.
 struct Line {
+    /// From the recipe to the parent that is read.
     recipes: Vec<PathBuf>,
+    /// Parents so far.
+    above: usize,
     /// Name and SHA-256 of each.
     sums: Vec<(String, String)>,
 }
@@ -89,23 +93,31 @@ impl Line {
         let mut used = Vec::new();
         let taken = presets::taken(yaml, &mut own, &mut used);
         used.iter().for_each(|(file, text)| self.note(file, text));
-        let parent = match take_extends(&mut own) {
-            Some(named) => self.parent(yaml, &named, files)?,
-            None => YamlNode { place: own.place, value: YamlValue::Map(Vec::new()) },
-        };
-        Some(merged(merged(parent, taken, Level::Root), own, Level::Root))
+        let mut parents = YamlNode { place: own.place, value: YamlValue::Map(Vec::new()) };
+        if let Some((key, named)) = take_extends(&mut own) {
+            let one = std::slice::from_ref(&named);
+            let list = if let YamlValue::List(list) = &named.value { list } else { one };
+            if list.is_empty() {
+                return yaml.refuse(named.place, EXTENDS, "names no recipe", "name one, or leave the key out");
+            }
+            for node in list {
+                parents = merged(parents, self.parent(yaml, (&key, node), files)?, Level::Root);
+            }
+        }
+        Some(merged(merged(parents, taken, Level::Root), own, Level::Root))
     }
 
     /// The tree of the recipe that is `named`, with all that it inherits, by one whose files are in `files`.
     fn parent(
         &mut self,
         yaml: &mut YamlReader,
-        (key, node): &(YamlKey, YamlNode),
+        (key, node): (&YamlKey, &YamlNode),
         files: &AssetSource,
     ) -> Option<YamlNode> {
-        let allowed = "the name of a built-in recipe, or of a file beside this one";
+        let allowed = "the name of a built-in recipe, or of a file beside this one, or a list of some";
         let name = yaml.text(node, EXTENDS, allowed)?;
-        if self.recipes.len() > MAX_PARENTS {
+        self.above += 1;
+        if self.above > MAX_PARENTS {
             let problem = format!("has more than {MAX_PARENTS} recipes above it");
             return yaml.refuse(key.place, EXTENDS, problem, "extend one of those directly");
         }
@@ -138,6 +150,7 @@ impl Line {
             );
         }
         let parent = self.with_parents(yaml, parent, &files)?;
+        self.recipes.pop();
         let mut parent = changes::applied(yaml, &parent);
         let folder = Path::new(name).parent().filter(|folder| !folder.as_os_str().is_empty());
         if let (AssetSource::Beside(beside), Some(folder)) = (&files, folder) {

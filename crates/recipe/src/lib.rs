@@ -350,6 +350,15 @@ impl Recipe {
         fixed
     }
 
+    /// The same recipe with the class of this name alone; for samples that nobody keeps, too.
+    pub fn of_class(&self, name: &str) -> Option<Self> {
+        let at = self.classes.iter().position(|class| class.name == name)?;
+        let mut alone = self.clone();
+        alone.classes = vec![SampleClass { share: 1.0, ..alone.classes.swap_remove(at) }];
+        alone.mixtures = vec![alone.mixtures.swap_remove(at)];
+        Some(alone)
+    }
+
     /// Its text, which needs no other recipe: that which it was read from, or written out where that extends another.
     pub fn text(&self) -> &str {
         &self.text

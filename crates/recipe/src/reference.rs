@@ -64,7 +64,9 @@ classes:
   of the parent. `camera:` with nothing behind it is `null` too.
 - Every other value replaces the parent's whole: a number, a distribution, a list, `transport` with its keys.
 - A key in the words of data sheets removes the keys that it stands for, and these remove it.
-- A parent may extend another, at most eight of them in a line. Files that it names stay its own.
+- Of a list of parents, `extends: [wood, my-media.yaml]`, the last one counts most. One of them may have a few sections
+  alone, such as the matter that `gen fit --matter` writes.
+- A parent may extend others; at most eight are above a recipe. Files that it names stay its own.
 - Where something is wrong with an inherited value, the fault names the parent's file and line.
 - `gen recipe show --flat` prints all of it as one text. A dataset keeps that text, with the SHA-256 of each recipe that
   it was made from, and needs none of their files any more. Ids follow from what it means, not from how it is split.

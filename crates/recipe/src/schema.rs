@@ -28,7 +28,9 @@ pub fn schema() -> Value {
         compared one by one; by default each name is a family of its own.";
     let mut properties = Map::new();
     let mut add = |key: &str, schema: Value| properties.insert(key.to_owned(), schema);
-    add(EXTENDS, json!({ "description": EXTENDS_DOC, "type": "string", "minLength": 1 }));
+    let parent = json!({ "type": "string", "minLength": 1 });
+    let parents = json!({ "type": "array", "minItems": 1, "items": parent });
+    add(EXTENDS, json!({ "description": EXTENDS_DOC, "oneOf": [parent, parents] }));
     add("name", name("Name of the dataset, part of file names."));
     add("family", or_nothing(name(family)));
     add("subject", json!({ "description": "What the objects are.", "enum": Subject::NAMES }));

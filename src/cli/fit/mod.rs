@@ -14,7 +14,7 @@ use super::generate::threads;
 use super::progress::{Progress, counted};
 use super::{CommandResult, DONE, RecipeArgs, UsageError, output, print, whole};
 use dataset::Fault;
-use fit::{Fit, FitOptions, FitProgress, RealScan, fit, fit_keys, with_new_values};
+use fit::{Fit, FitOptions, FitProgress, RealScan, as_sections, fit, fit_keys, with_new_values};
 use recipe::Recipe;
 use tools::compare::{ScanRegion, ScanSource};
 
@@ -54,6 +54,12 @@ pub(super) struct FitArgs {
     /// All scans are of one object: matter, too, is common to them
     #[arg(long)]
     one_object: bool,
+    /// Class of the recipe that each scan is of, in their order: one matter and one bench, scanned in several ways
+    #[arg(long, value_name = "CLASS,...", value_delimiter = ',', conflicts_with = "one_object")]
+    classes: Vec<String>,
+    /// Where what is found of matter goes alone, for other recipes: `extends: [wood, FILE]`
+    #[arg(long, value_name = "FILE", value_parser = output::file("yaml"))]
+    matter: Option<PathBuf>,
     /// Seed of all that is drawn
     #[arg(long, default_value_t = 0, value_parser = whole::<u64>)]
     seed: u64,
@@ -86,12 +92,14 @@ pub(super) struct RealScanArgs {
 
 pub(super) fn run(arguments: &FitArgs, console: &Console) -> CommandResult {
     let recipe = arguments.recipe.load(console)?.recipe;
-    let keys = fit_keys(&recipe, &arguments.keys);
+    let keys = fit_keys(&recipe, &arguments.keys, &arguments.classes);
     let keys = keys.map_err(|faults| UsageError(format!("--keys: {}", faults.join("\n"))))?;
     let out = arguments.out.clone().unwrap_or_else(|| PathBuf::from(format!("{}-fitted.yaml", recipe.name())));
     let page = out.with_extension("html");
-    check_replaceable(&out)?;
-    output::check_writable(&out)?;
+    for written in arguments.matter.iter().chain([&out]) {
+        check_replaceable(written)?;
+        output::check_writable(written)?;
+    }
     output::check_replaceable(&page, output::Written::Html)?;
     let real = arguments.of_real.read(&arguments.real, false, console)?;
     let store = out.with_extension("fit.jsonl");
@@ -101,6 +109,7 @@ pub(super) fn run(arguments: &FitArgs, console: &Console) -> CommandResult {
         rounds: arguments.rounds as usize,
         time: arguments.time,
         one_object: arguments.one_object,
+        classes: arguments.classes.clone(),
         store: store.clone(),
     };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads(arguments.threads)?).build()?;
@@ -110,13 +119,12 @@ pub(super) fn run(arguments: &FitArgs, console: &Console) -> CommandResult {
     };
     let parse = |text: &str| Recipe::parse_with(&out.display().to_string(), text, &recipe.kept_files());
     let mut text = fitted_text(&recipe, &found);
-    let together = correlations(&found);
-    if !together.is_empty() {
-        let both = text.clone() + &together;
-        match parse(&both) {
-            Ok(_) => text = both,
-            Err(_) => console.note("note: the recipe cannot hold how keys go together; --json has it"),
-        }
+    let together = correlations(&found.correlations);
+    let goes_together = together.is_empty() || parse(&(text.clone() + &together)).is_ok();
+    if goes_together {
+        text += &together;
+    } else {
+        console.note("note: the recipe cannot hold how keys go together; --json has it");
     }
     if let Err(faults) = parse(&text) {
         let what = format!("the fitted recipe does not read back: {faults}");
@@ -124,6 +132,9 @@ pub(super) fn run(arguments: &FitArgs, console: &Console) -> CommandResult {
     }
     output::write(&out, text.as_bytes())?;
     output::write(&page, found.page(recipe.text(), &text).as_bytes())?;
+    if let Some(matter) = &arguments.matter {
+        output::write(matter, matter_text(&found, goes_together).as_bytes())?;
+    }
     // What is found is written: the scans have done their work.
     fs::remove_file(&store).map_err(|e| Fault::at(&store, format!("it cannot be removed: {e}"), "remove it"))?;
     let name = arguments.recipe.name.get()?;
@@ -138,7 +149,8 @@ pub(super) fn run(arguments: &FitArgs, console: &Console) -> CommandResult {
             found.rounds[0]
         ));
     }
-    let wrote = format!("{} and {}", out.display(), page.display());
+    let also = arguments.matter.as_ref().map_or_else(String::new, |matter| format!(", {}", matter.display()));
+    let wrote = format!("{} and {}{also}", out.display(), page.display());
     print(&if arguments.json { format!("{:#}\n", found.json()) } else { table(&found, &wrote) })?;
     Ok(DONE)
 }
@@ -194,18 +206,33 @@ impl RealScanArgs {
     }
 }
 
-/// The recipe's text with what was found, under a line that says so.
-fn fitted_text(recipe: &Recipe, found: &Fit) -> String {
-    let text = with_new_values(recipe.text(), &found.new_values());
+/// The line that says what a fit was.
+fn head(found: &Fit) -> String {
     let names: Vec<&str> = found.scans.iter().map(|scan| scan.name.as_str()).collect();
-    let head = format!(
+    format!(
         "{HEAD}{} to {}: seed {}, {} scans in {} rounds.\n",
         env!("CARGO_PKG_VERSION"),
         dataset::one_line(names.join(", ")),
         found.seed,
         found.simulations,
         found.rounds[0]
-    );
+    )
+}
+
+/// What was found of matter alone, as sections that a recipe extends.
+fn matter_text(found: &Fit, goes_together: bool) -> String {
+    let (values, others, pairs) = found.of_matter();
+    let mut text = head(found);
+    text += "# Matter alone: a recipe takes it by `extends`, and keeps what is not here.\n";
+    others.iter().for_each(|key| text += &format!("# {key}: not told by these scans\n"));
+    text += &as_sections(&values);
+    text + &if goes_together { correlations(&pairs) } else { String::new() }
+}
+
+/// The recipe's text with what was found, under a line that says so.
+fn fitted_text(recipe: &Recipe, found: &Fit) -> String {
+    let text = with_new_values(recipe.text(), &found.new_values());
+    let head = head(found);
     // An editor looks for the schema in the first line.
     match text.split_once('\n') {
         Some((first, rest)) if first.starts_with("# yaml-language-server") => format!("{first}\n{head}{rest}"),
@@ -214,14 +241,14 @@ fn fitted_text(recipe: &Recipe, found: &Fit) -> String {
 }
 
 /// How keys go together, as a section of a recipe; nothing where none do.
-fn correlations(found: &Fit) -> String {
-    if found.correlations.is_empty() {
+fn correlations(pairs: &[([String; 2], f64)]) -> String {
+    if pairs.is_empty() {
         return String::new();
     }
     let mut text = String::from(
         "\n# What the scans tell of keys together: each alone may lie anywhere in its distribution.\ncorrelations:\n",
     );
-    for ([a, b], spearman) in &found.correlations {
+    for ([a, b], spearman) in pairs {
         text.push_str(&format!("  - {{keys: [{a}, {b}], spearman: {spearman}}}\n"));
     }
     text

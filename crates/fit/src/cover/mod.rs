@@ -82,7 +82,7 @@ pub fn cover(
     let object_alone = real.iter().any(|scan| scan.ignored.is_some());
     let frames = real.iter().any(|scan| !scan.maps.exposures.is_empty());
     let simulator = ScanSimulator::new(recipe, &[], options.seed, object_alone, frames)?;
-    let geometry = simulator.geometry();
+    let geometry = simulator.geometry(0);
     real.iter().try_for_each(|scan| scan.check_geometry(geometry))?;
     let by_class = real.is_empty() || real.iter().any(|scan| scan.maps.classes.is_some());
     let simulate = |recipe: &Recipe, index: u64| {
@@ -196,7 +196,7 @@ fn statistics(maps: &ScanMaps, ignored: Option<&[bool]>) -> ScanNumbers {
 
 /// The names of [`statistics`].
 fn names(simulator: &ScanSimulator) -> StatisticNames {
-    let (maps, _) = simulator.scan(&[], 0);
+    let (maps, _) = simulator.scan(0, &[], 0);
     let list = summary(&maps, None);
     let whole = list.len();
     let of_class = |class: Class| {

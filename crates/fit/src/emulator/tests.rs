@@ -24,7 +24,7 @@ fn scans(n: usize) -> Vec<Simulation> {
 #[test]
 fn a_known_law_is_found() {
     let scans = scans(2000);
-    let emulator = Emulator::new(&scans, &vec![1.0; scans.len()]);
+    let emulator = Emulator::new(&scans, &vec![1.0; scans.len()], 1);
     assert_eq!(emulator.known, [true, true, false, false]);
     for place in [[0.0, 0.0], [1.0, -1.5], [-2.0, 0.5]] {
         let [x, y] = place;
@@ -41,6 +41,28 @@ fn a_known_law_is_found() {
     assert!((c[(0, 0)] / 0.09 - 1.0).abs() < 3.9 * 0.032, "{}", c[(0, 0)]);
     let r = c[(0, 1)] / (c[(0, 0)] * c[(1, 1)]).sqrt();
     assert!((r - 0.8).abs() < 3.9 * 0.36 / 2000_f64.sqrt() + 0.01, "{r}");
+}
+
+/// Of two parts each is what it is alone, whatever their errors have to do with each other.
+#[test]
+fn parts_are_apart() {
+    let alone = scans(400);
+    let twice = |scan: &Simulation| Simulation {
+        scores: scan.scores.clone(),
+        statistics: [scan.statistics.clone(), scan.statistics.iter().map(|s| s.map(|s| 2.0 * s)).collect()].concat(),
+    };
+    let both: Vec<Simulation> = alone.iter().map(twice).collect();
+    let weights = vec![1.0; alone.len()];
+    let (of_one, of_both) = (Emulator::new(&alone, &weights, 1), Emulator::new(&both, &weights, 2));
+    assert_eq!(of_both.parts_of(&[0, 3, 4, 7]), [0, 0, 1, 1]);
+    let is_near = |a: f64, b: f64| (a - b).abs() < 1e-9;
+    for (i, j) in (0..4).flat_map(|i| (0..4).map(move |j| (i, j))) {
+        let c = |a: usize, b: usize| of_both.covariance[(a, b)];
+        assert!(is_near(c(i, j), of_one.covariance[(i, j)]) && is_near(c(i + 4, j + 4), 4.0 * c(i, j)));
+        assert_eq!((c(i, j + 4), c(i + 4, j)), (0.0, 0.0));
+    }
+    let (one, two) = (of_one.mean(&[0.4, -1.1]), of_both.mean(&[0.4, -1.1]));
+    assert!((0..4).all(|j| is_near(two[j], one[j]) && is_near(two[j + 4], 2.0 * one[j])));
 }
 
 /// Polynomials of drawn coefficients in five scores, scattered: nine statistics.
@@ -67,6 +89,7 @@ impl Polynomials {
             ends: Vec::new(),
             known: Vec::new(),
             freedom: 1.0,
+            part_length: Self::STATISTICS,
         };
         Self { coefficients, like }
     }
@@ -129,7 +152,7 @@ fn curved_laws_are_found_and_errors_are_as_told() {
         for seed in 1..=10 {
             let law = Polynomials::new(seed, curvature);
             let scans = law.scans(n, seed);
-            let emulator = Emulator::new(&scans, &vec![1.0; n]);
+            let emulator = Emulator::new(&scans, &vec![1.0; n], 1);
             let (of_scans, [ours, free]) = of_unseen(&law, &emulator, &scans, seed);
             squares += 0.1 * of_scans;
             of_means = [of_means[0] + ours, of_means[1] + free];
@@ -165,7 +188,7 @@ fn errors_in_kernels_are_as_told() {
         let keys = Polynomials::KEYS;
         let region =
             ScoreRegion { mean: DVector::from_element(keys, 0.4), covariance: DMatrix::identity(keys, keys) * 0.1 };
-        let emulator = Emulator::new(&scans, &region.weights(&scans, 400.0));
+        let emulator = Emulator::new(&scans, &region.weights(&scans, 400.0), 1);
         let whiten = cholesky(&emulator.covariance);
         let fresh = law.scans(6000, seed + 100);
         // Twice the scans, twice as many of them: a kernel as wide.

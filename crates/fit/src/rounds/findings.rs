@@ -3,7 +3,6 @@
 
 use nalgebra::DVector;
 use recipe::Recipe;
-use tools::compare::summary::SummaryStatistic;
 
 use super::{Fitter, InferenceOutcome};
 use crate::emulator::{Emulator, ScoreRegion, Simulation, varies};
@@ -39,12 +38,17 @@ impl Fitter<'_> {
         outcome: InferenceOutcome,
     ) -> Fit {
         let weights = region.weights(&self.simulations, Emulator::wanted(self.keys.len()));
-        let emulator = Emulator::new(&self.simulations, &weights);
-        let names: Vec<&SummaryStatistic> = real.first().map_or_else(Vec::new, |scan| scan.statistics.iter().collect());
+        let emulator = self.emulator(&weights);
+        let parts = self.simulator.parts();
+        let of_class = |(part, scan): (usize, &RealScan)| -> Vec<String> {
+            let class = outcome.options.classes.get(part).map_or_else(String::new, |class| format!(" ({class})"));
+            scan.statistics.iter().map(|statistic| format!("{}{class}", statistic.name)).collect()
+        };
+        let names: Vec<String> = real.iter().take(parts).enumerate().flat_map(of_class).collect();
         let scores = self.scores(&outcome.draws);
         let fitted = |(k, key): (usize, &FitKey)| {
             let moves = most_moved(&emulator, region.mean.as_slice(), k, &self.observed);
-            let moved = names.get(moves.0).map_or_else(String::new, |name| name.name.clone());
+            let moved = names.get(moves.0).cloned().unwrap_or_default();
             let scores: Vec<&[f64]> = scores.iter().map(|of_scan| of_scan[k].as_slice()).collect();
             fitted_key(key, &scores, outcome.widening[k], (moved, moves.1))
         };
@@ -52,7 +56,8 @@ impl Fitter<'_> {
         let middle = |scan: usize| -> Vec<f64> {
             scores[scan].iter().map(|draws| three(draws).map_or(0.0, |[_, middle, _]| middle)).collect()
         };
-        let before_maps = self.simulator.scan(&vec![0.0; self.keys.len()], 1).0;
+        let before_maps: Vec<_> =
+            (0..parts).map(|part| self.simulator.scan(part, &vec![0.0; self.keys.len()], 1).0).collect();
         let scans = real
             .iter()
             .enumerate()
@@ -61,8 +66,8 @@ impl Fitter<'_> {
                 statistics: self.statistics(scan, i, &outcome.predictions),
                 maps: MapsOfScan {
                     real: scan.maps.clone(),
-                    before: before_maps.clone(),
-                    after: self.simulator.scan(&middle(i), 1).0,
+                    before: before_maps[i % parts].clone(),
+                    after: self.simulator.scan(i % parts, &middle(i / parts), 1).0,
                 },
             })
             .collect();
@@ -88,15 +93,17 @@ impl Fitter<'_> {
     }
 
     fn statistics(&self, real: &RealScan, scan: usize, predictions: &[Simulation]) -> Vec<StatisticFit> {
-        let first = self.simulations.iter().take(predictions.len());
-        let before: Vec<&[Option<f64>]> = first.map(|simulation| simulation.statistics.as_slice()).collect();
-        let beside = predictions.iter().skip(scan).step_by(self.layout.scans());
-        let after: Vec<&[Option<f64>]> = beside.map(|made| made.statistics.as_slice()).collect();
+        let (parts, length) = (self.simulator.parts(), real.statistics.len());
+        let own = |made: &Simulation| made.statistics[scan % parts * length..][..length].to_vec();
+        let before: Vec<Vec<Option<f64>>> = self.simulations.iter().take(predictions.len()).map(own).collect();
+        let beside = predictions.iter().skip(scan / parts).step_by(self.layout.scans());
+        let after: Vec<Vec<Option<f64>>> = beside.map(own).collect();
         real.statistics
             .iter()
             .enumerate()
             .map(|(j, statistic)| {
-                let told = |scans: &[&[Option<f64>]]| -> Vec<f64> { scans.iter().filter_map(|scan| scan[j]).collect() };
+                let told =
+                    |scans: &[Vec<Option<f64>>]| -> Vec<f64> { scans.iter().filter_map(|scan| scan[j]).collect() };
                 let numbers =
                     |scaled: &[f64]| three(scaled).map(|three| three.map(|scaled| statistic.law.number(scaled)));
                 let (old, new) = (told(&before), told(&after));
@@ -284,7 +291,7 @@ mod tests {
             Simulation { scores: u.to_vec(), statistics: of.to_vec() }
         };
         let scans: Vec<Simulation> = (0..2000).map(|_| scan(0.02, &mut rng)).collect();
-        let emulator = Emulator::new(&scans, &vec![1.0; scans.len()]);
+        let emulator = Emulator::new(&scans, &vec![1.0; scans.len()], 1);
         let observed = [vec![Some(0.0); 3]];
         // Changes over the inner 90 %, in deviations of 0.5: the square's 2.7, twice 3.29, thirty times 3.29.
         for (key, (expected, within)) in [(5.41, 0.4), (13.16, 0.4), (197.4, 20.0)].into_iter().enumerate() {

@@ -101,6 +101,40 @@ classes:
     assert_eq!(Recipe::parse("again", changed.text()).expect("good").hash(), changed.hash());
 }
 
+/// Of several parents the last one counts most; one may have a few sections alone, and all may have one in common.
+#[test]
+fn the_last_of_several_parents_counts_most() {
+    let media = "media: {gloss: 0.2, clear_n_eff: 1.2}\n\
+                 correlations: [{keys: [laser.waist_mm, camera.blur_um], spearman: 0.5}]\n";
+    let folder = folder(&[
+        ("media.yaml", media),
+        ("steep.yaml", "extends: wood-small\nname: steep\ncamera: {tilt_deg: 35}\nmedia: {gloss: 0.5}\n"),
+        ("child.yaml", "extends: [wood-small, steep.yaml, media.yaml]\nmedia: {clear_n_eff: null}\n"),
+        ("other.yaml", "extends: [media.yaml, steep.yaml]\n"),
+        ("none.yaml", "extends: []\n"),
+        ("nine.yaml", &format!("extends: [{}]\n", ["media.yaml"; 9].join(", "))),
+        ("self.yaml", "extends: [wood-small, self.yaml]\n"),
+    ]);
+    let [child, other] = ["child.yaml", "other.yaml"].map(|name| load(&folder, name).expect("it is good"));
+    let more = "camera: {tilt_deg: 35}\n";
+    let flat = |more: &str| good(&format!("extends: wood-small\nname: steep\n{more}")).canonical();
+    let pair = media.split_once('\n').expect("two lines").1;
+    assert_eq!(child.canonical(), flat(&format!("{more}media: {{gloss: 0.2, clear_n_eff: null}}\n{pair}")));
+    // What `steep.yaml` has from its own parent counts more, too.
+    assert_eq!(other.canonical(), flat(&format!("{more}media: {{gloss: 0.5}}\n{pair}")));
+    for name in ["child.yaml", "steep.yaml", "wood-small", "media.yaml"] {
+        assert!(child.text().lines().any(|line| line.starts_with("# ") && line.ends_with(&format!("  {name}"))));
+    }
+    for (name, words) in [
+        ("none.yaml", "names no recipe"),
+        ("nine.yaml", "has more than 8 recipes above it"),
+        ("self.yaml", "comes back to itself"),
+    ] {
+        let found = faults(load(&folder, name));
+        assert!(found.to_string().contains(words) && !found.list[0].remedy.is_empty(), "{found}");
+    }
+}
+
 /// A key in the words of data sheets and the keys that it stands for remove each other.
 #[test]
 fn words_of_data_sheets_replace_what_they_stand_for() {
