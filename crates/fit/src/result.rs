@@ -2,11 +2,9 @@
 //! reach.
 
 use base::{Parameter, words};
-use recipe::Distribution;
+use recipe::{Distribution, NewValue};
 use serde_json::{Map, Value, json};
 use tools::compare::ScanMaps;
-
-use crate::recipe_text::NewValue;
 
 /// Width from which a posterior says no more than its prior.
 const NO_NARROWER: f64 = 0.95;
@@ -165,7 +163,7 @@ impl Fit {
                 let other = if *a == key.path { b } else { a };
                 comment.push_str(&format!("; not told apart from {other}"));
             }
-            NewValue { key: key.path.clone(), value: key.distribution.clone(), comment: dataset::one_line(comment) }
+            NewValue { key: key.path.clone(), value: key.distribution.clone(), comment: Some(dataset::one_line(comment)) }
         })
         .collect()
     }

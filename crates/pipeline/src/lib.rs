@@ -8,6 +8,7 @@ mod derived;
 mod equipment;
 mod exposed_rows;
 mod range_scale;
+mod region;
 
 use std::sync::Arc;
 
@@ -32,6 +33,7 @@ use scanner::specimen::{Hit, Specimen};
 
 pub use self::derived::derived;
 pub use self::equipment::{Equipment, LineSolvers};
+pub use self::region::{PixelRegion, cropped, render_region};
 use self::range_scale::{grid, range_scale};
 
 /// Profiles of a band: half as many as the rows that its windows reach to before and behind it. The next band of a run
@@ -92,9 +94,19 @@ pub fn render_body<'a>(
     progress: &(dyn Fn(u64) + Sync),
 ) -> Record {
     let (sensor, specimen) = set_up(scene, body, by);
+    render_set_up(scene, &sensor, &specimen, progress)
+}
+
+/// [`render`] for what [`set_up`] has put under the bench of that scene.
+pub fn render_set_up(
+    scene: &Scene,
+    sensor: &Sensor,
+    specimen: &Specimen,
+    progress: &(dyn Fn(u64) + Sync),
+) -> Record {
     let mut scan = Scan::new(scene, scene.size.profiles);
-    scan.expose(scene, &sensor, &specimen, progress);
-    scan.record(scene, &sensor, &specimen)
+    scan.expose(scene, sensor, specimen, progress);
+    scan.record(scene, sensor, specimen)
 }
 
 /// Puts a body under a scene's bench.
@@ -141,12 +153,15 @@ struct Measurement<'a> {
     grid: Option<RectifiedGrid>,
     /// Which sensor frames are wanted.
     keeps: SensorStack,
+    /// Tiles of columns that are exposed, where frames are not made whole.
+    tiles: Range<usize>,
 }
 
 impl<'a> Measurement<'a> {
     fn new(scene: &'a Scene, sensor: &'a Sensor, keeps: SensorStack) -> Self {
         let calibration = sensor.calibration();
-        Self { scene, sensor, grid: grid(scene, &calibration.rig), calibration, keeps }
+        let tiles = 0..scene.size.columns.div_ceil(TILE);
+        Self { scene, sensor, grid: grid(scene, &calibration.rig), calibration, keeps, tiles }
     }
 }
 
@@ -368,7 +383,7 @@ fn truth_row(scene: &Scene, hits: &[Hit], maps: Vec<&mut [f32]>) {
 impl BandMaps<'_> {
     /// Fills the part with the profiles of `band` and returns the sensor frames that are wanted.
     fn fill(mut self, measurement: &Measurement<'_>, band: &Band) -> Vec<StackFrame> {
-        let Measurement { scene, sensor, calibration, grid, keeps } = measurement;
+        let Measurement { scene, sensor, calibration, grid, keeps, tiles } = measurement;
         let (columns, profiles) = (scene.size.columns, band.profiles.clone());
         let mut offsets = vec![Vec::new(); profiles.len()];
         let mut stack = Vec::new();
@@ -394,7 +409,7 @@ impl BandMaps<'_> {
         }
         if !sensor.is_scripted() {
             let (mut scratch, mut frames) = (Scratch::default(), <[Frame; 2]>::default());
-            for tile in 0..columns.div_ceil(TILE) {
+            for tile in tiles.clone() {
                 for (place, profile) in profiles.clone().enumerate() {
                     let part = TileOfProfile { band, profile, tile, offsets: &offsets[place] };
                     let line = place * columns + tile * TILE..place * columns + ((tile + 1) * TILE).min(columns);
