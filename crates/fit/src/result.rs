@@ -163,7 +163,11 @@ impl Fit {
                 let other = if *a == key.path { b } else { a };
                 comment.push_str(&format!("; not told apart from {other}"));
             }
-            NewValue { key: key.path.clone(), value: key.distribution.clone(), comment: Some(dataset::one_line(comment)) }
+            NewValue {
+                key: key.path.clone(),
+                value: key.distribution.clone(),
+                comment: Some(dataset::one_line(comment)),
+            }
         })
         .collect()
     }

@@ -33,8 +33,8 @@ use scanner::specimen::{Hit, Specimen};
 
 pub use self::derived::derived;
 pub use self::equipment::{Equipment, LineSolvers};
-pub use self::region::{PixelRegion, cropped, render_region};
 use self::range_scale::{grid, range_scale};
+pub use self::region::{PixelRegion, cropped, render_region};
 
 /// Profiles of a band: half as many as the rows that its windows reach to before and behind it. The next band of a run
 /// uses those again; with 2560 columns they take 70 MB a thread.
@@ -98,12 +98,7 @@ pub fn render_body<'a>(
 }
 
 /// [`render`] for what [`set_up`] has put under the bench of that scene.
-pub fn render_set_up(
-    scene: &Scene,
-    sensor: &Sensor,
-    specimen: &Specimen,
-    progress: &(dyn Fn(u64) + Sync),
-) -> Record {
+pub fn render_set_up(scene: &Scene, sensor: &Sensor, specimen: &Specimen, progress: &(dyn Fn(u64) + Sync)) -> Record {
     let mut scan = Scan::new(scene, scene.size.profiles);
     scan.expose(scene, sensor, specimen, progress);
     scan.record(scene, sensor, specimen)

@@ -116,7 +116,8 @@ mod tests {
         assert_eq!(open["reason"], Value::Null);
         let gamma = state("", None, "picture.gamma")["reason"].clone();
         assert!(gamma.as_str().is_some_and(|reason| reason.contains("no effect")), "{gamma}");
-        let classes = "classes: {clear: {share: 1, knots: {sound_count: 0}}, knot: {share: 1, laser: {power_mw: 70}}}\n";
+        let classes =
+            "classes: {clear: {share: 1, knots: {sound_count: 0}}, knot: {share: 1, laser: {power_mw: 70}}}\n";
         assert_eq!(state(classes, Some("knot"), "laser.power_mw")["value"], 70.0);
         assert_ne!(state(classes, Some("clear"), "laser.power_mw")["value"], 70.0);
     }

@@ -243,11 +243,7 @@ laser:            # the laser
         for text in [set, alias] {
             let text = with_new_values(&text, &[new("laser.waist_mm", "0.15")]);
             let found = Recipe::parse("test", &text).unwrap_or_else(|faults| panic!("{faults}\n{text}"));
-            assert_eq!(
-                found.distribution("plate", "laser.waist_mm"),
-                Some(&Distribution::Fixed(0.15)),
-                "{text}"
-            );
+            assert_eq!(found.distribution("plate", "laser.waist_mm"), Some(&Distribution::Fixed(0.15)), "{text}");
         }
     }
 }

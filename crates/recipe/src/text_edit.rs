@@ -233,7 +233,8 @@ classes: {plate: {share: 1}}
             assert!(text.lines().any(|own| own == line), "{change}:\n{text}");
             let (path, wanted) = change.split_once('=').expect("it is a change");
             let path = path.strip_prefix("classes.plate.").unwrap_or(path);
-            let other = edited("name: plate\nsubject: sawtooth\nunstated: fixed\nclasses:\n  plate: {share: 1}\n", change);
+            let other =
+                edited("name: plate\nsubject: sawtooth\nunstated: fixed\nclasses:\n  plate: {share: 1}\n", change);
             assert_eq!(value(&text, "plate", path), value(&other, "plate", path), "{wanted}");
             let kept = TEXT.lines().filter(|own| !text.lines().any(|line| line == *own)).count();
             assert!(kept <= 1, "{change} moves other lines:\n{text}");
@@ -285,7 +286,8 @@ classes: {plate: {share: 1}}
 
     #[test]
     fn keys_that_are_written_are_told() {
-        let written: Vec<String> = written_keys(&format!("{TEXT}set: {{exposure.time_us: 40}}\n")).into_iter().collect();
+        let written: Vec<String> =
+            written_keys(&format!("{TEXT}set: {{exposure.time_us: 40}}\n")).into_iter().collect();
         let wanted = ["camera.blur_um", "camera.f_number", "classes.plate.share", "exposure.time_us"];
         assert_eq!(written[..4], wanted);
         assert!(written.iter().any(|path| path == "laser.waist_mm"), "{written:?}");
