@@ -157,6 +157,7 @@ class Tab:
         scheme = "dark" if dark else "light"
         self.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": scheme}])
         self.call("Page.navigate", url=address)
+        self.wait("location.href !== 'about:blank' && document.readyState === 'complete'")
 
     def call(self, method, **parameters):
         return self.chromium.call(method, self.session, **parameters)
@@ -172,7 +173,7 @@ class Tab:
         end = time.monotonic() + seconds
         while not self.run(condition):
             if time.monotonic() > end:
-                raise TimeoutError(f"never: {condition}; the page says {self.run('document.body.innerText')[:800]}")
+                raise TimeoutError(f"never: {condition}; the page says {self.run('document.body.innerText')[:400]}")
             time.sleep(0.02)
 
     def faults(self):

@@ -232,10 +232,10 @@ impl Answers {
             };
             let region = PixelRegion::about([profile, column], [profiles, columns], sample.scene.size);
             let (maps, labels) = self.samples.region(&sample, &region, is_stopped)?;
-            Some(Ok((region, maps, labels)))
+            Some(Ok((region, maps, labels, column_mm(&sample))))
         });
-        let (region, maps, labels) = made.ok_or_else(stopped)??;
-        Ok(packed_region(&region, &maps, &labels, begun))
+        let (region, maps, labels, column_mm) = made.ok_or_else(stopped)??;
+        Ok(packed_region(&region, &maps, &labels, [column_mm, begun.elapsed().as_secs_f64() * 1e3]))
     }
 
     /// The sensor frame of a profile, with the line that is read from it.
@@ -424,11 +424,17 @@ impl Packed {
     }
 }
 
-fn packed_region(region: &PixelRegion, maps: &Maps, labels: &Labels, begun: Instant) -> HttpReply {
+/// Distance of columns on the object's upper surface, the mean of all [mm].
+fn column_mm(sample: &SetUpSample) -> f64 {
+    let (rig, top, columns) = (sample.sensor.camera().rig, f64::from(sample.specimen.top()), sample.scene.size.columns);
+    (rig.along(columns as f64, top) - rig.along(0.0, top)).abs() / columns as f64
+}
+
+fn packed_region(region: &PixelRegion, maps: &Maps, labels: &Labels, [column_mm, ms]: [f64; 2]) -> HttpReply {
     let head = json!({
         "profile": region.profiles.start, "column": region.columns.start,
         "profiles": region.profiles.len(), "columns": region.columns.len(),
-        "grey": !maps.grey.is_empty(), "ms": begun.elapsed().as_secs_f64() * 1e3,
+        "grey": !maps.grey.is_empty(), "column_mm": column_mm, "ms": ms,
     });
     let mut packed = Packed::new(&head);
     for map in [&maps.range, &maps.reflectance, &maps.scatter, &maps.grey] {
@@ -442,9 +448,7 @@ fn packed_region(region: &PixelRegion, maps: &Maps, labels: &Labels, begun: Inst
 /// Range, Reflectance, Scatter and labels of a look, true to scale as far as that is small.
 fn painted_look(sample: &SetUpSample, look: &SparseLook) -> Vec<RgbImage> {
     let (columns, rows) = (sample.scene.size.columns, look.profiles.len());
-    let rig = sample.sensor.camera().rig;
-    let top = f64::from(sample.specimen.top());
-    let across = (rig.along(columns as f64, top) - rig.along(0.0, top)).abs();
+    let across = column_mm(sample) * columns as f64;
     let along = sample.scene.bench.motion.step_mm * sample.scene.size.profiles as f64;
     let height = (f64::from(LOOK_WIDTH) * along / across.max(1e-6)).round() as u32;
     let (width, height) = (LOOK_WIDTH, height.clamp(16, LOOK_HEIGHT));

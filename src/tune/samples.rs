@@ -12,9 +12,10 @@ use super::turns::locked;
 use crate::generate::{MemoryEstimate, equipment};
 use crate::preview::{self, ShownMaps};
 use dataset::record::{Labels, Maps, Record};
-use pipeline::{PixelRegion, cropped, render_region, render_set_up};
+use pipeline::{PixelRegion, cropped, render_region, render_set_up, sensor_over, specimen_under};
 use recipe::asset_source::AssetSource;
 use recipe::{Recipe, RecipeError, Scene};
+use scanner::frame::Rig;
 use scanner::optics::Sensor;
 use scanner::optics::speckle::PatternCache;
 use scanner::specimen::Specimen;
@@ -41,14 +42,12 @@ pub(super) struct SampleName {
 #[derive(Debug)]
 pub(super) struct SetUpSample {
     name: SampleName,
-    /// The recipe.
-    pub recipe: Arc<Recipe>,
     /// As `gen preview` draws it.
     pub scene: Scene,
     /// The instrument.
     pub sensor: Sensor,
-    /// The object.
-    pub specimen: Specimen,
+    /// The object, which other samples may share.
+    pub specimen: Arc<Specimen>,
 }
 
 /// A sample whose whole scan is rendered.
@@ -82,6 +81,7 @@ pub(super) struct SampleStore {
     recipes: Mutex<VecDeque<(String, Arc<Recipe>)>>,
     patterns: Mutex<VecDeque<(u64, Arc<PatternCache>)>>,
     bodies: Mutex<VecDeque<(Scene, Body)>>,
+    specimens: Mutex<VecDeque<(Scene, Rig, Arc<Specimen>)>>,
     set_up: Mutex<VecDeque<Arc<SetUpSample>>>,
     rendered: Mutex<Option<Arc<RenderedSample>>>,
 }
@@ -99,6 +99,7 @@ impl SampleStore {
             recipes: Mutex::default(),
             patterns: Mutex::default(),
             bodies: Mutex::default(),
+            specimens: Mutex::default(),
             set_up: Mutex::default(),
             rendered: Mutex::default(),
         }
@@ -142,8 +143,14 @@ impl SampleStore {
                     |(known, _)| has_same_body(known, &scene),
                     || Ok::<_, String>((scene.clone(), pipeline::body(&scene))),
                 )?;
-                let (sensor, specimen) = pipeline::set_up(&scene, body, equipment(&patterns));
-                Ok(Arc::new(SetUpSample { name: name.clone(), recipe, scene, sensor, specimen }))
+                let sensor = sensor_over(&scene, &body, equipment(&patterns));
+                let rig = sensor.camera().rig;
+                let is_it = |(known, of, _): &(Scene, Rig, _)| *of == rig && has_same_specimen(known, &scene);
+                let (.., specimen) = kept(&self.specimens, is_it, || {
+                    let specimen = Arc::new(specimen_under(&scene, body, &sensor));
+                    Ok::<_, String>((scene.clone(), rig, specimen))
+                })?;
+                Ok(Arc::new(SetUpSample { name: name.clone(), scene, sensor, specimen }))
             },
         )
     }
@@ -248,6 +255,15 @@ fn has_same_body(a: &Scene, b: &Scene) -> bool {
         && a.picture == b.picture
         && a.slices == b.slices
         && a.measured == b.measured
+}
+
+/// Whether the same body stands the same way under a camera at the same place.
+fn has_same_specimen(a: &Scene, b: &Scene) -> bool {
+    has_same_body(a, b)
+        && a.bench.laser.fan_height_mm == b.bench.laser.fan_height_mm
+        && a.bench.motion == b.bench.motion
+        && a.movement == b.movement
+        && a.transport == b.transport
 }
 
 /// What is kept that `is_it`, or what `make` makes, which is kept in the place of the oldest. Two that miss it at a

@@ -106,11 +106,18 @@ pub fn render_set_up(scene: &Scene, sensor: &Sensor, specimen: &Specimen, progre
 
 /// Puts a body under a scene's bench.
 pub fn set_up<'a>(scene: &Scene, body: Body, by: impl Into<Equipment<'a>>) -> (Sensor, Specimen) {
+    let sensor = sensor_over(scene, &body, by);
+    let specimen = specimen_under(scene, body, &sensor);
+    (sensor, specimen)
+}
+
+/// The instrument of a scene over its body.
+pub fn sensor_over<'a>(scene: &Scene, body: &Body, by: impl Into<Equipment<'a>>) -> Sensor {
     let Equipment { patterns, line_solvers } = by.into();
     let height = f64::from(body.bounds().1.z);
     let matter = typical(&scene.plan);
     let turn = turn(&scene.bench.motion, scene.movement);
-    let sensor = Sensor::new(SensorSetup {
+    Sensor::new(SensorSetup {
         bench: &scene.bench,
         line: &scene.line,
         size: scene.size,
@@ -124,11 +131,16 @@ pub fn set_up<'a>(scene: &Scene, body: Body, by: impl Into<Equipment<'a>>) -> (S
         line_solver: line_solvers(scene.transport, scene.stream),
         stream: scene.stream,
         rig_stream: scene.rig_stream,
-    });
+    })
+}
+
+/// A scene's body under its instrument. Of the scene it takes the movement and the laser's place, of the instrument
+/// where the camera is and whether it solves lines: where these are the same, so is what comes of a body.
+pub fn specimen_under(scene: &Scene, body: Body, sensor: &Sensor) -> Specimen {
+    let turn = turn(&scene.bench.motion, scene.movement);
     let specimen = Specimen::new(body, sensor.camera().rig, scene.bench.laser.fan_height_mm).on_turntable(turn);
     // Models that follow light through packs find out for themselves what fills pockets.
-    let specimen = if sensor.solves_lines() { specimen } else { specimen.with_pockets() };
-    (sensor, specimen)
+    if sensor.solves_lines() { specimen } else { specimen.with_pockets() }
 }
 
 /// Full-size maps of one sample or of some of its profiles, `[profiles, columns]`, row-major.

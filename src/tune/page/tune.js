@@ -116,7 +116,7 @@ function take(answer, key) {
     $("index").value = index;
     const isNewScan = !state || state.columns !== answer.columns || state.profiles !== answer.profiles;
     state = answer;
-    if (isNewScan) { scan = region = exposure = null; pick = [state.profiles >> 1, state.columns >> 1]; fitting = true; }
+    if (isNewScan) beginScan();
     showSample();
     if (isOther) { turn += 1; renew(); }
   }
@@ -124,6 +124,16 @@ function take(answer, key) {
   showFaults();
   showCommand();
   if (state && buildKeys.subject && buildKeys.subject !== state.subject) buildKeys().then(showFaults);
+}
+
+/// A scan of another size: small ones are shown whole, of large ones the middle at true pixels, which is there at once.
+function beginScan() {
+  scan = region = exposure = null;
+  pick = [state.profiles >> 1, state.columns >> 1];
+  fitting = Math.max(state.columns, state.profiles) <= 4 * QUICK;
+  if (fitting) { fit(); return; }
+  const { width, height } = viewSize();
+  view = { sx: 1, sy: 1, x: (state.columns - width) / 2, y: (state.profiles - height) / 2 };
 }
 
 // ---- What is rendered: a region at once, the rest behind ----
@@ -185,7 +195,7 @@ async function askRegion(atHand = false) {
     window.lastRegionMs = ms;
   }
   paintRegion();
-  draw();
+  if (fitting) fit(); else draw();
   drawHistogram();
   showValues();
 }
@@ -328,14 +338,20 @@ function size() {
   drawHistogram();
 }
 
+/// Size of the picture that `gen preview` makes of a map.
+function panelSize() {
+  if (scan && !scan.coarse) return [scan.width, scan.height];
+  if (!region) return [state.columns, state.profiles];
+  const across = state.columns * region.column_mm, along = state.profiles * state.step_mm;
+  const zoom = Math.min(400 / across, 800 / along);
+  return [Math.max(150, Math.round(across * zoom)), Math.max(1, Math.round(along * zoom))];
+}
 /// All of the scan, true to scale, as `gen preview` shows it and no larger.
 function fit() {
   if (!state || !panels.length) return;
   fitting = true;
   const { width, height } = viewSize();
-  const [across, along] = scan && !scan.coarse
-    ? [scan.width, scan.height]
-    : [state.columns, state.profiles];
+  const [across, along] = panelSize();
   const zoom = Math.min(1, width / across, height / along);
   view = { sx: zoom * across / state.columns, sy: zoom * along / state.profiles, x: 0, y: 0 };
   centre();
@@ -869,7 +885,9 @@ function numberControl(label, range, write) {
 
 function showParameter(row, value, write) {
   const { key } = row;
-  const { form, numbers, ends } = formOf(value);
+  const known = formOf(value);
+  const { numbers, ends } = known;
+  const form = row.isText ? "text" : known.form;
   const shape = `${form} ${$("scope").value}`;
   if (row.shape !== shape) {
     row.shape = shape;
@@ -885,6 +903,7 @@ function showParameter(row, value, write) {
       const field = make("input", { type: "text", spellcheck: false });
       field.setAttribute("aria-label", `${key.path} as YAML`);
       field.addEventListener("change", () => write(field.value));
+      field.style.gridColumn = "1 / -1";
       parts.push(field);
       controls.push({ show: (own) => { if (document.activeElement !== field) field.value = flow(own); } });
     } else {
@@ -931,7 +950,8 @@ function showSpread({ key, spread }, ends) {
 function changeForm(row, form, write) {
   const { key } = row;
   const own = formOf(state.states[key.path].value);
-  if (form === "text") { row.shape = null; write(flow(state.states[key.path].value)); return; }
+  row.isText = form === "text";
+  if (row.isText) { showRow(row); return; }
   const drawn = state.draws[key.path];
   const middle = own.form === "fixed" ? own.numbers[0] : (drawn === undefined ? key.default : drawn);
   const inside = (value) => rounded(Math.min(Math.max(value, key.min), key.max));
