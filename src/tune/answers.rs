@@ -143,7 +143,7 @@ impl Answers {
                 Ok(HttpReply::json(&declarations(subject)))
             }
             "state" => self.state(asked(body)?),
-            "save" => self.save(&asked(body)?),
+            "save" => self.keep(&asked(body)?),
             "region" => self.region(&asked(body)?),
             "exposure" => self.exposure(&asked(body)?),
             "scan" => self.whole(&asked(body)?, false),
@@ -319,7 +319,7 @@ impl Answers {
     }
 
     /// Saves a text as the recipe's file, or by another name beside it.
-    fn save(&self, question: &SaveQuestion) -> Result<HttpReply, HttpRefusal> {
+    fn keep(&self, question: &SaveQuestion) -> Result<HttpReply, HttpRefusal> {
         let SaveQuestion { text, name, replace } = question;
         let own = self.start.file.as_deref();
         let path = match (name, own) {

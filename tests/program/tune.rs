@@ -165,6 +165,7 @@ fn strangers_are_refused() {
 
 /// What is larger or slower than any question of the page is given up, and keeps nobody else waiting.
 #[test]
+#[ignore = "long"]
 fn huge_and_slow_requests_are_given_up() {
     let place = Place::with(&[]);
     let served = Served::of(&place, "tiny.yaml");

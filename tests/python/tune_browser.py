@@ -53,8 +53,9 @@ def preview(gen, folder, text, index=0):
 
 def canvas(tab, script):
     """Pixels of a canvas of the page."""
-    width, height, pixels = tab.run(f"(() => {{ const c = {script}; const d = c.getContext('2d').getImageData(0, 0, c.width, "
-                                    "c.height).data; let s = ''; for (let i = 0; i < d.length; i += 1) s += "
+    width, height, pixels = tab.run(f"(() => {{ const c = {script}; const own = make('canvas', {{ width: c.width, height: c.height "
+                                    "}); const x = own.getContext('2d', { willReadFrequently: true }); x.drawImage(c, 0, 0); "
+                                    "const d = x.getImageData(0, 0, c.width, c.height).data; let s = ''; for (let i = 0; i < d.length; i += 1) s += "
                                     "String.fromCharCode(d[i]); return [c.width, c.height, btoa(s)]; })()")
     return np.frombuffer(base64.b64decode(pixels), np.uint8).reshape(height, width, 4)
 

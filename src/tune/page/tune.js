@@ -444,7 +444,9 @@ function draw() {
     element.classList.toggle("stale", Boolean(scan && scan.stale));
     context.imageSmoothingEnabled = view.sx < 1;
     if (isShown) put(scan.pictures[number], place(0, 0, state.columns, state.profiles));
-    const isFine = region && paints[number] && (!scan || scan.stale || view.sx >= 0.999);
+    // Where the picture of the whole scan is as fine as the view, it is what `gen preview` shows.
+    const isCoarse = !scan || scan.stale || view.sx * state.columns > scan.width + 0.5;
+    const isFine = region && paints[number] && isCoarse;
     if (isFine) {
       context.imageSmoothingEnabled = view.sx < 1;
       put(paints[number], place(region.column, region.profile, region.columns, region.profiles));
@@ -801,7 +803,7 @@ function keyRow(key) {
   info.setAttribute("aria-label", `What ${key.path} means`);
   info.setAttribute("aria-expanded", "false");
   const reset = make("button", { type: "button", textContent: "take out", hidden: true });
-  reset.setAttribute("aria-label", `Take ${key.path} out of the text`);
+  reset.setAttribute("aria-label", `take out ${key.path}`);
   const drawn = make("span", { className: "drawn" });
   const name = make("span", { className: "name", id, textContent: key.name });
   const top = make("div", { className: "top" }, name, make("span", { className: "unit", textContent: key.unit }), drawn, reset, info);
@@ -837,6 +839,7 @@ function meaning(key) {
   tell("source", key.source);
   return [make("p", { textContent: key.doc }), make("dl", {}, ...rest)];
 }
+const keyPath = (key) => key.replace(/^classes\.[a-z0-9_]+\./, "");
 const scopedKey = (key) => ($("scope").value ? `classes.${$("scope").value}.${key.path}` : key.path);
 
 /// Shows in a row what its key is; controls are made anew only where their kind has changed.
@@ -997,7 +1000,9 @@ function showSetting(row, value, write) {
 
 function showKeys() {
   if (!state) return;
-  for (const row of rows.values()) showRow(row);
+  // What is at fault stays as it was given.
+  const faulty = new Set(faults.map(({ key }) => keyPath(key)));
+  for (const [path, row] of rows) if (!faulty.has(path) || !row.shape) showRow(row);
   for (const section of sections) {
     const count = section.keys.filter((key) => written.has(scopedKey(key))).length;
     section.count.textContent = count ? `${count} written` : "";
@@ -1031,7 +1036,7 @@ function showFaults() {
   }
   const elsewhere = [];
   for (const { key, problem, remedy } of faults) {
-    const path = key.replace(/^classes\.[a-z0-9_]+\./, "");
+    const path = keyPath(key);
     let row = rows.get(path);
     const section = sections.find((known) => known.keys.some((own) => own.path === path));
     if (!row && section) { buildSection(section); showKeys(); row = rows.get(path); }
