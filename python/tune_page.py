@@ -61,6 +61,12 @@ class Tune:
         with open(f"/proc/{self.process.pid}/status", encoding="ascii") as status:
             return next(int(line.split()[1]) / 1024 for line in status if line.startswith("VmRSS"))
 
+    def processor_s(self):
+        """Processor time of all of its threads so far (Linux)."""
+        with open(f"/proc/{self.process.pid}/stat", encoding="ascii") as stat:
+            fields = stat.read().rpartition(")")[2].split()
+        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
     def interrupt(self):
         """Ctrl-C: the exit status, and what is said."""
         self.process.send_signal(signal.SIGINT)

@@ -11,21 +11,21 @@ from PIL import Image
 
 from tune_page import Chromium, Tune
 
-SIZE = (1500, 920)
-COLOURS = 128
+SIZE = (1700, 960)
+COLOURS = 256
 
 
 def main():
     gen, out = sys.argv[1:]
     with tempfile.TemporaryDirectory() as folder:
-        with Tune(gen, "wood-small", folder, ["--index", "1"]) as tune, Chromium() as chromium:
+        with Tune(gen, "wood-small", folder, ["--index", "0"]) as tune, Chromium() as chromium:
             tab = chromium.tab(tune.address, *SIZE)
             tab.wait("document.getElementById('state').textContent === 'the whole scan is there'")
             tab.wait("document.querySelectorAll('#strip img').length === 8 && "
                      "[...document.querySelectorAll('#strip img')].every((image) => image.naturalWidth > 0)")
             tab.run("$('labels').click()")
             picture = Image.open(io.BytesIO(tab.screenshot())).convert("RGB")
-    picture.quantize(COLOURS).save(out, optimize=True)
+    picture.quantize(COLOURS, dither=Image.Dither.NONE).save(out, optimize=True)
     print(f"{out}: {picture.width} x {picture.height}")
 
 

@@ -80,6 +80,9 @@ fn found(name: &str, seed: Option<u64>) -> CommandResult<TuneStart> {
     if name == "-" {
         let bytes = yaml::read_bytes_or_standard_input(path).map_err(|error| format!("standard input: {error}"))?;
         let text = yaml::utf8_text("standard input", bytes, "recipe")?;
+        if text.trim().is_empty() {
+            return Err("standard input is empty; send the text of a recipe, or name a file".into());
+        }
         return Ok(start(text, None, PathBuf::new(), AssetSource::Beside(PathBuf::new())));
     }
     if path.exists() {

@@ -16,8 +16,11 @@ const MAX_HEAD_BYTES: usize = 16 << 10;
 const MAX_HEADERS: usize = 64;
 /// Longest body: a recipe of the greatest length, each of whose characters JSON may write as two [bytes].
 const MAX_BODY_BYTES: usize = (2 * yaml::MAX_FILE_BYTES) + (64 << 10);
-/// What is still read of a request that was refused, so that the answer arrives [bytes].
-const DRAINED_BYTES: usize = 256 << 10;
+/// Longest that what comes of a request that was refused is still read, so that the answer arrives.
+const DRAIN_TIME: Duration = Duration::from_secs(2);
+
+/// Bytes that are read at a time.
+const READ_BYTES: usize = 16 << 10;
 
 /// What a browser may do with an answer: nothing from elsewhere, in no frame, kept by nobody.
 const HEADERS: &str = "Connection: close\r\n\
@@ -181,8 +184,8 @@ fn read_more(stream: &mut TcpStream, bytes: &mut Vec<u8>, most: usize, deadline:
         return Err(ErrorKind::TimedOut.into());
     }
     stream.set_read_timeout(Some(left))?;
-    let mut part = [0; 16 << 10];
-    let room = (most - bytes.len()).min(part.len());
+    let mut part = [0; READ_BYTES];
+    let room = (most - bytes.len()).min(READ_BYTES);
     match stream.read(&mut part[..room])? {
         0 => Err(ErrorKind::UnexpectedEof.into()),
         count => {
@@ -208,12 +211,8 @@ pub(super) fn write_reply(stream: &mut TcpStream, reply: &HttpReply) -> io::Resu
 /// Ends a connection whose request was not read to its end: closed at once, the system would take the answer back.
 pub(super) fn drain(stream: &mut TcpStream) {
     let _ = stream.shutdown(Shutdown::Write);
-    let _ = stream.set_read_timeout(Some(Duration::from_millis(200)));
-    let (mut part, mut left) = ([0; 4096], DRAINED_BYTES);
-    while let Ok(count @ 1..) = stream.read(&mut part) {
-        left = left.saturating_sub(count);
-        if left == 0 {
-            break;
-        }
+    let (mut part, deadline) = (Vec::new(), Instant::now() + DRAIN_TIME);
+    while read_more(stream, &mut part, READ_BYTES, deadline).is_ok() {
+        part.clear();
     }
 }

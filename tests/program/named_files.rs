@@ -22,7 +22,7 @@ const PATIENCE: Duration = Duration::from_secs(120);
 type Order = (&'static str, &'static [(&'static str, &'static str)]);
 
 /// One for each command that names a file; that of `export` holds for every format.
-const ORDERS: [Order; 18] = [
+const ORDERS: [Order; 19] = [
     ("", &[("recipe", "tiny.yaml"), ("n", "1"), ("out", "made")]),
     ("preview", &[("recipe", "tiny.yaml"), ("out", "picture.png")]),
     ("rig", &[("recipe", "tiny.yaml")]),
