@@ -88,6 +88,10 @@ fn found(name: &str, seed: Option<u64>) -> CommandResult<TuneStart> {
     if path.exists() {
         let unreadable = |source| RecipeError::Unreadable { path: path.to_owned(), source };
         let text = yaml::utf8_text(name, yaml::read_bytes(path).map_err(unreadable)?, "recipe")?;
+        if text.len() > yaml::MAX_FILE_BYTES {
+            // What says so of every recipe.
+            Recipe::load(name)?;
+        }
         let folder = path.parent().unwrap_or(Path::new("")).to_owned();
         return Ok(start(text, Some(path.to_owned()), folder.clone(), AssetSource::Beside(folder)));
     }

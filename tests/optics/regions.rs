@@ -61,6 +61,7 @@ fn holds(name: &str, scene: &Scene) {
 
 /// Each kind of object, and what makes columns or profiles depend on each other: lamps, rectified Range, scripts.
 #[test]
+#[ignore = "long"]
 fn a_region_is_a_part_of_the_whole() {
     let small = ["scan.profiles=96"];
     holds("wood", &scene("wood-small", &small));
