@@ -1,6 +1,6 @@
 """The picture of the page of `gen tune` in README: `python3 python/tune_picture.py target/release/gen docs/pictures/tune.png`.
 
-A sample of `wood-small` with its labels. Needs pillow (`make venv`) and Chromium.
+A sample of `wood-small`. Needs pillow (`make venv`) and Chromium.
 """
 
 import io
@@ -23,9 +23,8 @@ def main():
             tab.wait("document.getElementById('state').textContent === 'the whole scan is there'")
             tab.wait("document.querySelectorAll('#strip img').length === 8 && "
                      "[...document.querySelectorAll('#strip img')].every((image) => image.naturalWidth > 0)")
-            tab.run("$('labels').click()")
             picture = Image.open(io.BytesIO(tab.screenshot())).convert("RGB")
-    picture.quantize(COLOURS, dither=Image.Dither.NONE).save(out, optimize=True)
+    picture.quantize(COLOURS, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.FLOYDSTEINBERG).save(out, optimize=True)
     print(f"{out}: {picture.width} x {picture.height}")
 
 
