@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::console::Console;
 use super::generate::threads;
-use super::{CommandResult, DONE, RecipeArgs, output, print, whole};
+use super::{CommandResult, DONE, RecipeArgs, UsageError, output, print, whole};
 use crate::api::{self, holds_dataset};
 use crate::tune::{TuneServer, TuneStart};
 use recipe::asset_source::AssetSource;
@@ -37,10 +37,18 @@ pub(super) struct TuneArgs {
     threads: Option<usize>,
 }
 
+/// Largest whole number that a page's script counts to without a gap, 2^53 - 1.
+const MAX_NUMBER: u64 = (1 << 53) - 1;
+
 pub(super) fn run(arguments: &TuneArgs, console: &Console) -> CommandResult {
     let name = arguments.recipe.name.get()?;
     let mut start =
         TuneStart { index: arguments.index, threads: threads(arguments.threads)?, ..found(name, arguments.seed)? };
+    for (what, number) in [("--index", start.index), ("--seed", start.seed)] {
+        if number > MAX_NUMBER {
+            return Err(UsageError(format!("{what}: a page counts to {MAX_NUMBER}; give at most that")).into());
+        }
+    }
     for change in &arguments.recipe.changes.set {
         start.text = with_key(&start.text, change);
     }

@@ -316,6 +316,9 @@ fn what_is_opened_and_what_is_not() {
     place.run("tune nothing.yaml").refused(&["nothing.yaml"]);
     place.run(&format!("tune tiny.yaml --port {}", served.port)).refused(&["cannot listen", "--port"]);
     assert_eq!(place.run("tune tiny.yaml --port 0").code, 2);
+    // A script would show another sample than the one of that number.
+    assert_eq!(place.run("tune tiny.yaml --seed 9007199254740992").code, 2);
+    assert_eq!(place.run("tune tiny.yaml --index 9007199254740992").code, 2);
 }
 
 /// Ctrl-C ends it with the status of shells for that.
