@@ -15,6 +15,7 @@
 //! - `base`, `optical_bench`, `numerics`, `yaml`, `drawing`: what several of them stand on
 //! - [`generate`]: a recipe and a number of samples -> a dataset folder
 //! - [`preview`]: one sample -> a picture for a person
+//! - [`tune`]: a page on which the keys of a recipe are turned
 //! - [`cli`]: the command line
 //! - [`api`]: what is promised to other programs
 //!
@@ -24,3 +25,4 @@ pub mod api;
 pub mod cli;
 pub mod generate;
 pub mod preview;
+pub mod tune;

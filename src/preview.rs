@@ -6,7 +6,7 @@ mod legend;
 use base::Class;
 use image::{Rgb, RgbImage};
 
-pub use self::exposure::expose_profile;
+pub use self::exposure::{expose_profile, exposed};
 use self::legend::Legend;
 use crate::generate::equipment;
 use dataset::record::Record;
@@ -26,18 +26,60 @@ const FRAME_MARGIN_ROWS: usize = 20;
 
 /// Renders sample `index` and draws it; `progress` is told how many profiles more are rendered.
 pub fn preview(recipe: &Recipe, seed: u64, index: u64, progress: &(dyn Fn(u64) + Sync)) -> RgbImage {
-    let mut scene = recipe.draw(seed, index);
-    // One exposure of the middle of the scan; the images as the camera has them.
-    scene.output.sensor_stack = SensorStack::Every((scene.size.profiles / 2).max(1));
-    (scene.output.bin_columns, scene.output.bin_profiles) = (1, 1);
+    let scene = scene(recipe, seed, index);
     let patterns = PatternCache::new(recipe.streams(seed).key());
     let record = pipeline::render(&scene, equipment(&patterns), progress);
     draw(&scene, &record)
 }
 
-/// Draws a sample that kept an exposure.
-pub fn draw(scene: &Scene, record: &Record) -> RgbImage {
-    let panel = PanelGrid::fit(record);
+/// The scene of a sample with one exposure of the middle of the scan kept, and the images as the camera has them.
+pub fn scene(recipe: &Recipe, seed: u64, index: u64) -> Scene {
+    let mut scene = recipe.draw(seed, index);
+    scene.output.sensor_stack = SensorStack::Every((scene.size.profiles / 2).max(1));
+    (scene.output.bin_columns, scene.output.bin_profiles) = (1, 1);
+    scene.output.truth_maps = false;
+    scene
+}
+
+/// A map of a sample as it is shown.
+#[derive(Debug, Clone)]
+pub struct ShownMap {
+    /// Its name, for people.
+    pub name: &'static str,
+    /// Value at the lower end of its colours.
+    pub low: f32,
+    /// Value at the upper end.
+    pub high: f32,
+    /// What values are in.
+    pub unit: &'static str,
+    /// What is taken off the stored values before they are shown.
+    pub less: f32,
+    /// Whether its colours are viridis; grey otherwise.
+    pub is_coloured: bool,
+    /// The map.
+    pub picture: RgbImage,
+}
+
+/// All that is shown of a sample but its sensor frame: maps and labels, true to scale.
+#[derive(Debug, Clone)]
+pub struct ShownMaps {
+    /// Range, Reflectance, Scatter less dark, and grey where there is one.
+    pub maps: Vec<ShownMap>,
+    /// The labels.
+    pub labels: RgbImage,
+}
+
+/// Shows the maps of a sample.
+pub fn shown_maps(scene: &Scene, record: &Record) -> ShownMaps {
+    paint_maps(scene, record, &PanelGrid::fit(record))
+}
+
+/// Grey of a number in [0, 1].
+fn grey(t: f32) -> Rgb<u8> {
+    Rgb([(255.0 * t) as u8; 3])
+}
+
+fn paint_maps(scene: &Scene, record: &Record, panel: &PanelGrid) -> ShownMaps {
     let dark = scene.bench.exposure.dark_level_dn as f32;
     let scatter_dark = scanner::extract::scatter_dark(&scene.extraction, dark).kept;
     // Where no pixel of the object is measured, the scales are those of whatever is.
@@ -51,8 +93,28 @@ pub fn draw(scene: &Scene, record: &Record) -> RgbImage {
     let bright = ends(on_body(&record.maps.reflectance)).1;
     let deep = (ends(on_body(&record.maps.scatter)).1 - scatter_dark).max(0.0);
     let scatter: Vec<f32> = record.maps.scatter.iter().map(|v| (v - scatter_dark).max(0.0)).collect();
+    let shown = |name, values: &[f32], [low, high]: [f32; 2], unit, is_coloured| {
+        let ramp: Ramp = if is_coloured { &viridis } else { &grey };
+        let picture = panel.paint(values, [low, high], ramp);
+        ShownMap { name, low, high, unit, less: 0.0, is_coloured, picture }
+    };
+    let mut maps = vec![
+        shown("Range (red: missing)", &record.maps.range, [low, high], scene.extraction.range.unit(), true),
+        shown("Reflectance", &record.maps.reflectance, [0.0, bright], "DN", false),
+        ShownMap { less: scatter_dark, ..shown("Scatter less dark", &scatter, [0.0, deep], "DN", false) },
+    ];
+    if !record.maps.grey.is_empty() {
+        let high = f32::from(scene.readout.most());
+        maps.push(shown("Grey, under lamps", &record.maps.grey, [0.0, high], "DN", false));
+    }
+    ShownMaps { maps, labels: panel.paint_classes(&record.labels.class) }
+}
 
-    let panels = if record.maps.grey.is_empty() { 4 } else { 5 };
+/// Draws a sample that kept an exposure.
+pub fn draw(scene: &Scene, record: &Record) -> RgbImage {
+    let panel = PanelGrid::fit(record);
+    let shown = paint_maps(scene, record, &panel);
+    let panels = shown.maps.len() as u32 + 1;
     let width = panels * (panel.width + MARGIN) + MARGIN;
     let strip = frame_strip(scene, record, width - 2 * MARGIN);
     let top = HEAD_PX + strip.as_ref().map_or(0, |s| s.height() + FOOT_PX);
@@ -71,41 +133,17 @@ pub fn draw(scene: &Scene, record: &Record) -> RgbImage {
     let title =
         format!("sample {}  class {}  split {}  {}", record.index, record.class, record.split.name(), record.id);
     page.words(MARGIN, top - 6, &title);
-    let grey = |t: f32| Rgb([(255.0 * t) as u8; 3]);
-    let mut maps = vec![
-        MapPanel {
-            name: "Range (red: missing)",
-            values: &record.maps.range,
-            ends: ScaleEnds { low, high, unit: scene.extraction.range.unit() },
-            ramp: &viridis,
-        },
-        MapPanel {
-            name: "Reflectance",
-            values: &record.maps.reflectance,
-            ends: ScaleEnds { low: 0.0, high: bright, unit: "DN" },
-            ramp: &grey,
-        },
-        MapPanel {
-            name: "Scatter less dark",
-            values: &scatter,
-            ends: ScaleEnds { low: 0.0, high: deep, unit: "DN" },
-            ramp: &grey,
-        },
-    ];
-    if !record.maps.grey.is_empty() {
-        let high = f32::from(scene.readout.most());
-        let ends = ScaleEnds { low: 0.0, high, unit: "DN" };
-        maps.push(MapPanel { name: "Grey, under lamps", values: &record.maps.grey, ends, ramp: &grey });
-    }
-    for (number, map) in maps.into_iter().enumerate() {
+    for (number, map) in shown.maps.iter().enumerate() {
         let left = MARGIN + number as u32 * (panel.width + MARGIN);
+        let ends = ScaleEnds { low: map.low, high: map.high, unit: map.unit };
         page.words(left, top + 15, map.name);
-        page.picture(left, top + HEAD_PX, &panel.paint(&map));
-        page.scale(left, top + HEAD_PX + panel.height + 8, panel.width, map.ends, map.ramp);
+        page.picture(left, top + HEAD_PX, &map.picture);
+        let ramp: Ramp = if map.is_coloured { &viridis } else { &grey };
+        page.scale(left, top + HEAD_PX + panel.height + 8, panel.width, ends, ramp);
     }
     let left = MARGIN + (panels - 1) * (panel.width + MARGIN);
     page.words(left, top + 15, "Labels");
-    page.picture(left, top + HEAD_PX, &panel.paint_classes(&record.labels.class));
+    page.picture(left, top + HEAD_PX, &shown.labels);
     if scene.plan.subject() == Subject::Blister {
         name_pockets(&mut page, record, &panel, [left, top + HEAD_PX]);
     }
@@ -136,7 +174,7 @@ fn ends(mut values: Vec<f32>) -> (f32, f32) {
 }
 
 /// What is missing in a map: far from both ramps.
-const MISSING_COLOUR: Rgb<u8> = Rgb([130, 25, 25]);
+pub const MISSING_COLOUR: Rgb<u8> = Rgb([130, 25, 25]);
 
 /// Sensor rows around the line in the kept exposure.
 fn strip_rows(scene: &Scene, record: &Record) -> std::ops::Range<usize> {
@@ -168,14 +206,6 @@ fn frame_strip(scene: &Scene, record: &Record, width: u32) -> Option<RgbImage> {
     }))
 }
 
-/// A map of a sample, and the colours that it is shown in.
-struct MapPanel<'a> {
-    name: &'static str,
-    values: &'a [f32],
-    ends: ScaleEnds<'a>,
-    ramp: Ramp<'a>,
-}
-
 /// The grid on which maps are shown true to scale.
 struct PanelGrid {
     cols: usize,
@@ -204,15 +234,14 @@ impl PanelGrid {
         span(y, self.height, self.rows).flat_map(move |row| columns.clone().map(move |column| row * cols + column))
     }
 
-    fn paint(&self, map: &MapPanel) -> RgbImage {
-        let ScaleEnds { low, high, .. } = map.ends;
+    fn paint(&self, values: &[f32], [low, high]: [f32; 2], ramp: Ramp) -> RgbImage {
         RgbImage::from_fn(self.width, self.height, |x, y| {
-            let values = self.behind(x, y).map(|i| map.values[i]).filter(|v| !v.is_nan());
+            let values = self.behind(x, y).map(|i| values[i]).filter(|v| !v.is_nan());
             let (sum, count) = values.fold((0.0f64, 0u32), |(sum, count), v| (sum + f64::from(v), count + 1));
             if count == 0 {
                 return MISSING_COLOUR;
             }
-            (map.ramp)((((sum / f64::from(count)) as f32 - low) / (high - low)).clamp(0.0, 1.0))
+            ramp((((sum / f64::from(count)) as f32 - low) / (high - low)).clamp(0.0, 1.0))
         })
     }
 

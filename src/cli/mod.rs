@@ -25,6 +25,7 @@ mod report;
 mod rig;
 mod study;
 mod transport;
+mod tune;
 mod validate;
 
 use std::ffi::OsString;
@@ -125,6 +126,8 @@ enum Command {
     Icon(icon::IconArgs),
     /// Find fibre directions, knots and absorption of a board in a picture of it
     Fibres(fibres::FibresArgs),
+    /// Turn the keys of a recipe on a page of this machine's browser, and see a sample of it at once
+    Tune(tune::TuneArgs),
     /// Print the JSON Schema of recipes or of datasets, or the reference of recipe keys
     Schema {
         /// What to print
@@ -333,6 +336,7 @@ fn obey(cli: Cli, console: &Console) -> CommandResult {
         Some(Command::Finish(arguments)) => finish::run(&arguments, console),
         Some(Command::Icon(arguments)) => icon::run(&arguments),
         Some(Command::Fibres(arguments)) => fibres::run(&arguments),
+        Some(Command::Tune(arguments)) => tune::run(&arguments, console),
         Some(Command::Schema { what }) => schema_command(what),
         Some(Command::Completions(arguments)) => completions::run(&arguments, &mut command()),
         Some(Command::Man(arguments)) => completions::manual(&arguments, command()),

@@ -6,7 +6,9 @@ use pipeline;
 use recipe::Scene;
 use scanner::extract::{MeasuredProfile, extract};
 use scanner::frame::Frame;
+use scanner::optics::Sensor;
 use scanner::optics::speckle::PatternCache;
+use scanner::specimen::Specimen;
 use tools::report::ExposedProfile;
 
 /// Sensor rows kept above and below the line [px].
@@ -14,10 +16,15 @@ const MARGIN_ROWS: usize = 24;
 
 /// Exposes profile `profile` of a scene and extracts its line.
 pub fn expose_profile(scene: &Scene, profile: usize, patterns: &PatternCache) -> ExposedProfile {
+    let (sensor, specimen) = pipeline::set_up(scene, pipeline::body(scene), equipment(patterns));
+    exposed(scene, &sensor, &specimen, profile)
+}
+
+/// The same of what is set up already.
+pub fn exposed(scene: &Scene, sensor: &Sensor, specimen: &Specimen, profile: usize) -> ExposedProfile {
     let (columns, rows) = (scene.size.columns, scene.size.rows);
     let profile = profile.min(scene.size.profiles.saturating_sub(1));
-    let (sensor, specimen) = pipeline::set_up(scene, pipeline::body(scene), equipment(patterns));
-    let band = sensor.band(&specimen, profile..profile + 1);
+    let band = sensor.band(specimen, profile..profile + 1);
     let frame = if sensor.is_scripted() {
         sensor.processed(&band, profile)
     } else {

@@ -21,6 +21,7 @@ mod object_keys;
 mod pack_optics;
 mod range_forms;
 mod real_frames;
+mod regions;
 mod rows_left_out;
 mod scatter_ratios;
 mod sensor_chain;

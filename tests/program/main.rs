@@ -21,4 +21,5 @@ mod study;
 mod symptoms;
 mod thesis_frames;
 mod transport;
+mod tune;
 mod variation;

@@ -22,7 +22,7 @@ const PATIENCE: Duration = Duration::from_secs(120);
 type Order = (&'static str, &'static [(&'static str, &'static str)]);
 
 /// One for each command that names a file; that of `export` holds for every format.
-const ORDERS: [Order; 18] = [
+const ORDERS: [Order; 19] = [
     ("", &[("recipe", "tiny.yaml"), ("n", "1"), ("out", "made")]),
     ("preview", &[("recipe", "tiny.yaml"), ("out", "picture.png")]),
     ("rig", &[("recipe", "tiny.yaml")]),
@@ -54,6 +54,7 @@ const ORDERS: [Order; 18] = [
     ("export", &[("dir", "set"), ("out", "exported")]),
     ("fit", &[("recipe", "tiny.yaml"), ("real", "scan.exr"), ("mask", "mask.png"), ("out", "fitted.yaml")]),
     ("cover", &[("recipe", "tiny.yaml"), ("real", "scan.exr"), ("out", "cover.html")]),
+    ("tune", &[("recipe", "tiny.yaml")]),
     ("study profile", &[("recipe", "tiny.yaml")]),
     ("study packs", &[("recipe", "pack.yaml")]),
 ];
@@ -86,7 +87,7 @@ fn commands(command: &clap::Command, name: &str, found: &mut Vec<(String, clap::
 
 /// Whether a command works for long once all of its inputs can be read: what it reads, others read too.
 fn is_long(name: &str) -> bool {
-    name.starts_with("study") || ["fit", "cover"].contains(&name)
+    name.starts_with("study") || ["fit", "cover", "tune"].contains(&name)
 }
 
 /// The command line with these values.

@@ -21,3 +21,4 @@ mod report_browser;
 mod report_check;
 mod scripts;
 mod sweep;
+mod tune_browser;

@@ -2,12 +2,11 @@
 //! reach.
 
 use base::{Parameter, words};
-use recipe::Distribution;
+use recipe::{Distribution, NewValue};
 use serde_json::{Map, Value, json};
 use tools::compare::ScanMaps;
 
 use crate::prior::is_of_bench;
-use crate::recipe_text::NewValue;
 
 /// Width from which a posterior says no more than its prior.
 const NO_NARROWER: f64 = 0.95;
@@ -177,7 +176,11 @@ impl Fit {
                 let other = if *a == key.path { b } else { a };
                 comment.push_str(&format!("; not told apart from {other}"));
             }
-            NewValue { key: key.path.clone(), value: key.distribution.clone(), comment: dataset::one_line(comment) }
+            NewValue {
+                key: key.path.clone(),
+                value: key.distribution.clone(),
+                comment: Some(dataset::one_line(comment)),
+            }
         })
         .collect()
     }

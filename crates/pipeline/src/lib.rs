@@ -8,6 +8,7 @@ mod derived;
 mod equipment;
 mod exposed_rows;
 mod range_scale;
+mod region;
 
 use std::sync::Arc;
 
@@ -33,6 +34,7 @@ use scanner::specimen::{Hit, Specimen};
 pub use self::derived::derived;
 pub use self::equipment::{Equipment, LineSolvers};
 use self::range_scale::{grid, range_scale};
+pub use self::region::{PixelRegion, cropped, render_region};
 
 /// Profiles of a band: half as many as the rows that its windows reach to before and behind it. The next band of a run
 /// uses those again; with 2560 columns they take 70 MB a thread.
@@ -92,18 +94,30 @@ pub fn render_body<'a>(
     progress: &(dyn Fn(u64) + Sync),
 ) -> Record {
     let (sensor, specimen) = set_up(scene, body, by);
+    render_set_up(scene, &sensor, &specimen, progress)
+}
+
+/// [`render`] for what [`set_up`] has put under the bench of that scene.
+pub fn render_set_up(scene: &Scene, sensor: &Sensor, specimen: &Specimen, progress: &(dyn Fn(u64) + Sync)) -> Record {
     let mut scan = Scan::new(scene, scene.size.profiles);
-    scan.expose(scene, &sensor, &specimen, progress);
-    scan.record(scene, &sensor, &specimen)
+    scan.expose(scene, sensor, specimen, progress);
+    scan.record(scene, sensor, specimen)
 }
 
 /// Puts a body under a scene's bench.
 pub fn set_up<'a>(scene: &Scene, body: Body, by: impl Into<Equipment<'a>>) -> (Sensor, Specimen) {
+    let sensor = sensor_over(scene, &body, by);
+    let specimen = specimen_under(scene, body, &sensor);
+    (sensor, specimen)
+}
+
+/// The instrument of a scene over its body.
+pub fn sensor_over<'a>(scene: &Scene, body: &Body, by: impl Into<Equipment<'a>>) -> Sensor {
     let Equipment { patterns, line_solvers } = by.into();
     let height = f64::from(body.bounds().1.z);
     let matter = typical(&scene.plan);
     let turn = turn(&scene.bench.motion, scene.movement);
-    let sensor = Sensor::new(SensorSetup {
+    Sensor::new(SensorSetup {
         bench: &scene.bench,
         line: &scene.line,
         size: scene.size,
@@ -117,11 +131,16 @@ pub fn set_up<'a>(scene: &Scene, body: Body, by: impl Into<Equipment<'a>>) -> (S
         line_solver: line_solvers(scene.transport, scene.stream),
         stream: scene.stream,
         rig_stream: scene.rig_stream,
-    });
+    })
+}
+
+/// A scene's body under its instrument. Of the scene it takes the movement and the laser's place, of the instrument
+/// where the camera is and whether it solves lines: where these are the same, so is what comes of a body.
+pub fn specimen_under(scene: &Scene, body: Body, sensor: &Sensor) -> Specimen {
+    let turn = turn(&scene.bench.motion, scene.movement);
     let specimen = Specimen::new(body, sensor.camera().rig, scene.bench.laser.fan_height_mm).on_turntable(turn);
     // Models that follow light through packs find out for themselves what fills pockets.
-    let specimen = if sensor.solves_lines() { specimen } else { specimen.with_pockets() };
-    (sensor, specimen)
+    if sensor.solves_lines() { specimen } else { specimen.with_pockets() }
 }
 
 /// Full-size maps of one sample or of some of its profiles, `[profiles, columns]`, row-major.
@@ -141,12 +160,15 @@ struct Measurement<'a> {
     grid: Option<RectifiedGrid>,
     /// Which sensor frames are wanted.
     keeps: SensorStack,
+    /// Tiles of columns that are exposed, where frames are not made whole.
+    tiles: Range<usize>,
 }
 
 impl<'a> Measurement<'a> {
     fn new(scene: &'a Scene, sensor: &'a Sensor, keeps: SensorStack) -> Self {
         let calibration = sensor.calibration();
-        Self { scene, sensor, grid: grid(scene, &calibration.rig), calibration, keeps }
+        let tiles = 0..scene.size.columns.div_ceil(TILE);
+        Self { scene, sensor, grid: grid(scene, &calibration.rig), calibration, keeps, tiles }
     }
 }
 
@@ -368,7 +390,7 @@ fn truth_row(scene: &Scene, hits: &[Hit], maps: Vec<&mut [f32]>) {
 impl BandMaps<'_> {
     /// Fills the part with the profiles of `band` and returns the sensor frames that are wanted.
     fn fill(mut self, measurement: &Measurement<'_>, band: &Band) -> Vec<StackFrame> {
-        let Measurement { scene, sensor, calibration, grid, keeps } = measurement;
+        let Measurement { scene, sensor, calibration, grid, keeps, tiles } = measurement;
         let (columns, profiles) = (scene.size.columns, band.profiles.clone());
         let mut offsets = vec![Vec::new(); profiles.len()];
         let mut stack = Vec::new();
@@ -394,7 +416,7 @@ impl BandMaps<'_> {
         }
         if !sensor.is_scripted() {
             let (mut scratch, mut frames) = (Scratch::default(), <[Frame; 2]>::default());
-            for tile in 0..columns.div_ceil(TILE) {
+            for tile in tiles.clone() {
                 for (place, profile) in profiles.clone().enumerate() {
                     let part = TileOfProfile { band, profile, tile, offsets: &offsets[place] };
                     let line = place * columns + tile * TILE..place * columns + ((tile + 1) * TILE).min(columns);

@@ -110,7 +110,7 @@ fn insert(map: &mut Map<String, Value>, path: &str, value: Value) {
 }
 
 /// The distribution as a recipe writes it.
-fn distribution_json(distribution: &Distribution) -> Value {
+pub(super) fn distribution_json(distribution: &Distribution) -> Value {
     match distribution {
         Distribution::Fixed(value) => json!(value),
         Distribution::Uniform { min, max } => json!({ "uniform": [min, max] }),

@@ -34,6 +34,18 @@ impl std::str::FromStr for Change {
     }
 }
 
+impl Change {
+    /// Path of the key.
+    pub fn key(&self) -> &str {
+        &self.key
+    }
+
+    /// The value as YAML in one line.
+    pub fn value(&self) -> &str {
+        &self.value
+    }
+}
+
 /// A recipe's text with changes, in a section `set` where it has none that names them.
 pub fn changed_text(text: &str, changes: &[Change]) -> String {
     changed(text, changes).text

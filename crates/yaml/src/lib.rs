@@ -8,7 +8,7 @@ mod reader;
 pub use fault::{YamlFault, YamlFaults};
 
 pub use fault::nearest_spelling;
-pub use node::{TextPosition, YamlError, YamlKey, YamlNode, YamlValue, parse_yaml};
+pub use node::{MAX_FILE_BYTES, TextPosition, YamlError, YamlKey, YamlNode, YamlValue, parse_yaml};
 pub use reader::{
     Mapping, NumberRange, YamlReader, clipped_text, number_text, read_bytes, read_bytes_or_standard_input, utf8_text,
 };

@@ -14,8 +14,8 @@ use super::generate::threads;
 use super::progress::{Progress, counted};
 use super::{CommandResult, DONE, RecipeArgs, UsageError, output, print, whole};
 use dataset::Fault;
-use fit::{Fit, FitOptions, FitProgress, RealScan, as_sections, fit, fit_keys, with_new_values};
-use recipe::Recipe;
+use fit::{Fit, FitOptions, FitProgress, RealScan, fit, fit_keys};
+use recipe::{Recipe, as_sections, with_new_values};
 use tools::compare::{ScanRegion, ScanSource};
 
 #[derive(Debug, Args)]

@@ -77,6 +77,16 @@ pub(super) fn refused(yaml: &YamlReader, object: RecipeObject) -> Vec<String> {
     yaml.keys_at_fault(|trial| check(trial, object))
 }
 
+/// Parameters that have no effect, each with the reason: in `class`, or in every class.
+pub(super) fn reasons(object: RecipeObject, class: Option<&str>) -> Vec<(String, String)> {
+    let mut scenes = object.scenes();
+    match object.classes.iter().position(|known| class == Some(&known.name)) {
+        Some(place) => scenes = vec![scenes.swap_remove(place + 1)],
+        None => _ = if scenes.len() > 1 { Some(scenes.remove(0)) } else { None },
+    }
+    needs::reasons(object, &scenes)
+}
+
 /// What is said of the keys together although a recipe may have them so.
 pub(super) fn notes(object: RecipeObject) -> Vec<String> {
     let scenes = object.scenes();

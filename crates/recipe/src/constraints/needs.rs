@@ -120,6 +120,19 @@ pub(super) fn without_effect(object: RecipeObject, scenes: &[DrawBounds]) -> Vec
     keys::parameters(subject).filter(idle).map(Parameter::path).collect()
 }
 
+/// Parameters that have no effect in any of `scenes`, each with the reason.
+pub(super) fn reasons(object: RecipeObject, scenes: &[DrawBounds]) -> Vec<(String, String)> {
+    let RecipeObject { subject, settings, .. } = object;
+    let lack = |parameter: &Parameter, scene: &DrawBounds| {
+        parameter.conditions.iter().find_map(|condition| refusal(condition.need, subject, settings, scene))
+    };
+    let reason = |parameter: &Parameter| {
+        let lacks: Option<Vec<_>> = scenes.iter().map(|scene| lack(parameter, scene)).collect();
+        Some((parameter.path(), lacks?.swap_remove(0).0))
+    };
+    keys::parameters(subject).filter_map(reason).collect()
+}
+
 /// What a parameter needs so as not to be `unmet`, in the order of its declaration.
 fn needs(parameter: &Parameter, unmet: Unmet) -> impl Iterator<Item = Need> {
     parameter.conditions.iter().filter(move |condition| condition.unmet == unmet).map(|condition| condition.need)

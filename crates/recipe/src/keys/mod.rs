@@ -9,6 +9,7 @@ pub(super) mod idle;
 pub(crate) mod setting_type;
 pub(super) mod settings;
 
+use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
 use base::{Parameter, ParameterGroup};
@@ -133,8 +134,17 @@ pub(super) fn parameters(subject: Option<Subject>) -> impl Iterator<Item = &'sta
 
 /// The parameter at `path` of recipes about `subject`.
 pub(super) fn parameter(subject: Option<Subject>, path: &str) -> Option<&'static Parameter> {
-    let place = path.split_once('.');
-    parameters(subject).find(|parameter| place == Some((parameter.group, parameter.name)))
+    static BY_PATH: LazyLock<BTreeMap<String, Vec<(&RecipeSection, &Parameter)>>> = LazyLock::new(|| {
+        let mut known: BTreeMap<_, Vec<_>> = BTreeMap::new();
+        for (section, parameter) in
+            SECTIONS.iter().flat_map(|section| section.parameters.iter().map(move |p| (section, p)))
+        {
+            known.entry(parameter.path()).or_default().push((section, parameter));
+        }
+        known
+    });
+    let found = BY_PATH.get(path)?.iter().find(|(section, _)| section.is_of(subject));
+    found.map(|(_, parameter)| *parameter)
 }
 
 /// The settings of recipes about `subject`, in the order of [`SECTIONS`].

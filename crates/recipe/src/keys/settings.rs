@@ -111,6 +111,11 @@ impl Setting {
         self.unmet(settings).find(|(need, _)| need.unmet == UnmetSetting::Absent).map(|(_, idle)| idle)
     }
 
+    /// Why the setting has no effect, whatever its value; `None` where it has one.
+    pub fn without_effect(&self, settings: &Settings) -> Option<String> {
+        self.unmet(settings).next().map(|(_, idle)| idle.refusal().0)
+    }
+
     /// What is wrong with the value of a setting that exists and has no effect, and what to do.
     pub fn refusal(&self, settings: &Settings, yaml: &YamlReader) -> Option<(String, String)> {
         let value = (self.canonical)(settings);

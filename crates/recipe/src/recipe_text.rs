@@ -5,7 +5,7 @@
 //! (anchors, keys that the command line set) goes to the section `set`, which stands above all others. The result is
 //! read again and must say what was asked for.
 
-use recipe::Change;
+use crate::changes::{Change, changed_text};
 use yaml::{YamlNode, YamlValue, parse_yaml};
 
 /// A value in place of a key's own.
@@ -15,19 +15,21 @@ pub struct NewValue {
     pub key: String,
     /// The value in YAML, in one line.
     pub value: String,
-    /// What a comment says of it.
-    pub comment: String,
+    /// What a comment above it says, where there is one.
+    pub comment: Option<String>,
 }
 
 /// Where a value stands: line and column of its key and of itself, in characters from 1.
-struct TextPlace {
+pub(super) struct TextPlace {
     /// Line of the section's key.
-    section: usize,
-    key: (usize, usize),
-    value: (usize, usize),
+    pub section: usize,
+    /// The key.
+    pub key: (usize, usize),
+    /// The value.
+    pub value: (usize, usize),
 }
 
-/// `text` with the values in place of those of their keys, each with its comment in a line above.
+/// `text` with the values in place of those of their keys, each with its comment, if it has one, in a line above.
 pub fn with_new_values(text: &str, values: &[NewValue]) -> String {
     let mut lines: Vec<String> = text.lines().map(String::from).collect();
     let root = parse_yaml(text, "recipe").ok();
@@ -35,7 +37,7 @@ pub fn with_new_values(text: &str, values: &[NewValue]) -> String {
     let (mut edits, mut left) = (Vec::new(), Vec::new());
     for new in values {
         let is_set = set_section.as_ref().is_some_and(|(_, set)| entry(set, &new.key).is_some());
-        let place = root.as_ref().filter(|_| !is_set).and_then(|root| place(root, &new.key));
+        let place = root.as_ref().filter(|_| !is_set).and_then(|root| place(root, new.key.split('.')));
         match place.and_then(|place| span(&lines, &place).map(|span| (place, span))) {
             Some((place, span)) => edits.push((place, span, new)),
             None => left.push(new),
@@ -63,8 +65,9 @@ pub fn with_new_values(text: &str, values: &[NewValue]) -> String {
         let indent = |line: &str| line.chars().take_while(|c| *c == ' ').count();
         // A key inside of a line has its comment above the section.
         let above = if indent(&lines[key_line]) == place.key.1 - 1 { key_line } else { place.section - 1 };
-        let comment = format!("{}# {}: {}", " ".repeat(indent(&lines[above])), new.key, new.comment);
-        comments.push((above, comment));
+        if let Some(comment) = &new.comment {
+            comments.push((above, format!("{}# {}: {comment}", " ".repeat(indent(&lines[above])), new.key)));
+        }
     }
     // Those of one line in the order of the text; from the end again.
     comments.sort_by_key(|(line, _)| std::cmp::Reverse(*line));
@@ -78,7 +81,7 @@ pub fn with_new_values(text: &str, values: &[NewValue]) -> String {
     }
     let changes: Vec<Change> =
         left.iter().filter_map(|new| format!("{}={}", new.key, new.value).parse().ok()).collect();
-    recipe::changed_text(&text, &changes)
+    changed_text(&text, &changes)
 }
 
 /// The values as sections of a recipe, each below its comment; those of a section one after the other.
@@ -88,21 +91,24 @@ pub fn as_sections(values: &[NewValue]) -> String {
     for section in named.chunk_by(|((a, _), _), ((b, _), _)| a == b) {
         text += &format!("{}:\n", section[0].0.0);
         for ((_, key), new) in section {
-            text += &format!("  # {key}: {}\n  {key}: {}\n", new.comment, new.value);
+            let comment = new.comment.as_ref().map(|comment| format!("  # {key}: {comment}\n"));
+            text += &format!("{}  {key}: {}\n", comment.unwrap_or_default(), new.value);
         }
     }
     text
 }
 
-fn entry<'n>(node: &'n YamlNode, name: &str) -> Option<((usize, usize), &'n YamlNode)> {
+/// The entry of a map by its name: where its key stands, and its value.
+pub(super) fn entry<'n>(node: &'n YamlNode, name: &str) -> Option<((usize, usize), &'n YamlNode)> {
     let YamlValue::Map(entries) = &node.value else { return None };
     let (key, value) = entries.iter().find(|(key, _)| key.name == name)?;
     Some(((key.place.line, key.place.column), value))
 }
 
-fn place(root: &YamlNode, path: &str) -> Option<TextPlace> {
+/// Where the value at a path of names stands.
+pub(super) fn place<'n>(root: &YamlNode, names: impl IntoIterator<Item = &'n str>) -> Option<TextPlace> {
     let (mut node, mut key, mut section) = (root, (1, 1), None);
-    for name in path.split('.') {
+    for name in names {
         (key, node) = entry(node, name)?;
         section.get_or_insert(key.0);
     }
@@ -110,7 +116,7 @@ fn place(root: &YamlNode, path: &str) -> Option<TextPlace> {
 }
 
 /// Line (from 0) and column (from 0, exclusive) where the value at `place` ends.
-fn span(lines: &[String], place: &TextPlace) -> Option<(usize, usize)> {
+pub(super) fn span(lines: &[String], place: &TextPlace) -> Option<(usize, usize)> {
     let (first, column) = (place.value.0 - 1, place.value.1 - 1);
     let text: Vec<char> = lines.get(first)?.chars().collect();
     match text.get(column)? {
@@ -148,7 +154,7 @@ fn span(lines: &[String], place: &TextPlace) -> Option<(usize, usize)> {
 }
 
 /// Where the bracket at a place closes, quotes and comments passed over.
-fn closing(lines: &[String], first: usize, column: usize) -> Option<(usize, usize)> {
+pub(super) fn closing(lines: &[String], first: usize, column: usize) -> Option<(usize, usize)> {
     let (mut depth, mut quote) = (0_i32, None);
     for (i, line) in lines.iter().enumerate().skip(first) {
         let text: Vec<char> = line.chars().collect();
@@ -178,9 +184,8 @@ fn closing(lines: &[String], first: usize, column: usize) -> Option<(usize, usiz
 
 #[cfg(test)]
 mod tests {
-    use recipe::Recipe;
-
     use super::*;
+    use crate::{Distribution, Recipe};
 
     const TEXT: &str = "\
 # A recipe.
@@ -202,7 +207,7 @@ classes: {plate: {share: 1}}
 ";
 
     fn new(key: &str, value: &str) -> NewValue {
-        NewValue { key: key.into(), value: value.into(), comment: "fitted".into() }
+        NewValue { key: key.into(), value: value.into(), comment: Some("fitted".into()) }
     }
 
     /// Flow values, blocks and values inside of others are replaced; all else stays, comments too.
@@ -231,11 +236,11 @@ laser:            # the laser
 ";
         let found = Recipe::parse("test", &text).unwrap_or_else(|faults| panic!("{faults}\n{text}"));
         let of = |path: &str| found.distribution("plate", path).expect("it is a key").clone();
-        assert_eq!(of("laser.waist_mm"), recipe::Distribution::Normal { mean: 0.1, sd: 0.01 });
-        assert_eq!(of("laser.power_mw"), recipe::Distribution::Fixed(44.0));
-        assert_eq!(of("camera.f_number"), recipe::Distribution::Fixed(8.0));
-        assert_eq!(of("camera.blur_um"), recipe::Distribution::Uniform { min: 1.0, max: 2.0 });
-        assert_eq!(of("laser.m_squared"), recipe::Distribution::Fixed(1.3));
+        assert_eq!(of("laser.waist_mm"), Distribution::Normal { mean: 0.1, sd: 0.01 });
+        assert_eq!(of("laser.power_mw"), Distribution::Fixed(44.0));
+        assert_eq!(of("camera.f_number"), Distribution::Fixed(8.0));
+        assert_eq!(of("camera.blur_um"), Distribution::Uniform { min: 1.0, max: 2.0 });
+        assert_eq!(of("laser.m_squared"), Distribution::Fixed(1.3));
         assert!(text.starts_with(begins), "{text}");
         assert!(text.contains("# camera.f_number: fitted\n# camera.blur_um: fitted\ncamera: {"), "{text}");
         for comment in ["# A recipe.", "# the laser", "# as sold", "  # more", "# a lens"] {
@@ -261,11 +266,7 @@ laser:            # the laser
         for text in [set, alias] {
             let text = with_new_values(&text, &[new("laser.waist_mm", "0.15")]);
             let found = Recipe::parse("test", &text).unwrap_or_else(|faults| panic!("{faults}\n{text}"));
-            assert_eq!(
-                found.distribution("plate", "laser.waist_mm"),
-                Some(&recipe::Distribution::Fixed(0.15)),
-                "{text}"
-            );
+            assert_eq!(found.distribution("plate", "laser.waist_mm"), Some(&Distribution::Fixed(0.15)), "{text}");
         }
     }
 }
