@@ -43,14 +43,14 @@ pub enum Doubt {
     SteepLens,
     /// Matter in which the lens sees light that met single fibres.
     #[error(
-        "fibres lie along the motion, hardly dispersed, in matter that absorbs much and scatters little: rows 0.7 mm \
-         beside the line are up to 50 % too bright"
+        "fibres lie along the motion, hardly dispersed, in matter that absorbs much and scatters little: rows \
+         0.7 mm beside the line are up to 50 % too bright"
     )]
     StraightFibres,
     /// Foil that throws light far below clear film.
     #[error(
-        "clear film lies on or near foil that is rough along the motion: of rows 0.7 mm beside the line, dark ones, the \
-         light is off by a fifth to twice"
+        "clear film lies on or near foil that is rough along the motion: light of rows 0.7 mm beside the line, dark \
+         ones, is off by a fifth to twice"
     )]
     RoughFoil,
 }
