@@ -27,5 +27,5 @@ mod store;
 pub use cover::{Cover, CoverOptions, CoverProgress, CoveredScan, CoveredStatistic, cover};
 pub use observation::RealScan;
 pub use prior::{FitKey, fit_keys};
-pub use result::{Fit, FittedKey, KeyState, MapsOfScan, ScanFit, StatisticFit};
+pub use result::{Fit, FittedKey, FittedMatter, KeyState, MapsOfScan, ScanFit, StatisticFit};
 pub use rounds::{FitOptions, FitProgress, fit};

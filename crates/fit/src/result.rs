@@ -144,6 +144,17 @@ pub(crate) fn short(number: f64) -> String {
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
 }
 
+/// What a fit found of matter.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FittedMatter {
+    /// What a recipe gets.
+    pub values: Vec<NewValue>,
+    /// Keys that the scans tell nothing of.
+    pub untold: Vec<String>,
+    /// Rank correlations of pairs of keys [1].
+    pub correlations: Vec<([String; 2], f64)>,
+}
+
 impl FittedKey {
     /// Length of the 90 % interval over that of the prior, in the scale of its distribution [1].
     pub fn length(&self) -> f64 {
@@ -185,14 +196,17 @@ impl Fit {
         .collect()
     }
 
-    /// The part of this that is of matter, not of the bench; keys of matter of which it has nothing; and which keys of
-    /// matter go together.
-    pub fn of_matter(&self) -> (Vec<NewValue>, Vec<&str>, Vec<([String; 2], f64)>) {
+    /// The part of this that is of matter, not of the bench.
+    pub fn of_matter(&self) -> FittedMatter {
         let is_of_matter = |path: &str| !is_of_bench(path.split('.').next().unwrap_or_default());
         let values = self.new_values().into_iter().filter(|new| is_of_matter(&new.key)).collect();
         let others = self.keys.iter().filter(|key| is_of_matter(&key.path) && !key.is_written());
         let pairs = self.correlations.iter().filter(|(keys, _)| keys.iter().all(|key| is_of_matter(key)));
-        (values, others.map(|key| key.path.as_str()).collect(), pairs.cloned().collect())
+        FittedMatter {
+            values,
+            untold: others.map(|key| key.path.clone()).collect(),
+            correlations: pairs.cloned().collect(),
+        }
     }
 
     /// All of it but maps and draws, as JSON.

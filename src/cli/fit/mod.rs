@@ -221,12 +221,12 @@ fn head(found: &Fit) -> String {
 
 /// What was found of matter alone, as sections that a recipe extends.
 fn matter_text(found: &Fit, goes_together: bool) -> String {
-    let (values, others, pairs) = found.of_matter();
+    let matter = found.of_matter();
     let mut text = head(found);
     text += "# Matter alone: a recipe takes it by `extends`, and keeps what is not here.\n";
-    others.iter().for_each(|key| text += &format!("# {key}: not told by these scans\n"));
-    text += &as_sections(&values);
-    text + &if goes_together { correlations(&pairs) } else { String::new() }
+    matter.untold.iter().for_each(|key| text += &format!("# {key}: not told by these scans\n"));
+    text += &as_sections(&matter.values);
+    text + &if goes_together { correlations(&matter.correlations) } else { String::new() }
 }
 
 /// The recipe's text with what was found, under a line that says so.
