@@ -123,6 +123,8 @@ const BARS: Bars =
 const FAR_OFF: [usize; GROUPS.len()] = [0, 1, 4];
 /// Most draws of a group that are in doubt [1].
 const MOST_IN_DOUBT: f64 = 0.08;
+/// Draws of each group by which that is told.
+const DRAWS_IN_DOUBT: u64 = 3000;
 
 /// Compares and tells all draws of a seed: what is not within `bars`.
 fn compare(
@@ -155,7 +157,7 @@ fn compare(
             }
         }
         println!("{name}: {} in doubt, {} others off by more than a fifth", in_doubt[group], unmarked[group]);
-        if unmarked[group] > far_off[group] || in_doubt[group] as f64 > MOST_IN_DOUBT * DRAWS as f64 {
+        if unmarked[group] > far_off[group] {
             faults.push(format!("{name}: {} in doubt, {} more far off", in_doubt[group], unmarked[group]));
         }
     }
@@ -184,6 +186,20 @@ fn fresh_draws_are_answered_as_by_the_reference() {
     let seed = std::env::var("SEED").map_or(now.as_secs(), |seed| seed.parse().expect("a whole number"));
     let faults = compare(seed, [[0.02, 0.1, 0.1, 0.1, 0.1, 0.1]; 3], [0; 3], &mut |_, drawn, i| reference(drawn, i));
     assert!(faults.is_empty(), "{faults:?}");
+}
+
+/// Hardly any of what recipes accept is in doubt, and something of each group is.
+#[test]
+fn little_is_in_doubt() {
+    for group in 0..GROUPS.len() as u64 {
+        let is_in_doubt = |i: &u64| {
+            let (stack, question) = drawn(SEED, 3 * i + group);
+            Doubt::of(&stack, &question).expect("such media are answered").is_some()
+        };
+        let share = (0..DRAWS_IN_DOUBT).filter(is_in_doubt).count() as f64 / DRAWS_IN_DOUBT as f64;
+        println!("{}: {:.2} % in doubt", GROUPS[group as usize], 100.0 * share);
+        assert!(share > 0.002 && share < MOST_IN_DOUBT, "{}: {share}", GROUPS[group as usize]);
+    }
 }
 
 /// What is in doubt is off: of draws within the bounds of each [`Doubt`], the worst window is off by a tenth or more in
