@@ -28,7 +28,7 @@ const CRATES: [(&str, &[&str]); 22] = [
         &["base", "dataset", "drawing", "files", "numerics", "optical_bench", "output_schema", "recipe", "yaml"],
     ),
     ("crates/pipeline", &["base", "dataset", "optical_bench", "procedural", "recipe", "scanner", "transport"]),
-    ("crates/rig", &["dataset", "optical_bench", "pipeline", "recipe", "scanner"]),
+    ("crates/rig", &["dataset", "optical_bench", "pipeline", "recipe", "scanner", "transport"]),
     (
         "crates/fit",
         &[
