@@ -74,7 +74,8 @@ fn named(command: &clap::Command) -> Vec<(Arg, bool)> {
         let path = std::any::TypeId::of::<PathBuf>();
         arg.get_value_parser().type_id() == path || arg.get_id() == "recipe"
     };
-    command.get_arguments().filter(is_path).map(|arg| (arg.clone(), arg.get_id() == "out")).collect()
+    let is_out = |arg: &Arg| ["out", "matter"].contains(&arg.get_id().as_str());
+    command.get_arguments().filter(is_path).map(|arg| (arg.clone(), is_out(arg))).collect()
 }
 
 /// Every command with its name, those of commands included.
@@ -251,7 +252,7 @@ fn no_output_goes_through_what_is_there() {
                     None => value,
                 };
                 let mut values: Vec<(&str, String)> = base.iter().map(|(id, value)| (*id, value.to_string())).collect();
-                match values.iter_mut().find(|(known, _)| *known == "out") {
+                match values.iter_mut().find(|(known, _)| known == arg.get_id()) {
                     Some((_, own)) => own.clone_from(&value),
                     None => values.push((arg.get_id().as_str(), value.clone())),
                 }
