@@ -5,6 +5,7 @@
 
 import base64
 import json
+import os
 import random
 import subprocess
 import sys
@@ -19,6 +20,9 @@ from tune_page import Chromium, Tune
 DONE = "document.getElementById('state').textContent === 'the whole scan is there'"
 CALM = f"!asking && waitingEdits.size === 0 && {DONE}"
 MARGIN = 14
+# How often keys are turned: two hundred and five hundred times where time does not matter.
+EDITS = int(os.environ.get("TUNE_EDITS", "80"))
+MOVES = int(os.environ.get("TUNE_MOVES", "250"))
 
 
 def opened(chromium, tune, width=2200, height=1100, dark=False):
@@ -149,7 +153,7 @@ def works(gen, folder):
 
 
 def many(gen, folder):
-    """Two hundred edits at random of whatever knobs there are."""
+    """Edits at random of whatever knobs there are."""
     chance = random.Random(54)
     with Tune(gen, "tiny.yaml", folder) as tune, Chromium() as chromium:
         tab = opened(chromium, tune)
@@ -158,7 +162,7 @@ def many(gen, folder):
                         "'input[type=range]:enabled, select:enabled') && !path.startsWith('scan.') && "
                         "!path.startsWith('transport.') && !path.startsWith('log.') && !path.startsWith('motion.kind'))")
         turned, faulty = set(), 0
-        for _ in range(200):
+        for _ in range(EDITS):
             path = chance.choice(knobs)
             tab.run(f"(() => {{ const all = [...rows.get('{path}').element.querySelectorAll('input[type=range]:enabled, "
                     f"select:enabled, input[type=checkbox]:enabled')]; if (!all.length) return; "
@@ -174,7 +178,7 @@ def many(gen, folder):
                 tab.run("$('undo').click()")
                 tab.wait("!asking && !nextState")
         settle(tab)
-        return {"knobs": len(turned), "faulty": faulty, "faults": tab.faults(), "turn": tab.run("turn")}
+        return {"edits": EDITS, "knobs": len(turned), "faulty": faulty, "faults": tab.faults(), "turn": tab.run("turn")}
 
 
 def looks(gen, folder):
@@ -196,16 +200,16 @@ def looks(gen, folder):
 
 
 def memory(gen, folder):
-    """Memory of the process over five hundred moves."""
+    """Memory of the process over many moves, five times."""
     with Tune(gen, "tiny.yaml", folder) as tune:
         text = tune.ask("start")["text"]
         held = []
-        for turn in range(500):
+        for turn in range(MOVES):
             edit = {"key": "laser.power_mw", "value": str(20 + turn / 10)}
             text = tune.ask("state", text=text, seed=0, index=0, edit=edit)["text"]
             tune.ask("region", text=text, seed=0, index=0, page="a", turn=turn, look=turn, profile=24, column=32,
                      profiles=48, columns=64)
-            if turn % 100 == 99:
+            if (turn + 1) % (MOVES // 5) == 0:
                 held.append(tune.memory_mb())
     return {"mb": held}
 

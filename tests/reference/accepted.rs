@@ -23,6 +23,8 @@ const DRAWS: u64 = 60;
 const SEED: u64 = 101;
 /// The groups, in the order in which draws take turns.
 const GROUPS: [&str; 3] = ["half space", "over air", "sealed"];
+/// Error of a centre of no light [rows].
+const UNKNOWN: f64 = 1e9;
 /// Rows on either side of the line of which the centre of gravity is taken.
 const HALF_WINDOW: i64 = 7;
 
@@ -78,6 +80,9 @@ fn all_figures(answer: &Answer) -> Vec<f64> {
     let middle = answer.seen.len() as i64 / 2;
     let inside = || (-HALF_WINDOW..=HALF_WINDOW).map(|k| (k as f64, answer.seen[(middle + k) as usize]));
     let light: f64 = inside().map(|(_, row)| row.value).sum();
+    if light <= 0.0 {
+        return figures(answer).into_iter().chain([0.0, UNKNOWN]).collect();
+    }
     let at = inside().map(|(k, row)| k * row.value).sum::<f64>() / light;
     let error = inside().map(|(k, row)| ((k - at) * row.error).powi(2)).sum::<f64>().sqrt() / light;
     figures(answer).into_iter().chain([at, error]).collect()
