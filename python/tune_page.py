@@ -29,7 +29,7 @@ class Tune:
 
     def __init__(self, gen, recipe, folder=".", arguments=()):
         self.process = subprocess.Popen(
-            [gen, "tune", str(recipe), *arguments], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+            [os.path.abspath(gen), "tune", str(recipe), *arguments], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
         )
         self.address = self.process.stdout.readline().strip()
         if not self.address.startswith("http://127.0.0.1:"):
