@@ -3,9 +3,9 @@
     python3 python/bench_tune.py target/release/gen wood wood-small blister-small --threads 2 --moves 50
 
 A move is an edit of the recipe's text and the region of its sample, one after the other, as the page asks for them. Keys
-are moved in turn between two numbers. The last column is what the program's threads work for a move, which other work on
-the machine hardly changes: shared among quiet cores it is about the time. With --browser a slider of the page is moved in Chromium, and a move ends when its
-pixels are drawn. Take it on a quiet machine.
+are moved in turn between two numbers. The last column is what the program's threads work for a move, which other work
+on the machine hardly changes: shared among quiet cores it is about the time. With --browser a slider of the page is
+moved in Chromium, and a move ends when its pixels are drawn. Take it on a quiet machine.
 """
 
 import argparse
