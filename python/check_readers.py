@@ -23,7 +23,7 @@ import pyarrow.parquet as pq
 from PIL import Image
 
 sys.path.append(str(Path(__file__).resolve().parent / "examples"))
-from sheetlight_schema import open_dataset
+from sheetlight_schema import has_exr, open_dataset
 
 DEPTH = {"range": np.uint16, "reflectance": np.uint8, "scatter": np.uint16, "grey": np.uint8, "label": np.uint8, "instance": np.uint16}
 
@@ -150,7 +150,7 @@ def check_tables(root, head):
 
 def check_exr(root, head, files, most=8):
     """OpenEXR: channels, types and attribute; equal to the images of the row. OpenCV: the channel Y."""
-    if not head["images"]["exr"]:
+    if not has_exr(head):
         return "no EXR files"
     import cv2
     import OpenEXR

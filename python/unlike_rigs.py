@@ -33,7 +33,7 @@ classes:
   sound: {share: 1}
   missing: {share: 1, defects: {missing: {uniform: [1, 3]}}}
   broken: {share: 1, defects: {broken: {uniform: [1, 3]}}}
-output: {png: [range, reflectance, scatter, label], exr: []}
+output: {png: [range, reflectance, scatter, label], exr: [], truth_maps: false}
 """,
     "knots": """\
 name: first-boards
@@ -46,7 +46,7 @@ classes:
   clear: {share: 1}
   sound_knot: {share: 1, knots: {sound_count: {uniform: [1, 2]}}}
   dead_knot: {share: 1, knots: {dead_count: {uniform: [1, 2]}}}
-output: {png: [range, reflectance, scatter, label], exr: []}
+output: {png: [range, reflectance, scatter, label], exr: [], truth_maps: false}
 """,
 }
 SHIPPED = {"packs": "blister-train", "knots": "wood-train"}

@@ -27,7 +27,7 @@ use crate::generate::{DatasetRequest, MemoryEstimate, dataset_head, equipment, i
 use scanner::optics::speckle::PatternCache;
 
 pub use dataset::record::{Below, Labels, Maps, Record, StackFrame, TruthMaps};
-pub use dataset::{Dataset, ExrMaps, Fault, Grey, RowBatch};
+pub use dataset::{Dataset, ExrMaps, Fault, Grey, RowBatch, range_values};
 pub use output_schema::file::manifest_path;
 pub use output_schema::{DatasetHead, Images};
 pub use recipe::{Change, Recipe, RecipeError, YamlFault, YamlFaults};
@@ -282,7 +282,7 @@ impl StoredDataset {
         let (shard, listed) = self.listed(index)?;
         let images = &self.dataset.head().images;
         let mut paths = vec![data_path(&listed.split, shard)];
-        paths.extend((!images.exr.is_empty()).then(|| exr_path(shard, &listed.id)));
+        paths.extend(self.dataset.head().has_exr().then(|| exr_path(shard, &listed.id)));
         paths.extend(images.stack_every.map(|_| stack_path(shard)));
         let files = &self.manifests[&shard].files;
         let entry = |path: String| {
@@ -378,7 +378,7 @@ impl StoredSample {
     /// # Errors
     /// Where the file is missing or damaged.
     pub fn channel(&self, name: &str) -> Result<Option<Vec<f32>>, Fault> {
-        if self.images().exr.is_empty() {
+        if !self.channels().contains(&name) {
             return Ok(None);
         }
         let maps = self.exr.get_or_init(|| self.dataset.dataset.exr(self.shard, &self.listed.id));

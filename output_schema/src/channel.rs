@@ -174,7 +174,7 @@ pub const CHANNEL_SHAPE: &str = "[rows, cols]";
 pub const ATTRIBUTE: &str = "sheetlight";
 
 /// The channels that a file holds, given the asked images, whether truth maps are written, the subject, the name of the
-/// form of Range, and the bits of a digital number.
+/// form of Range, and the bits of a digital number; none where there is no file.
 pub fn channels(asked: &[String], truth_maps: bool, subject: &str, range: &str, bits: u64) -> Vec<Channel> {
     let asks =
         |c: &Channel| if c.asked_by == "truth_maps" { truth_maps } else { asked.iter().any(|a| a == c.asked_by) };
@@ -185,5 +185,5 @@ pub fn channels(asked: &[String], truth_maps: bool, subject: &str, range: &str, 
         None if bits > 8 && LIGHT.contains(&c.asked_by) => Channel { samples: Float, ..c },
         None => c,
     };
-    if asked.is_empty() { Vec::new() } else { CHANNELS.into_iter().filter(|c| holds(c)).map(formed).collect() }
+    CHANNELS.into_iter().filter(|c| holds(c)).map(formed).collect()
 }

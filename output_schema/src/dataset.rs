@@ -18,8 +18,8 @@ pub const FORMAT: &str = "sheetlight-dataset";
 pub const SCHEMA_VERSION: [u32; 2] =
     [1, newest(&ROW, newest(&OBJECT, newest(&CALIBRATION, newest(&STACK, NEWEST_OTHER))))];
 
-/// The minor number with which something other than a column was added last: folders of a thousand shards.
-const NEWEST_OTHER: u32 = 6;
+/// The minor number with which something other than a column was added last: EXR files of truth maps alone.
+const NEWEST_OTHER: u32 = 9;
 
 /// Most samples of a dataset.
 pub const MAX_SAMPLES: u64 = 100_000_000;
@@ -284,9 +284,17 @@ impl DatasetHead {
         self.label_values.iter().filter_map(move |&value| name(value.into()))
     }
 
-    /// The channels of every EXR file, in the order of files.
+    /// The channels of every EXR file, in the order of files; none where there are no such files.
     pub fn channels(&self) -> Vec<Channel> {
+        if self.images.exr.is_empty() && self.schema_version < [1, 9] {
+            return Vec::new();
+        }
         channels(&self.images.exr, self.images.truth_maps, &self.subject, &self.images.range, self.images.bits)
+    }
+
+    /// Whether there are EXR files.
+    pub fn has_exr(&self) -> bool {
+        !self.channels().is_empty()
     }
 
     /// Unit of Range: `mm` or `px`.

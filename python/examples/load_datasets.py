@@ -11,7 +11,7 @@ import os
 os.environ.setdefault("HF_HUB_OFFLINE", "1")
 os.environ.setdefault("HF_DATASETS_DISABLE_PROGRESS_BARS", "1")
 
-from sheetlight_schema import exr_path, folder, needed
+from sheetlight_schema import exr_path, folder, has_exr, needed
 
 with needed():
     import numpy as np
@@ -60,7 +60,7 @@ def main():
     if not head["images"]["png"]:
         # Tables without images: numbers and objects come as before, maps are read from the EXR files, where there are any.
         exr = exr_path(root, head, row).relative_to(root)
-        print("images: none in the tables;", f"maps are in {exr}" if head["images"]["exr"] else "none in EXR files either")
+        print("images: none in the tables;", f"maps are in {exr}" if has_exr(head) else "none in EXR files either")
 
     # Streaming: nothing is cached, rows come one by one; for datasets larger than the disk of the machine.
     stream = load_dataset(str(root), split=next(iter(scans)), streaming=True)

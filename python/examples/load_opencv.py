@@ -1,4 +1,4 @@
-"""OpenCV: the EXR files as images, and boxes around defects in mm.
+"""OpenCV: 16-bit PNG from the tables, boxes around defects in mm, and EXR files that hold Reflectance.
 
     python python/examples/load_opencv.py DIR
 

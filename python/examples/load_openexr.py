@@ -1,14 +1,15 @@
-"""OpenEXR: every map of a sample in physical units, 32-bit floats, NaN where nothing was measured.
+"""OpenEXR: the maps of a sample's EXR file in physical units, NaN where nothing was measured.
 
     python python/examples/load_openexr.py DIR
 
 The attribute `sheetlight` holds id, index, spacing and units as JSON. C++ reads the same: channels by name from one part
-of scan lines, as OpenEXR's `InputFile` gives them.
+of scan lines, as OpenEXR's `InputFile` gives them. Measured images lie in the tables, unless `output.exr` asks for them;
+rejoin_exr.py puts all into one file.
 """
 
 import json
 
-from sheetlight_schema import exr_path, folder, needed
+from sheetlight_schema import exr_path, folder, has_exr, needed
 
 with needed():
     import numpy as np
@@ -18,7 +19,7 @@ with needed():
 
 def main():
     root, head = folder(__doc__)
-    if not head["images"]["exr"]:
+    if not has_exr(head):
         remedy = ", or read the PNG images (load_datasets.py)" if head["images"]["png"] else ""
         raise SystemExit(f"this dataset holds no EXR files; make it anew with output.exr{remedy}")
     file = sorted((root / "data").rglob("*.parquet"))[0]

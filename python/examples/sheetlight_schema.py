@@ -1,6 +1,7 @@
 """What every example asks first: is this a dataset that it can read? And where its files are.
 
     head = open_dataset("DIR")      dataset.json as dict; ends the program where the schema is newer
+    has_exr(head)                   whether there are EXR files
     exr_path("DIR", head, row)      the EXR file of a row
     with needed(): import polars    ends the program with a remedy where a package is missing
 """
@@ -48,6 +49,12 @@ def folder(usage):
     return root, open_dataset(root)
 
 
+def has_exr(head):
+    """Whether a dataset has EXR files; before schema 1.9 truth maps needed another image beside them."""
+    asked = head["images"]
+    return bool(asked["exr"]) or asked["truth_maps"] and tuple(head["schema_version"]) >= (1, 9)
+
+
 def exr_path(root, head, row):
     """The EXR file of a row: shards are named by their number; those after the first thousand lie in a folder for each thousand."""
     shard = row["index"] // head["samples_per_shard"]
@@ -59,7 +66,7 @@ def images(head, *names):
     """Ends the program where the tables lack one of these images."""
     lacking = [name for name in names if name not in head["images"]["png"]]
     if lacking:
-        remedy = "read the EXR files (load_openexr.py)" if head["images"]["exr"] else "make it anew with output.png"
+        remedy = "read the EXR files (load_openexr.py)" if set(lacking) <= set(head["images"]["exr"]) else "make it anew with output.png"
         raise SystemExit(f"the tables of this dataset hold no images {', '.join(lacking)}; {remedy}")
 
 

@@ -389,7 +389,7 @@ pub(super) fn variation_json(recipe: &Recipe) -> Value {
 fn refusal(estimate: &GenerateEstimate, request: &DatasetRequest) -> String {
     format!(
         "{} more need about {} but {} has {} free; make room, choose another --out, bin the images (output.bin), \
-         leave channels out (output.exr: []), or ask for fewer samples",
+         leave channels out (output.truth_maps: false), or ask for fewer samples",
         counted(estimate.samples, "sample"),
         describe_bytes(estimate.bytes()),
         request.out.display(),

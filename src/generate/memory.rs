@@ -52,9 +52,8 @@ pub struct MemoryEstimate {
 }
 
 /// What takes less memory where samples are rendered.
-const FEWER_PIXELS: &str = "take fewer scan.profiles or scan.columns, fewer channels (output.exr: [], truth_maps: \
-    false), fewer \
-                            --threads, or a machine with more memory";
+const FEWER_PIXELS: &str = "take fewer scan.profiles or scan.columns, fewer channels (output.truth_maps: false), fewer \
+    --threads, or a machine with more memory";
 
 impl MemoryEstimate {
     /// For a dataset that `threads` threads make.
@@ -137,9 +136,9 @@ fn rendered(output: &Output) -> u64 {
 }
 
 fn encoded(output: &Output) -> u64 {
-    let truth = if output.truth_maps && !output.exr.is_empty() { 3 } else { 0 };
+    let truth = if output.truth_maps { 3 } else { 0 };
     // Reflectance is there twice.
-    let channels = output.exr.len() as u64 + u64::from(!output.exr.is_empty()) + truth;
+    let channels = output.exr.len() as u64 + u64::from(output.exr.contains(&Channel::Reflectance)) + truth;
     CONVERTED_BYTES + channels * CHANNEL_BYTES + output.png.len() as u64 * PNG_BYTES
 }
 

@@ -32,7 +32,7 @@ fn another_dataset_is_refused_with_the_difference() {
     assert!(refusal(place.path(), |h| h.generator.version = "9.0.0".into()).contains("generator.version"));
     assert!(refusal(place.path(), |h| h.samples_per_shard = 5).contains("samples_per_shard: 4 -> 5"));
     assert!(refusal(place.path(), |h| h.target = "aarch64".into()).contains("target"));
-    assert!(refusal(place.path(), |h| h.schema_version = [1, 9]).contains("schema_version"));
+    assert!(refusal(place.path(), |h| h.schema_version = [1, 8]).contains("schema_version"));
     assert_eq!(tree(place.path()), before, "a refusal changes nothing");
 }
 

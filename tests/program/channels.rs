@@ -1,7 +1,10 @@
 //! Binning, chosen channels and kept sensor frames: what the recipe asks for is on disk, and nothing else.
 
+use std::collections::BTreeMap;
+
+use dataset::{range_values, read_exr};
 use parquet::record::Field;
-use test_support::program::{Place, rows, tree};
+use test_support::program::{Place, Sample, rows, tree};
 
 const BIN: [&str; 2] = ["bin: {columns: 1, profiles: 1}", "bin: {columns: 2, profiles: 4}"];
 const PNG: [&str; 2] = ["png: [range, reflectance, scatter, label]", "png: [range, label]"];
@@ -27,6 +30,106 @@ fn a_lean_dataset_holds_what_was_asked_for() {
     }
     assert_frames(&place, 4, 3, 16);
     place.done("validate set --rerender 4");
+}
+
+/// Channels of an EXR file by name, as bits; none where there is no file.
+fn bits_of(sample: &Sample) -> BTreeMap<String, Vec<u32>> {
+    if sample.exr.is_empty() {
+        return BTreeMap::new();
+    }
+    let (.., channels, _) = read_exr(&sample.exr).expect("it is EXR");
+    channels.into_iter().map(|c| (c.name, c.numbers.into_iter().map(f32::to_bits).collect())).collect()
+}
+
+/// The images of a row as an EXR file of everything has them: NaN where Range, or Reflectance, has found no line.
+fn channels_of_row(sample: &Sample) -> BTreeMap<String, Vec<u32>> {
+    let has = |name: &str| sample.columns.contains_key(&format!("{name}.bytes"));
+    let found = ["range", "reflectance"].into_iter().find(|name| has(name)).map(|name| sample.image(name).2);
+    let mut channels = BTreeMap::new();
+    for (name, channel) in NAMES.into_iter().zip(["Range", "Reflectance", "Scatter", "Label", "Instance"]) {
+        if !has(name) {
+            continue;
+        }
+        let pixels = sample.image(name).2;
+        let numbers: Vec<f32> = match channel {
+            "Range" => {
+                let scale = |what: &str| {
+                    let name = ["mm", "px"].map(|unit| format!("range_{what}_{unit}"));
+                    let value = name.iter().find_map(|name| sample.columns.get(name));
+                    let Some(Field::Double(value)) = value else { panic!("no {what}") };
+                    *value
+                };
+                range_values(&pixels, scale("offset"), scale("scale"))
+            }
+            "Reflectance" | "Scatter" => {
+                let seen = |(i, &dn): (usize, &u16)| match &found {
+                    Some(found) if found[i] == 0 => f32::NAN,
+                    _ => f32::from(dn),
+                };
+                pixels.iter().enumerate().map(seen).collect()
+            }
+            _ => pixels.iter().map(|&n| f32::from(n)).collect(),
+        };
+        channels.insert(channel.to_owned(), numbers.into_iter().map(f32::to_bits).collect());
+    }
+    channels
+}
+
+/// Unless a recipe says otherwise, EXR files hold what tables cannot, and both together hold to the last bit what files
+/// of everything hold: of whole pixels the truth alone, of means and interpolated ones what is no whole number.
+#[test]
+fn files_hold_what_tables_lack() {
+    const TRUTH: [&str; 3] = ["FibreAzimuth", "FibreDive", "Height"];
+    const LIGHT: [&str; 3] = ["Range", "Reflectance", "Scatter"];
+    let place = Place::new();
+    for (number, (settings, more)) in [
+        ("", &["Instance"][..]),
+        ("--set output.png=[range,reflectance,scatter,label,instance]", &[]),
+        ("--set extraction.range=uncalibrated --set exposure.bits=12", &["Instance"]),
+        ("--set extraction.scatter_dark=subtracted", &["Instance", "Scatter"]),
+        ("--set output.png=[scatter,label]", &["Instance", "Range", "Reflectance", "Scatter"]),
+        ("--set output.bin={\"columns\":2,\"profiles\":4}", &["Instance", LIGHT[0], LIGHT[1], LIGHT[2]]),
+        ("--set extraction.range=rectified", &["Instance", LIGHT[0], LIGHT[1], LIGHT[2]]),
+        ("--set extraction.subpixel_steps=0", &["Instance", "Range"]),
+        ("--set extraction.subpixel_steps=256", &["Instance", "Range"]),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let make = |name: &str, exr: &str| {
+            let size = "--set scan.columns=64 --set scan.profiles=16";
+            let name = format!("{name}-{number}");
+            place.done(&format!("--recipe wood-small --n 2 --out {name} --quiet {size} --set output.exr={exr} {settings}"));
+            place.samples(&name)
+        };
+        let (lean, whole) = (make("lean", "auto"), make("whole", "all"));
+        for (index, sample) in &lean {
+            let held = bits_of(sample);
+            let mut expected: Vec<&str> = TRUTH.iter().chain(more).copied().collect();
+            // The picture for viewers goes with Reflectance.
+            expected.extend(expected.contains(&"Reflectance").then_some("Y"));
+            expected.sort_unstable();
+            assert_eq!(held.keys().collect::<Vec<_>>(), expected, "{settings}");
+            let mut joined = channels_of_row(sample);
+            joined.extend(held);
+            let mut all = bits_of(&whole[index]);
+            if !joined.contains_key("Y") {
+                all.remove("Y").expect("the picture for viewers");
+            }
+            assert_eq!(joined.keys().collect::<Vec<_>>(), all.keys().collect::<Vec<_>>(), "{settings}");
+            for (name, numbers) in &all {
+                let unlike = numbers.iter().zip(&joined[name]).filter(|(a, b)| a != b).count();
+                assert_eq!(unlike, 0, "{settings}: {name} of sample {index}");
+            }
+        }
+        place.done(&format!("validate lean-{number} --rerender 2"));
+    }
+    // Truth is kept where nothing else is asked for, and nothing is where nothing is.
+    let order = "--recipe wood-small --n 1 --quiet --set scan.profiles=8 --set output.exr=[] --set output.truth_maps";
+    place.done(&format!("{order}=true --out truth"));
+    assert_eq!(bits_of(&place.samples("truth")[&0]).keys().collect::<Vec<_>>(), TRUTH);
+    place.done(&format!("{order}=false --out none"));
+    assert!(!place.path("none/exr").exists());
 }
 
 /// Lamps add a map to tables and EXR files, the same by any number of threads, which validation exposes again and

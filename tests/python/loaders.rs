@@ -198,6 +198,39 @@ fn exr_files_open_in_openexr_and_opencv() {
     }
 }
 
+/// `rejoin_exr` makes of tables and lean EXR files what files of everything hold, bit for bit.
+#[test]
+fn tables_and_exr_files_are_rejoined() {
+    for (number, (recipe, more)) in [
+        ("wood-small", "--set scan.columns=96 --set scan.profiles=24"),
+        ("wood-small", "--set scan.profiles=24 --set exposure.bits=12 --set extraction.range=uncalibrated"),
+        ("wood-small", "--set scan.profiles=24 --set output.bin={\"columns\":4,\"profiles\":3}"),
+        ("blister-small", "--set scan.profiles=24 --set output.png=[reflectance,scatter]"),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let place = Place::new();
+        for (name, exr) in [("lean", "auto"), ("whole", "all")] {
+            place.done(&format!("--recipe {recipe} --n 2 --quiet --out {name} --set output.exr={exr} {more}"));
+        }
+        let out = place.path("joined").to_string_lossy().into_owned();
+        example(&place.path("."), "rejoin_exr", &place.path("lean"), &[&out]);
+        for (index, sample) in place.samples("whole") {
+            let joined = fs::read(place.path(&format!("joined/{index:08}.exr"))).expect("it is written");
+            let [whole, joined] = [&sample.exr, &joined].map(|file| read_exr(file).expect("it is EXR"));
+            let names = |channels: &[dataset::ExrChannel]| -> Vec<_> {
+                channels.iter().map(|c| (c.name.clone(), c.samples)).collect()
+            };
+            assert_eq!(names(&whole.2), names(&joined.2), "{number}");
+            for (a, b) in whole.2.iter().zip(&joined.2) {
+                let same = a.numbers.iter().zip(&b.numbers).all(|(a, b)| a.to_bits() == b.to_bits());
+                assert!(same, "{number}: {} of sample {index}", a.name);
+            }
+        }
+    }
+}
+
 /// Crops are the pixels at their places, the same for any number of workers, and a model learns from them.
 #[test]
 fn pytorch_trains_on_crops() {

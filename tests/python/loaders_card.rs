@@ -82,7 +82,8 @@ fn a_card_promises_what_the_dataset_holds() {
         assert_eq!(promises, words["keywords"].as_array().is_some_and(|all| all.contains(&json!("segmentation"))));
         (front_matter(&place, name), card(&place, name), promises)
     };
-    let wood = |png_has: &str, exr_has: &str| program::recipe(&[[png, png_has], [maps, exr_has]]);
+    let truth = ["truth_maps: true", "truth_maps: false"];
+    let wood = |png_has: &str, exr_has: &str| program::recipe(&[[png, png_has], [maps, exr_has], truth]);
     let ids = |front: &Value| tasks(front, "task_ids").join(" ");
     let [semantic, instance, sorts] =
         ["semantic-segmentation", "instance-segmentation", "multi-class-image-classification"];
@@ -111,7 +112,8 @@ fn a_card_promises_what_the_dataset_holds() {
     let told = python(&place.path("."), &["examples/load_openexr.py", &set]).err;
     assert!(told.contains("make it anew with output.exr") && !told.contains("PNG"), "{told}");
     // Nothing to tell apart, and no labels: no task at all.
-    let piece = mesh_recipe(&[["png: [range, reflectance, scatter, label, instance]", "png: [range]\n  exr: []"]]);
+    let lists = [["png: [range, reflectance, scatter, label, instance]", "png: [range]"], ["exr: all", "exr: []\n  truth_maps: false"]];
+    let piece = mesh_recipe(&lists);
     let (front, _, _) = make("piece", piece);
     assert!(front.get("task_ids").is_none() && front.get("task_categories").is_none(), "{front}");
 }

@@ -1,7 +1,7 @@
 //! Datasets of earlier versions: docs/guide/older-datasets.md says what each command does with them, and each line of
 //! its table is tried here.
 //!
-//! tests/data/older holds datasets as programs of schema 1.6 (commit 4415d477) and 1.7 (commit 68a0c405) wrote them,
+//! tests/data/older holds datasets as programs of schema 1.7 (commit 68a0c405) and 1.8 (commit a57bb0b9) wrote them,
 //! version 0.2.0 before its release: four boards of 48 x 32 pixels in two shards, with EXR files and sensor frames, of
 //! wood-small with a coarser field and without speckle. A new minor number of the schema brings a dataset of the one
 //! before it.
@@ -19,7 +19,7 @@ use sheetlight::api::{Grey, StoredDataset};
 use test_support::program::{Place, Run};
 
 /// The last two schemas before this one, of which a dataset is kept each.
-const LAST_TWO: [&str; 2] = ["1.7", "1.6"];
+const LAST_TWO: [&str; 2] = ["1.8", "1.7"];
 
 fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))

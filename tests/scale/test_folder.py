@@ -284,7 +284,7 @@ def test_a_signal_stops_all_and_leaves_no_scratch(tmp_path, number, to_all, stat
     """As a terminal sends it, to the program and to every `gen` that it started, and to the program alone."""
     url, scratch = tmp_path / "planks", tmp_path / "scratch"
     # Minutes of work, so that nothing ends by itself, and no more disk than it takes.
-    asked = ["--recipe", "wood-small", "--n", "4000", "--samples-per-shard", "1000", "--set", "output.exr=[]"]
+    asked = ["--recipe", "wood-small", "--n", "4000", "--samples-per-shard", "1000", "--set", "output.exr=[]", "--set", "output.truth_maps=false"]
     asked += ["--scratch", scratch]
     driver = subprocess.Popen(
         command("generate", url, "--engine", "local", *asked), stderr=subprocess.PIPE, text=True, start_new_session=True

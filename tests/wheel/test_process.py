@@ -376,7 +376,7 @@ GENERATED = """
 import sys, sheetlight
 try:
     # More than is made before it is stopped, and room for it on a disk that is nearly full.
-    asked = {"samples_per_shard": 1, "overrides": {"output.exr": []}, "progress": lambda done, _: print(done, flush=True)}
+    asked = {"samples_per_shard": 1, "overrides": {"output.exr": [], "output.truth_maps": False}, "progress": lambda done, _: print(done, flush=True)}
     sheetlight.generate("wood-small", 400, sys.argv[1], **asked)
 except KeyboardInterrupt:
     print("stopped", flush=True)

@@ -54,7 +54,7 @@ fn loading(page: &mut String, head: &DatasetHead, present: &[Split]) {
     let is_spread = head.shards > SHARDS_PER_FOLDER;
     let tables = if is_spread { "**/*.parquet" } else { "*.parquet" };
     *page += &format!("rows = pl.scan_parquet(\"PATH/data/{tables}\").select(wanted).collect()\n");
-    if !head.images.exr.is_empty() {
+    if head.has_exr() {
         *page += "\nimport OpenEXR  # maps of one row in physical units, NaN where nothing was measured\n\
             row = rows.row(0, named=True)\n";
         let mut folder = format!("{{row['index'] // {}:05}}", head.samples_per_shard);
@@ -72,7 +72,7 @@ fn loading(page: &mut String, head: &DatasetHead, present: &[Split]) {
     *page += "```\n";
     let png = &head.images.png;
     if png.is_empty() {
-        let images = if head.images.exr.is_empty() {
+        let images = if !head.has_exr() {
             "It was made without images: its recipe's `output` has neither `png` nor `exr`."
         } else {
             "For images take the EXR files."
@@ -178,7 +178,7 @@ fn columns(page: &mut String, head: &DatasetHead) {
     }
     let classes = head.shown_classes().map(|(value, name)| format!("{value} {name}"));
     *page += &format!("\nPixel classes: {}.\n", classes.collect::<Vec<_>>().join(", "));
-    if !head.images.exr.is_empty() {
+    if head.has_exr() {
         let channels: Vec<String> = head.channels().iter().map(|c| format!("{} [{}]", c.name, c.unit)).collect();
         *page += &format!(
             "\n`exr/<shard>/<id>.exr` holds the channels {}; see the attribute `sheetlight` of each file.\n",

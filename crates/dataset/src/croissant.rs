@@ -142,8 +142,8 @@ fn distribution(head: &DatasetHead, present: &[Split], document: &[u8]) -> Vec<V
     let rows = |split: &Split| patterns("data", &format!("{}-*.parquet", split.name()), head.shards);
     let tables = present.iter().flat_map(rows).collect();
     files.push(set("tables", "application/x-parquet", tables, "One row for each sample: numbers, objects and images."));
-    if !head.images.exr.is_empty() {
-        let doc = "The same images in physical units, one file for each sample.";
+    if head.has_exr() {
+        let doc = "Maps in physical units, one file for each sample.";
         files.push(set("exr", "image/x-exr", patterns("exr", "*/*.exr", head.shards), doc));
     }
     if head.images.stack_every.is_some() {

@@ -22,7 +22,7 @@ pub fn encode(mut record: Record, output: &Output) -> Encoded {
     let subject = record.truth.as_ref().map_or("", |truth| truth.below.subject());
     let declared = channels(&names, output.truth_maps, subject, record.range.name(), output.bits.into());
     let numbers = encode_numbers(&record, output.bits);
-    let exr = (!declared.is_empty()).then(|| {
+    let exr = output.has_exr().then(|| {
         let description = exr::description(&record, &declared, output.bits);
         let (cols, spacing_mm) = (record.cols, (record.col_mm, record.row_mm));
         write_exr(exr::record_channels(&mut record, &declared), cols, spacing_mm, &description)

@@ -20,14 +20,11 @@ use output_schema::{Channel, DatasetHead, SampleType};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
+use crate::png::stepped;
 use crate::record::{Below, Labels, Maps, Record, TruthMaps};
 
 /// Compression of every file: on noisy maps smaller than ZIP and faster; see `benches/write.rs`.
 pub(super) const COMPRESSION: Compression = Compression::PIZ;
-
-/// Steps of heights in files, per mm: a power of two, so that they are exact. 0.12 um is far below any noise of such an
-/// instrument; the bits beyond it would be a third of a file that holds truth maps.
-const HEIGHT_STEPS: f32 = 8192.0;
 
 /// Blocks of a file that are compressed together, by as many threads as are free: 512 rows with PIZ.
 const BLOCKS_TOGETHER: usize = 16;
@@ -39,11 +36,6 @@ const HEAD_BYTES: usize = 4096;
 
 /// Why writing into memory does not fail.
 const FITS: &str = "memory takes every byte, and the channels are as large as the image";
-
-/// A height as it is written [mm]; NaN stays.
-fn stepped(height: f32) -> f32 {
-    (height * HEIGHT_STEPS).round() / HEIGHT_STEPS
-}
 
 /// One named channel.
 #[derive(Debug, Clone, PartialEq)]

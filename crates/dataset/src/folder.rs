@@ -362,7 +362,7 @@ fn left_behind(folder: &str, name: &str) -> Option<u64> {
 /// Whether datasets of such a head have files in this directory.
 pub(super) fn needed(directory: &str, head: &DatasetHead) -> bool {
     match directory {
-        "exr" => !head.images.exr.is_empty(),
+        "exr" => head.has_exr(),
         "stacks" => head.images.stack_every.is_some(),
         _ => true,
     }

@@ -53,7 +53,7 @@ pub(crate) use exr::{ExrDescription, ExrSize, channel_types, expected_header, ex
 pub(crate) use exr::{map_channels, truth_channel};
 pub use fault::{Fault, describe_bytes, one_line, own_remedy, plain};
 pub(crate) use folder::descriptions;
-pub use png::{Grey, range_numbers, read_png, read_png_of, rounded8, rounded16, write_png, write_png_as};
+pub use png::{Grey, range_numbers, range_values, read_png, read_png_of, rounded8, rounded16, write_png, write_png_as};
 pub(crate) use png::{PngSize, foreign_part, png_size};
 pub(crate) use reader::to_document;
 pub use reader::{Dataset, DatasetSums, ExrMaps, FinishedTables, is_dataset};

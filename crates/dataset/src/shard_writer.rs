@@ -96,7 +96,7 @@ impl ShardWriter {
         for folder in shard_folders(writer.dataset.head(), shard) {
             enclosed::make_folder(writer.root(), &folder)?;
         }
-        if !images.exr.is_empty() {
+        if writer.dataset.head().has_exr() {
             enclosed::make_folder(writer.root(), &temporary(&exr_folder(shard)))?;
         }
         if images.stack_every.is_some() {
@@ -146,7 +146,7 @@ impl ShardWriter {
         if frames.is_some() && self.stack.is_none() {
             return Err("it has sensor frames, which dataset.json does not promise".into());
         }
-        if sample.exr.is_some() == self.dataset.head().images.exr.is_empty() {
+        if sample.exr.is_some() != self.dataset.head().has_exr() {
             return Err("its EXR file is missing, or not promised by dataset.json".into());
         }
         Ok((row, frames))
@@ -204,7 +204,7 @@ impl ShardWriter {
             files.push(table.finish().map_err(|error| Fault::of_file(error, Some(needed)))?);
         }
         files.append(&mut self.exr);
-        if !self.dataset.head().images.exr.is_empty() {
+        if self.dataset.head().has_exr() {
             self.name_exr()?;
         }
         for folder in shard_folders(self.dataset.head(), self.shard) {

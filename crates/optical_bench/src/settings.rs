@@ -58,6 +58,10 @@ words! {
     }
 }
 
+/// Largest number of a height in an image of Range. Readers that take 16-bit PNG for signed numbers (torchvision, old
+/// versions of PIL and of many programs for pictures) see what is above as negative.
+pub const MAX_RANGE_NUMBER: u16 = 32767;
+
 /// What is written.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Output {
@@ -67,9 +71,9 @@ pub struct Output {
     pub bin_profiles: usize,
     /// Images in the Parquet rows, as PNG.
     pub png: Vec<Channel>,
-    /// Images in the EXR files; empty for no EXR files.
+    /// Images in the EXR files.
     pub exr: Vec<Channel>,
-    /// Whether the EXR files hold height, fibre azimuth and fibre dive too.
+    /// Whether the EXR files hold height, and what lies below the surface.
     pub truth_maps: bool,
     /// Sensor frames kept.
     pub sensor_stack: SensorStack,
@@ -80,9 +84,43 @@ pub struct Output {
 }
 
 impl Output {
+    /// Whether there are EXR files.
+    pub fn has_exr(&self) -> bool {
+        self.truth_maps || !self.exr.is_empty()
+    }
+
     /// Whether an image is written.
     pub fn has(&self, channel: Channel) -> bool {
         self.png.contains(&channel) || self.exr.contains(&channel)
+    }
+
+    /// Whether a pixel of the images is one that the extraction gave: neither a mean nor interpolated.
+    fn has_pixels_of(&self, extraction: &Extraction) -> bool {
+        self.bin_columns * self.bin_profiles == 1 && !matches!(extraction.range, RangeForm::Rectified { .. })
+    }
+
+    /// Whether Range is kept in the whole numbers of its image alone, since these are finer than the steps of the
+    /// extraction on a sensor of so many rows.
+    pub fn range_is_whole(&self, extraction: &Extraction, rows: usize) -> bool {
+        let steps = extraction.subpixel_steps as usize * rows;
+        self.has_pixels_of(extraction) && steps > 0 && steps <= MAX_RANGE_NUMBER as usize
+    }
+
+    /// Whether the tables hold an image to the last bit, and which of its pixels are measured.
+    pub fn png_is_exact(&self, channel: Channel, extraction: &Extraction, rows: usize) -> bool {
+        let has = |channel: Channel| self.png.contains(&channel);
+        has(channel)
+            && match channel {
+                Channel::Range => self.range_is_whole(extraction, rows),
+                Channel::Reflectance | Channel::Grey => self.has_pixels_of(extraction),
+                // What is not measured is 0 in it, and so is what is dark.
+                Channel::Scatter => {
+                    self.has_pixels_of(extraction)
+                        && extraction.scatter_dark == ScatterDark::Kept
+                        && (has(Channel::Range) || has(Channel::Reflectance))
+                }
+                Channel::Label | Channel::Instance => true,
+            }
     }
 
     /// Sensor frames kept of a scan.

@@ -9,6 +9,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
+use super::on_scale;
 use super::{BAND_PROFILES, Measurement, Scan, grid};
 use dataset::record::{Labels, Maps};
 use optical_bench::settings::{SensorStack, Size, Transport};
@@ -81,7 +82,8 @@ pub fn render_region(
         })
         .collect();
     done.into_iter().collect::<Option<()>>()?;
-    let Scan { maps, labels, .. } = scan;
+    let Scan { mut maps, labels, .. } = scan;
+    on_scale(scene, &sensor.camera().rig, &mut maps.range);
     let cut = |map: &[f32]| cropped(map, all, &region.columns);
     let maps = Maps {
         range: cut(&maps.range),

@@ -8,7 +8,7 @@ use numpy::{Element, PyArray2, PyArrayMethods, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use serde_json::Value;
-use sheetlight::api::{Below, Fault, Grey, Labels, Maps, Record, RowBatch, Simulator, StoredSample, TruthMaps};
+use sheetlight::api::{Below, Fault, Grey, Labels, Maps, Record, RowBatch, Simulator, StoredSample, TruthMaps, range_values};
 
 use crate::errors::{of_fault, of_program};
 
@@ -191,11 +191,12 @@ fn stored_map<'py>(py: Python<'py>, stored: &StoredSample, name: &str) -> PyResu
     }
     let map = py.detach(|| -> Result<_, Fault> {
         let Some(pixels) = stored.image(image)? else { return Ok(None) };
+        if image == "range" {
+            let [offset, scale] = stored.range_scale()?;
+            return Ok(Some(range_values(&pixels.numbers(), offset, scale)));
+        }
         let missing = missing_of(stored, image, &pixels)?;
-        let [offset, scale] = if image == "range" { stored.range_scale()? } else { [0.0, 1.0] };
-        let value = |(number, missing): (u16, bool)| {
-            if missing { f32::NAN } else { (offset + f64::from(number) * scale) as f32 }
-        };
+        let value = |(number, missing): (u16, bool)| if missing { f32::NAN } else { f32::from(number) };
         Ok(Some(pixels.numbers().into_iter().zip(missing).map(value).collect::<Vec<f32>>()))
     });
     array(py, size, map.map_err(fault)?.ok_or_else(unknown)?)

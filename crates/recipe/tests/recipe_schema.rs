@@ -216,6 +216,7 @@ fn covered(root: &Value, schema: &Value, value: &Value, path: &str) {
     if let Some(options) = schema["oneOf"].as_array() {
         // The option is found by the kind of the value: a map for a distribution, else a number or a word.
         let forms = |option: &&Value| match value.as_object() {
+            None if value.is_array() => option["type"] == "array",
             None if value.is_null() => option["$ref"].is_string() || may_be_nothing(option),
             Some(map) => option["$ref"].is_string() || map.keys().all(|key| !option["properties"][key].is_null()),
             None => option["$ref"].is_null() && (value.is_string() || option["minLength"].is_null()),

@@ -18,27 +18,33 @@ pub const FRAMES: [&str; 2] = ["sensor_stack: none", "sensor_stack: {every: 16}"
 /// Speckle, which takes the most of a small sample's time and is left out where nobody asks.
 pub const SPECKLE: [&str; 2] = ["\n  strength: 0", "\n  strength: 1"];
 
-/// A small recipe: wood-small.yaml with 64 columns and 48 profiles, and pieces of its text replaced.
+/// Every image in EXR files too, and not those alone that PNG cannot hold.
+const EXR: [&str; 2] = ["\n  exr: auto ", "\n  exr: [range, reflectance, scatter, label, instance] "];
+/// The same where the recipe has no such list.
+const ALL_EXR: [&str; 2] = ["label, instance]\n", "label, instance]\n  exr: all\n"];
+
+/// A small recipe: wood-small.yaml with 64 columns and 48 profiles, every image in EXR files too, and pieces of its text
+/// replaced.
 pub fn recipe(changes: &[[&str; 2]]) -> String {
-    let size = [["\n  columns: 256 ", "\n  columns: 64 "], ["\n  profiles: 256 ", "\n  profiles: 48 "]];
+    let size = [["\n  columns: 256 ", "\n  columns: 64 "], ["\n  profiles: 256 ", "\n  profiles: 48 "], EXR];
     changed(include_str!("../../../recipes/wood-small.yaml"), &size, changes)
 }
 
 /// The same of blister-small.yaml: the corner of a pocket in the middle of the card.
 pub fn pack_recipe(changes: &[[&str; 2]]) -> String {
-    let size = [["\n  columns: 384 ", "\n  columns: 128 "], ["\n  profiles: 360 ", "\n  profiles: 96 "]];
+    let size = [["\n  columns: 384 ", "\n  columns: 128 "], ["\n  profiles: 360 ", "\n  profiles: 96 "], EXR];
     changed(include_str!("../../../recipes/blister-small.yaml"), &size, changes)
 }
 
 /// The same of sawtooth-small.yaml: the front of the piece.
 pub fn sawtooth_recipe(changes: &[[&str; 2]]) -> String {
-    let size = [["\n  columns: 256 ", "\n  columns: 64 "], ["\n  profiles: 192 ", "\n  profiles: 48 "]];
+    let size = [["\n  columns: 256 ", "\n  columns: 64 "], ["\n  profiles: 192 ", "\n  profiles: 48 "], ALL_EXR];
     changed(include_str!("../../../recipes/sawtooth-small.yaml"), &size, changes)
 }
 
 /// The same of mesh-small.yaml: the front of the part.
 pub fn mesh_recipe(changes: &[[&str; 2]]) -> String {
-    let size = [["\n  columns: 256 ", "\n  columns: 64 "], ["\n  profiles: 256 ", "\n  profiles: 48 "]];
+    let size = [["\n  columns: 256 ", "\n  columns: 64 "], ["\n  profiles: 256 ", "\n  profiles: 48 "], ALL_EXR];
     changed(include_str!("../../../recipes/mesh-small.yaml"), &size, changes)
 }
 

@@ -78,7 +78,7 @@ fn expected_paths(task: &ShardTask, manifest: &Manifest) -> Vec<String> {
     if task.head.images.stack_every.is_some() {
         paths.push(stack_path(task.number));
     }
-    if !task.head.images.exr.is_empty() {
+    if task.head.has_exr() {
         // An id with a slash could lead out of the folder.
         let samples = manifest.samples.iter().filter(|sample| !sample.id.contains('/'));
         paths.extend(samples.map(|sample| exr_path(task.number, &sample.id)));

@@ -7,7 +7,8 @@ use yaml::YamlReader;
 
 /// The map `grey` is written where there are lamps and only there, and shows objects whose light the model knows.
 pub(super) fn settings(yaml: &mut YamlReader, subject: Option<Subject>, settings: &Settings) {
-    let lists = [("output.png", &settings.output.png), ("output.exr", &settings.output.exr)];
+    let output = settings.output();
+    let lists = [("output.png", &output.png), ("output.exr", &output.exr)];
     let listed = |list: &[Channel]| list.contains(&Channel::Grey);
     if settings.lamps.number == Lamps::None {
         for (path, _) in lists.into_iter().filter(|(_, list)| listed(list)) {

@@ -5,7 +5,7 @@ use serde_json::{Value as Json, json};
 
 use crate::asset::{Asset, BuiltIn};
 use crate::asset_source::{AssetRequest, AssetSource};
-use optical_bench::settings::SensorStack;
+use optical_bench::settings::{Channel, SensorStack};
 use yaml::{NumberRange, YamlNode, YamlReader, YamlValue, nearest_spelling, number_text};
 
 /// The values that a setting may have.
@@ -309,6 +309,59 @@ impl<T: Words> SettingType for WordList<T> {
 
     fn schema(&self) -> Json {
         json!({ "type": "array", "uniqueItems": true, "items": { "enum": T::NAMES } })
+    }
+}
+
+/// Images that lie in EXR files too.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum ImageChoice {
+    /// Those that the tables do not hold to the last bit.
+    Auto,
+    /// All.
+    All,
+    /// These.
+    These(Vec<Channel>),
+}
+
+/// `auto`, `all` or a list of images.
+pub(crate) struct ImageList();
+
+impl ImageList {
+    const WORDS: [&'static str; 2] = ["auto", "all"];
+    const LIST: WordList<Channel> = WordList(None);
+}
+
+impl SettingType for ImageList {
+    type Value = ImageChoice;
+
+    fn read(&self, yaml: &mut YamlReader, node: &YamlNode, path: &str) -> Option<ImageChoice> {
+        match &node.value {
+            YamlValue::Text(text) if text == "auto" => Some(ImageChoice::Auto),
+            YamlValue::Text(text) if text == "all" => Some(ImageChoice::All),
+            YamlValue::Text(text) => {
+                let meant = nearest_spelling(text, Self::WORDS);
+                let meant = meant.map(|word| format!("did you mean `{word}`? ")).unwrap_or_default();
+                let remedy = format!("{meant}give a list, auto or all");
+                yaml.refuse(node.place, path, format!("is {}", node.value.kind()), remedy)
+            }
+            _ => Self::LIST.read(yaml, node, path).map(ImageChoice::These),
+        }
+    }
+
+    fn json(&self, value: &ImageChoice) -> Json {
+        match value {
+            ImageChoice::Auto => "auto".into(),
+            ImageChoice::All => "all".into(),
+            ImageChoice::These(list) => Self::LIST.json(list),
+        }
+    }
+
+    fn allowed(&self) -> String {
+        format!("auto, all, or {}", Self::LIST.allowed())
+    }
+
+    fn schema(&self) -> Json {
+        json!({ "oneOf": [{ "enum": Self::WORDS }, Self::LIST.schema()] })
     }
 }
 

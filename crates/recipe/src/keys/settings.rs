@@ -8,7 +8,8 @@ use serde_json::Value as Json;
 
 use super::idle::{Idle, Wording};
 use super::setting_type::{
-    Auto, Count, File, FileForm, Flag, GroupSize, NamedFile, Number, OneOf, SettingType, StackChoice, Word, WordList,
+    Auto, Count, File, FileForm, Flag, GroupSize, ImageChoice, ImageList, NamedFile, Number, OneOf, SettingType,
+    StackChoice, Word, WordList,
 };
 use crate::asset::{Asset, BuiltIn};
 use crate::asset_source::AssetSource;
@@ -503,10 +504,10 @@ settings! {
         /// Images in the Parquet rows, as PNG; where `lamps` are, `grey` too.
         png: WordList<Channel>(None) =
             [Channel::Range, Channel::Reflectance, Channel::Scatter, Channel::Label].to_vec(), "free";
-        /// Images in the EXR files; `[]` for no EXR files. Where `lamps` are, `grey` too.
-        exr: WordList<Channel>(None) = Channel::ALL.into_iter().filter(|c| *c != Channel::Grey).collect(), "free";
-        /// Whether the EXR files hold noise-free maps too: height, and fibre azimuth and dive, or film thickness and
-        /// gap.
+        /// Images in the EXR files: `auto` for those that `png` does not hold to the last bit, such as means of binned
+        /// pixels; `all`; or a list. Without any, and without `truth_maps`, there are no EXR files.
+        exr: ImageList() = ImageChoice::Auto, "free";
+        /// Whether the EXR files hold noise-free maps: height, and fibre azimuth and dive, or film thickness and gap.
         truth_maps: Flag() = true, "free";
         /// Which sensor frames are kept: none, all, or every k-th from the first.
         sensor_stack: StackChoice(MAX_PROFILES) = SensorStack::None, "free";
@@ -523,14 +524,12 @@ settings! {
 }
 
 impl Settings {
-    /// Adds the map `grey` to the lists of images that the recipe does not write itself, where there are lamps.
+    /// Adds the map `grey` to the images in tables where there are lamps and the recipe lists none itself.
     pub fn list_grey(&mut self, is_written: impl Fn(&str) -> bool) {
-        let OutputSettings { png, exr, .. } = &mut self.output;
-        for (path, list) in [("output.png", png), ("output.exr", exr)] {
-            if self.lamps.number != Lamps::None && !is_written(path) {
-                list.push(Channel::Grey);
-                list.sort_unstable();
-            }
+        let png = &mut self.output.png;
+        if self.lamps.number != Lamps::None && !is_written("output.png") {
+            png.push(Channel::Grey);
+            png.sort_unstable();
         }
     }
 
@@ -627,16 +626,26 @@ impl Settings {
     /// What is written.
     pub fn output(&self) -> Output {
         let OutputSettings { png, exr, truth_maps, sensor_stack, samples_per_shard } = self.output.clone();
-        Output {
+        let mut output = Output {
             bin_columns: self.bin.columns,
             bin_profiles: self.bin.profiles,
             png,
-            exr,
+            exr: Vec::new(),
             truth_maps,
             sensor_stack,
             samples_per_shard,
             bits: self.readout().bits,
-        }
+        };
+        let known = Channel::ALL.into_iter().filter(|c| *c != Channel::Grey || self.lamps.number != Lamps::None);
+        output.exr = match exr {
+            ImageChoice::These(list) => list,
+            ImageChoice::All => known.collect(),
+            ImageChoice::Auto => {
+                let extraction = self.extraction();
+                known.filter(|&channel| !output.png_is_exact(channel, &extraction, self.camera.rows)).collect()
+            }
+        };
+        output
     }
 
     /// Shares of the splits.

@@ -1,12 +1,15 @@
-//! Samples of a dataset: maps from its EXR files, else from the images in its tables, and kept sensor frames.
+//! Samples of a dataset: maps from its EXR files, those that these lack from the images in its tables, and kept sensor
+//! frames.
 
 use base::Class;
 use output_schema::{Manifest, ManifestSample};
 
-use super::{RangeUnit, ScanMaps, SensorFrame, exr_frame, to_eight_bits};
+use super::{RangeUnit, ScanMaps, SensorFrame, to_eight_bits};
 use dataset::record::StackFrame;
-use dataset::{Dataset, Fault, RowBatch};
+use dataset::{Dataset, ExrMaps, Fault, RowBatch};
 
+/// Names of the measured images.
+const MEASURED: [&str; 3] = ["range", "reflectance", "scatter"];
 /// Name of the label image.
 const LABEL: &str = "label";
 /// Most sensor frames of a sample that are read: the middle ones.
@@ -36,14 +39,13 @@ pub(crate) fn frame_of(dataset: &Dataset, manifest: &Manifest, index: u64, expos
     let listed = manifest.samples.iter().find(|sample| sample.index == index);
     let listed = listed.ok_or_else(|| Fault::damaged(root, format!("no manifest names sample {index}")))?;
     let has = |images: &[String]| images.iter().any(|image| image == "range");
-    let mut frame = if has(&head.images.exr) {
-        exr_frame::frame(&dataset.exr(dataset.shard_of(index), &listed.id)?)?
-    } else if has(&head.images.png) {
-        table_frame(dataset, manifest, listed)?
-    } else {
-        let remedy = "set `output: {exr: [range, reflectance]}` in the recipe and make it anew";
+    if !has(&head.images.exr) && !has(&head.images.png) {
+        let remedy = "set `output: {png: [range, reflectance, scatter, label]}` in the recipe and make it anew";
         return Err(Fault::at(root, "it was made without range images", remedy));
-    };
+    }
+    let is_measured = |image: &String| MEASURED.contains(&image.as_str());
+    let exr = head.images.exr.iter().any(is_measured).then(|| dataset.exr(dataset.shard_of(index), &listed.id));
+    let mut frame = joined_frame(dataset, manifest, listed, exr.transpose()?.as_ref())?;
     frame.name = format!("sample {index}");
     frame.bits = head.images.bits;
     if exposed && head.images.stack_every.is_some() {
@@ -103,33 +105,51 @@ pub(super) fn beside_object(dataset: &Dataset, index: u64, frame: &mut ScanMaps)
     Ok(Some(ignored))
 }
 
-/// The maps of a row that holds images.
-fn table_frame(dataset: &Dataset, manifest: &Manifest, listed: &ManifestSample) -> Result<ScanMaps, Fault> {
+/// The maps of a row and of the EXR file of the same sample.
+fn joined_frame(
+    dataset: &Dataset,
+    manifest: &Manifest,
+    listed: &ManifestSample,
+    exr: Option<&ExrMaps>,
+) -> Result<ScanMaps, Fault> {
+    let images = &dataset.head().images;
     let wanted = |name: &str| {
-        let known =
-            ["index", "id", "col_mm", "row_mm", "calibration", "range", "reflectance", "scatter"].contains(&name);
-        known || name.starts_with("range_offset_") || name.starts_with("range_scale_")
+        let known = ["index", "id", "cols", "rows", "col_mm", "row_mm", "calibration"].contains(&name);
+        let is_in_exr = images.exr.iter().any(|image| image == name);
+        known
+            || MEASURED.contains(&name) && !is_in_exr
+            || name.starts_with("range_offset_")
+            || name.starts_with("range_scale_")
     };
     let row = dataset.row(manifest, listed, &wanted)?;
-    row_frame(dataset, &row).map_err(|what| row.damaged(what))
+    row_frame(dataset, &row, exr).map_err(|what| row.damaged(what))
 }
 
-fn row_frame(dataset: &Dataset, row: &RowBatch) -> Result<ScanMaps, String> {
+fn row_frame(dataset: &Dataset, row: &RowBatch, exr: Option<&ExrMaps>) -> Result<ScanMaps, String> {
     let images = &dataset.head().images;
     let number = |path: &str| row.numbers(path)?.first().copied().ok_or_else(|| format!("`{path}` is missing"));
-    let range = row.image(0, "range", images)?;
-    let (cols, rows) = (range.cols, range.rows);
-    let to_eight = to_eight_bits(images.bits);
+    let (cols, rows) = (images.cols as usize, images.rows as usize);
     let unit = dataset.head().range_unit();
-    let (offset, scale) = (number(&format!("range_offset_{unit}"))?, number(&format!("range_scale_{unit}"))?);
+    let [offset, scale] = ["offset", "scale"].map(|what| number(&format!("range_{what}_{unit}")));
+    let (offset, scale) = (offset?, scale?);
     let height = |n: u16| if n == 0 { f64::NAN } else { offset + f64::from(n) * scale };
-    let map = |name: &str| -> Result<Option<Vec<f32>>, String> {
-        if !images.png.iter().any(|png| png == name) {
-            return Ok(None);
+    let numbers = |name: &str| -> Result<Option<Vec<f64>>, String> {
+        let numbers: Vec<f64> = match exr.and_then(|exr| exr.channel(name)) {
+            Some(channel) => channel.numbers.iter().copied().map(f64::from).collect(),
+            None if !images.png.iter().any(|png| png == name) => return Ok(None),
+            None => {
+                let pixels = row.image(0, name, images)?.grey.numbers().into_iter();
+                if name == "range" { pixels.map(height).collect() } else { pixels.map(f64::from).collect() }
+            }
+        };
+        if numbers.len() != cols * rows {
+            return Err(format!("`{name}` has not {cols} x {rows} pixels"));
         }
-        let image = row.image(0, name, images)?;
-        Ok(Some(image.grey.numbers().into_iter().map(|n| to_eight * f32::from(n)).collect()))
+        Ok(Some(numbers))
     };
+    let to_eight = to_eight_bits(images.bits);
+    let seen = |v: f64| if v.is_nan() { 0.0 } else { to_eight * v as f32 };
+    let light = |name: &str| Ok::<_, String>(numbers(name)?.map(|map| map.into_iter().map(seen).collect()));
     let of_rig = |name: &str| number(&format!("calibration.{name}")).ok().filter(|number| !number.is_nan());
     let col_mm = number("col_mm")?;
     // On sensor columns the optical axis stands at x = 0; a written column is the middle of those that it averages.
@@ -143,9 +163,9 @@ fn row_frame(dataset: &Dataset, row: &RowBatch) -> Result<ScanMaps, String> {
         first_mm: first,
         col_mm: Some(col_mm),
         row_mm: Some(number("row_mm")?),
-        range: range.grey.numbers().into_iter().map(height).collect(),
-        reflectance: map("reflectance")?,
-        scatter: map("scatter")?,
+        range: numbers("range")?.ok_or("it has no Range")?,
+        reflectance: light("reflectance")?,
+        scatter: light("scatter")?,
         ..ScanMaps::default()
     })
 }

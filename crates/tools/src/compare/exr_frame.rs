@@ -21,10 +21,10 @@ fn read(path: &Path) -> Result<ScanContent, Fault> {
 }
 
 /// The maps of an EXR file.
-pub(super) fn frame(maps: &ExrMaps) -> Result<ScanMaps, Fault> {
+fn frame(maps: &ExrMaps) -> Result<ScanMaps, Fault> {
     let find =
         |name: &str| maps.channels.iter().find(|channel| channel.name == name).map(|channel| channel.numbers.clone());
-    let remedy = "set `output: {exr: [range, reflectance]}` in the recipe";
+    let remedy = "name the dataset's folder, or set `output: {exr: all}` in the recipe";
     let missing = || Fault::at(&maps.path, "it has no channel Range", remedy);
     let range = find("Range").ok_or_else(missing)?.into_iter().map(f64::from).collect();
     let description: serde_json::Value = serde_json::from_str(&maps.description).unwrap_or_default();

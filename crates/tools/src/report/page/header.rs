@@ -45,7 +45,7 @@ pub(super) fn header(facts: &PageData) -> Markup {
                 div { dt { "Splits" } dd { (splits.join(", ")) } }
                 div { dt { "Seed" } dd { (head.seed) } }
                 div { dt { "Images" }
-                    dd { (list(&images.png)) @if images.exr.is_empty() { "; no EXR" } @else { "; EXR too" } } }
+                    dd { (list(&images.png)) @if head.has_exr() { "; EXR too" } @else { "; no EXR" } } }
                 div { dt { "Range" } dd { (images.range) ", " (head.range_unit()) } }
                 div { dt { "Digital numbers" } dd { (images.bits) " bits" } }
                 div { dt { "Sensor" } dd { (images.sensor_cols) " × " (images.sensor_rows) " px" } }
