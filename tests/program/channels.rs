@@ -99,7 +99,9 @@ fn files_hold_what_tables_lack() {
         let make = |name: &str, exr: &str| {
             let size = "--set scan.columns=64 --set scan.profiles=16";
             let name = format!("{name}-{number}");
-            place.done(&format!("--recipe wood-small --n 2 --out {name} --quiet {size} --set output.exr={exr} {settings}"));
+            place.done(&format!(
+                "--recipe wood-small --n 2 --out {name} --quiet {size} --set output.exr={exr} {settings}"
+            ));
             place.samples(&name)
         };
         let (lean, whole) = (make("lean", "auto"), make("whole", "all"));

@@ -112,7 +112,10 @@ fn a_card_promises_what_the_dataset_holds() {
     let told = python(&place.path("."), &["examples/load_openexr.py", &set]).err;
     assert!(told.contains("make it anew with output.exr") && !told.contains("PNG"), "{told}");
     // Nothing to tell apart, and no labels: no task at all.
-    let lists = [["png: [range, reflectance, scatter, label, instance]", "png: [range]"], ["exr: all", "exr: []\n  truth_maps: false"]];
+    let lists = [
+        ["png: [range, reflectance, scatter, label, instance]", "png: [range]"],
+        ["exr: all", "exr: []\n  truth_maps: false"],
+    ];
     let piece = mesh_recipe(&lists);
     let (front, _, _) = make("piece", piece);
     assert!(front.get("task_ids").is_none() && front.get("task_categories").is_none(), "{front}");

@@ -8,7 +8,9 @@ use numpy::{Element, PyArray2, PyArrayMethods, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use serde_json::Value;
-use sheetlight::api::{Below, Fault, Grey, Labels, Maps, Record, RowBatch, Simulator, StoredSample, TruthMaps, range_values};
+use sheetlight::api::{
+    Below, Fault, Grey, Labels, Maps, Record, RowBatch, Simulator, StoredSample, TruthMaps, range_values,
+};
 
 use crate::errors::{of_fault, of_program};
 
