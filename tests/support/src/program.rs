@@ -23,7 +23,7 @@ const EXR: [&str; 2] = ["\n  exr: auto ", "\n  exr: [range, reflectance, scatter
 /// The same where the recipe has no such list.
 const ALL_EXR: [&str; 2] = ["label, instance]\n", "label, instance]\n  exr: all\n"];
 
-/// A small recipe: wood-small.yaml with 64 columns and 48 profiles, every image in EXR files too, and pieces of its text
+/// A small recipe: wood-small.yaml with 64 columns and 48 profiles, every image in EXR files too, pieces of its text
 /// replaced.
 pub fn recipe(changes: &[[&str; 2]]) -> String {
     let size = [["\n  columns: 256 ", "\n  columns: 64 "], ["\n  profiles: 256 ", "\n  profiles: 48 "], EXR];
