@@ -260,9 +260,10 @@ kernel-table: ## measure the kernel's table anew: three quarters of an hour on t
 film-table: ## measure the table of films anew: some six minutes on two cores
 	cargo run --release --locked --example film_table -- crates/transport/src/kernel/film_stack/film.bin
 
-bless: ## renew committed references (recipe schema and key reference, data dictionary, table and texts of faults)
+bless: build ## renew committed references (recipe schema and key reference, data dictionary, table and texts of faults, Python's commands)
 	BLESS=1 cargo test $(ALL) --test recipe_schema --test dictionary
 	BLESS=1 cargo test $(ALL) --test validate -- docs:: texts::
+	python3 python/make_commands.py $(GEN)
 
 reference: ## ask the reference Monte Carlo anew for what tests/data/reference keeps: half an hour on two cores
 	BLESS=1 cargo test $(ALL) --test reference

@@ -14,10 +14,11 @@
 
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
 
+use ::recipe::asset_source::AssetSource;
 use output_schema::arrow::row_schema;
 use output_schema::file::{DATASET, data_path, exr_path, stack_path};
 use output_schema::{Manifest, ManifestFile, ManifestSample};
@@ -28,6 +29,7 @@ use scanner::optics::speckle::PatternCache;
 
 pub use dataset::record::{Below, Labels, Maps, Record, StackFrame, TruthMaps};
 pub use dataset::{Dataset, ExrMaps, Fault, Grey, RowBatch, range_values};
+pub use drawing::class_colour;
 pub use output_schema::file::manifest_path;
 pub use output_schema::{DatasetHead, Images};
 pub use recipe::{Change, Recipe, RecipeError, YamlFault, YamlFaults};
@@ -89,6 +91,15 @@ pub fn load(name: &str, changes: &[Change]) -> Result<LoadedRecipe, LoadError> {
         return Err(LoadError::Folder(what));
     }
     Ok(LoadedRecipe { recipe: Recipe::load_changed(name, changes)?, dataset: None })
+}
+
+/// The recipe of that text, with changes; files that it names lie in the working directory. Faults name its `origin`.
+///
+/// # Errors
+/// All faults of the recipe at once, each with line, key and remedy.
+pub fn parse(origin: &str, text: &str, changes: &[Change]) -> Result<LoadedRecipe, LoadError> {
+    let recipe = Recipe::parse_changed(origin, text, &AssetSource::Beside(PathBuf::new()), changes)?;
+    Ok(LoadedRecipe { recipe, dataset: None })
 }
 
 /// Whether the folder holds something by the name of a dataset's document; whether that can be used is asked elsewhere.

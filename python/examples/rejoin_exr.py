@@ -1,9 +1,9 @@
 """OpenEXR: one file a sample with every map, for programs that read EXR alone (Nuke, OpenCV, viewers).
 
-    python python/examples/rejoin_exr.py DIR OUT
+    python python/examples/rejoin_exr.py DIR [OUT]
 
-The tables of a dataset hold the measured images, its EXR files what PNG cannot hold. This joins both: OUT/<index>.exr has
-the channels that `output.exr: all` writes, with the same bits.
+The tables of a dataset hold the measured images, its EXR files what PNG cannot hold. This joins both: OUT/<index>.exr
+(without OUT, DIR-exr) has the channels that `output.exr: all` writes, with the same bits.
 """
 
 import io
@@ -59,10 +59,10 @@ def joined(root, head, row):
 
 
 def main():
-    if len(sys.argv) != 3:
+    if len(sys.argv) not in (2, 3):
         raise SystemExit(__doc__)
-    root, out = map(Path, sys.argv[1:])
-    head = open_dataset(root)
+    root = Path(sys.argv[1])
+    head, out = open_dataset(root), Path(sys.argv[2]) if len(sys.argv) == 3 else root.with_name(f"{root.resolve().name}-exr")
     out.mkdir(parents=True, exist_ok=True)
     wanted = ["id", "index", "row_mm", "col_mm", *head["images"]["png"]]
     for file in sorted((root / "data").rglob("*.parquet")):

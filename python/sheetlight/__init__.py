@@ -20,11 +20,14 @@ if importlib.util.find_spec("sheetlight._sheetlight") is None:
         "run Python elsewhere, or with -P, for it to be found"
     )
 
+from sheetlight import _commands
+from sheetlight._commands import *
 from sheetlight._dataset import Dataset, open
 from sheetlight._errors import DatasetError, RecipeError, RecipeFault, RecipeNotFoundError
 from sheetlight._gen import GenError
-from sheetlight._program import generate, report, validate
+from sheetlight._program import estimate, generate, report, validate
 from sheetlight._recipe import Recipe, recipes
+from sheetlight._result import Result
 from sheetlight._sample import Sample
 from sheetlight._sheetlight import version as __version__
 
@@ -36,14 +39,17 @@ __all__ = [
     "RecipeError",
     "RecipeFault",
     "RecipeNotFoundError",
+    "Result",
     "Sample",
     "__version__",
+    "estimate",
     "generate",
     "open",
     "recipes",
     "report",
     "validate",
 ]
+__all__ += _commands.__all__
 
 
 def __getattr__(name: str) -> Any:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import html
 import hashlib
 import json
 import os
@@ -74,6 +75,13 @@ class Dataset(Sequence[Sample]):
     def __repr__(self) -> str:
         of = f" of {self._split}" if self._split else ""
         return f"<Dataset {self.name} at {self._place}: {len(self)} samples{of}>"
+
+    def _repr_html_(self) -> str:
+        from sheetlight._result import as_html
+
+        facts = {"samples": len(self), "classes": self.classes, "rows, columns [px]": list(self.shape), "seed": self.seed}
+        first = self[0]._repr_html_() if len(self) else ""
+        return f"<div>{html.escape(repr(self))}</div>{as_html(facts)}{first}"
 
     @property
     def name(self) -> str:

@@ -6,6 +6,7 @@ import os
 import signal
 import subprocess
 import sys
+import tempfile
 import threading
 from collections.abc import Callable, Iterable, Iterator
 from typing import IO, Any
@@ -96,6 +97,7 @@ def run(
     on_event: Callable[[dict[str, Any]], None] | None = None,
     accept: Iterable[int] = (0,),
     stop: Stop | None = None,
+    text: str | None = None,
 ) -> str:
     """Runs `gen` with these arguments and returns what it writes on standard output.
 
@@ -105,6 +107,7 @@ def run(
             thread of its own; what it raises stops the program and is raised here
         accept: exit statuses that are no faults
         stop: what another thread may stop it by
+        text: what it reads on standard input
 
     Raises:
         GenError: it ended with another status.
@@ -136,7 +139,13 @@ def run(
                     raised.append(fault)
                     _interrupt(child)
 
-    child = _start([*program, *words_of_call])
+    with contextlib.ExitStack() as files:
+        said = None
+        if text is not None:
+            said = files.enter_context(tempfile.TemporaryFile())
+            said.write(text.encode())
+            said.seek(0)
+        child = _start([*program, *words_of_call], said)
     try:
         for read, stream in ((gather, child.stdout), (listen, child.stderr)):
             reader = threading.Thread(target=read, args=(stream,), daemon=True)
@@ -164,8 +173,8 @@ def run(
     return output
 
 
-def run_json(arguments: Iterable[str | os.PathLike[str]], **options: Any) -> dict[str, Any]:
-    """The same with `--json`: the document that it writes; `options` are those of `run`.
+def run_json(arguments: Iterable[str | os.PathLike[str]], kind: type = dict, **options: Any) -> Any:
+    """The same with `--json`: the document that it writes, of that kind; `options` are those of `run`.
 
     Raises:
         GenError: it ended with another status, or what it wrote is no such document.
@@ -176,7 +185,7 @@ def run_json(arguments: Iterable[str | os.PathLike[str]], **options: Any) -> dic
         document = json.loads(output)
     except ValueError:
         document = None
-    if not isinstance(document, dict):
+    if not isinstance(document, kind):
         raise no_gen(output, words_of_call)
     return document
 
@@ -219,9 +228,9 @@ def _plain(value: Any) -> Any:
     raise TypeError
 
 
-def _start(command: list[str]) -> subprocess.Popen[bytes]:
+def _start(command: list[str], said: IO[bytes] | None) -> subprocess.Popen[bytes]:
     try:
-        return subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        return subprocess.Popen(command, stdin=subprocess.DEVNULL if said is None else said, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     except OSError as fault:
         if not os.environ.get(VARIABLE):
             raise

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import html
 import json
 import os
 from collections.abc import Iterable, Iterator, Mapping
@@ -26,6 +27,7 @@ class Recipe:
     """
 
     _name: str
+    _text: str | None
     _overrides: list[tuple[str, str]]
     _recipe: _sheetlight.Recipe
 
@@ -34,9 +36,9 @@ class Recipe:
 
     @classmethod
     def load(
-        cls, name: str | os.PathLike[str], overrides: Mapping[str, Any] | None = None, /, **sections: Any
+        cls, name: str | os.PathLike[str] | Mapping[str, Any], overrides: Mapping[str, Any] | None = None, /, **sections: Any
     ) -> Recipe:
-        """The recipe in a YAML file, a built-in one (`recipes()` lists them), or that of a dataset in a folder.
+        """The recipe in a YAML file, a built-in one (`recipes()` lists them), that of a dataset in a folder, or a dict.
 
         >>> import sheetlight
         >>> sheetlight.Recipe.load("wood-small", {"camera.tilt_deg": 30}).name
@@ -46,7 +48,7 @@ class Recipe:
         (64, 128)
 
         Args:
-            name: path of a file, name of a built-in recipe, or path of a dataset's folder
+            name: path of a file, name of a built-in recipe, path of a dataset's folder, or what a recipe's YAML says as a dict
             overrides: values that replace those of the recipe, by the path of the key: {"camera.tilt_deg": 30}. A value is a number,
                 a text, a list, or a distribution such as {"uniform": [20, 30]}.
             **sections: the same by section: camera={"tilt_deg": 30}
@@ -57,12 +59,9 @@ class Recipe:
             DatasetError: the folder holds no dataset that can be read.
             TypeError, ValueError: the name is empty or a URL, or an override is nothing that a recipe can hold.
         """
-        changes = _changes(overrides)
-        for section, values in sections.items():
-            if isinstance(values, Mapping):
-                changes.update({f"{section}.{key}": value for key, value in values.items()})
-            else:
-                changes[section] = values
+        changes = _all_changes(overrides, sections)
+        if isinstance(name, Mapping):
+            return cls._load("-", _texts(changes), text=override_text("recipe", dict(name)))
         name = local("name", name, "copy the recipe to this machine")
         # Where the working directory changes, or a worker has another one, it is the same file.
         path = Path(name)
@@ -71,16 +70,36 @@ class Recipe:
         return cls._load(name, _texts(changes))
 
     @classmethod
-    def _load(cls, name: str, overrides: list[tuple[str, str]], content: str | None = None) -> Recipe:
+    def from_yaml(cls, text: str, overrides: Mapping[str, Any] | None = None, /, **sections: Any) -> Recipe:
+        """The recipe of a text in YAML; files that it names lie in the working directory.
+
+        >>> import sheetlight
+        >>> sheetlight.Recipe.from_yaml("name: mine\\nextends: wood-small").name
+        'mine'
+
+        Args:
+            text: the text
+            overrides, **sections: as for `load`
+
+        Raises:
+            RecipeError: the recipe has faults; `faults` lists them with line, key and remedy.
+            TypeError: it is no text.
+        """
+        if not isinstance(text, str):
+            raise TypeError(f"text: give the text of a recipe, not {type(text).__name__}")
+        return cls._load("-", _texts(_all_changes(overrides, sections)), text=text)
+
+    @classmethod
+    def _load(cls, name: str, overrides: list[tuple[str, str]], content: str | None = None, text: str | None = None) -> Recipe:
         self = object.__new__(cls)
-        self._name, self._overrides = name, overrides
-        self._recipe = _sheetlight.Recipe.load(name, overrides)
+        self._name, self._overrides, self._text = name, overrides, text
+        self._recipe = _sheetlight.Recipe.load(name, overrides) if text is None else _sheetlight.Recipe.parse(text, overrides)
         if content not in (None, self.hash):
             raise ValueError(f"the recipe {name} has changed since it was loaded; load it again")
         return self
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return Recipe._load, (self._name, self._overrides, self.hash)
+        return Recipe._load, (self._name, self._overrides, self.hash, self._text)
 
     def __eq__(self, other: object) -> bool:
         """Whether both make the same samples."""
@@ -94,6 +113,14 @@ class Recipe:
     def __repr__(self) -> str:
         rows, cols = self.shape
         return f"<Recipe {self.name}: {self.subject}, {rows} x {cols} px, {self.hash[:12]}>"
+
+    def _repr_html_(self) -> str:
+        from sheetlight._commands import rig
+        from sheetlight._result import as_html
+
+        said = rig(self)
+        shown = {"numbers": said["numbers"], "warnings": said["warnings"]}
+        return f"<div>{html.escape(repr(self))}</div>{as_html(shown)}"
 
     @property
     def name(self) -> str:
@@ -244,6 +271,17 @@ def _changes(overrides: Mapping[str, Any] | None) -> dict[str, Any]:
     return dict(overrides or {})
 
 
+def _all_changes(overrides: Mapping[str, Any] | None, sections: Mapping[str, Any]) -> dict[str, Any]:
+    """Changes by the path of the key, those by section too."""
+    changes = _changes(overrides)
+    for section, values in sections.items():
+        if isinstance(values, Mapping):
+            changes.update({f"{section}.{key}": value for key, value in values.items()})
+        else:
+            changes[section] = values
+    return changes
+
+
 def _texts(overrides: Mapping[str, Any]) -> list[tuple[str, str]]:
     """Changes as keys and values in YAML."""
     for key in overrides:
@@ -252,12 +290,16 @@ def _texts(overrides: Mapping[str, Any]) -> list[tuple[str, str]]:
     return [(key, override_text(key, value)) for key, value in overrides.items()]
 
 
-def reload_arguments(recipe: Recipe | str | os.PathLike[str], overrides: Mapping[str, Any] | None) -> Iterable[str]:
-    """What tells `gen` of a recipe: --recipe and --set."""
+def reload_arguments(
+    recipe: Recipe | str | os.PathLike[str], overrides: Mapping[str, Any] | None
+) -> tuple[Iterable[str], str | None]:
+    """What tells `gen` of a recipe: --recipe and --set, and what it reads on standard input."""
+    said = None
     if isinstance(recipe, Recipe):
         # The program reads the file again: refused where that means something else by now.
-        name, texts = recipe._name, list(Recipe._load(recipe._name, recipe._overrides, recipe.hash)._overrides)
+        name, said = recipe._name, recipe._text
+        texts = list(Recipe._load(name, recipe._overrides, recipe.hash, said)._overrides)
     else:
         name, texts = os.fspath(recipe), []
     texts += _texts(_changes(overrides))
-    return ["--recipe", name, *(word for key, text in texts for word in ("--set", f"{key}={text}"))]
+    return ["--recipe", name, *(word for key, text in texts for word in ("--set", f"{key}={text}"))], said

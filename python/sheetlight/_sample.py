@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import contextlib
 import copy
+import html
 import json
 import math
 from collections.abc import Callable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    import matplotlib.figure
     import numpy as np
     import pyarrow
     from numpy.typing import NDArray
@@ -75,6 +77,11 @@ class Sample:
 
     def __repr__(self) -> str:
         return f"<Sample {self.index} of seed {self.seed}: {self.class_name}, {self.split}, {self.shape[0]} x {self.shape[1]} px>"
+
+    def _repr_html_(self) -> str:
+        from sheetlight._picture import as_html
+
+        return f"<div>{html.escape(repr(self))}</div>{as_html(self)}"
 
     def __getstate__(self) -> dict[str, Any]:
         maps = {name: self._map(name) for name in self._names()}
@@ -301,6 +308,28 @@ class Sample:
         """Every map that is there by name: `range_mm` or `range_px`, `reflectance`, `scatter`, `grey`, `label`, `instance`, and the truth."""
         unit = self._facts.range_unit
         return _Maps(self, [f"range_{unit}" if name == "range" else name for name in self._names()])
+
+    def picture(self, maps: list[str] | None = None) -> bytes:
+        """Maps side by side as PNG: numbers as grey from their first to their 99th per cent, labels in the colours of previews.
+
+        Args:
+            maps: names of `maps`; None for those that are measured and the labels
+        """
+        from sheetlight._picture import picture
+
+        return picture(self, maps)
+
+    def show(self, maps: list[str] | None = None) -> None:
+        """Shows the picture: in a notebook below the cell, else in the browser of this machine."""
+        from sheetlight._picture import show
+
+        show(self, maps)
+
+    def plot(self, maps: list[str] | None = None) -> matplotlib.figure.Figure:
+        """Maps as a figure in mm with scales. Needs matplotlib (`pip install "sheetlight[plot]"`)."""
+        from sheetlight._picture import plot
+
+        return plot(self, maps)
 
     def to_arrow(self) -> pyarrow.Table:
         """The row that a dataset has of this sample: a table of one row with the schema of `data/*.parquet`, images as PNG.

@@ -10,6 +10,7 @@ mod compare;
 mod completions;
 mod console;
 mod cover;
+mod declarations;
 mod export;
 mod fibres;
 mod finish;
@@ -37,7 +38,6 @@ use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 
 use crate::api::{LoadedRecipe, holds_dataset};
 use crate::preview;
-use ::recipe::asset_source::AssetSource;
 use ::recipe::{Change, Recipe, nearest_spelling};
 use console::{Console, ConsoleArgs, say, shown};
 use progress::Progress;
@@ -259,6 +259,8 @@ enum SchemaKind {
     Dataset,
     /// Every recipe key in words (recipes/README.md)
     RecipeReference,
+    /// Every command with its arguments, as JSON
+    Commands,
 }
 
 /// What a command, or a step of one, ends with; without a type the exit status of the program.
@@ -398,8 +400,7 @@ fn load(name: &str, changes: &[Change], console: &Console) -> CommandResult<Load
         let bytes = yaml::read_bytes_or_standard_input(Path::new(name))
             .map_err(|error| format!("{origin} cannot be read: {error}; send the text of a recipe, or name a file"))?;
         let text = yaml::utf8_text(origin, bytes, "recipe")?;
-        let files = AssetSource::Beside(PathBuf::new());
-        LoadedRecipe { recipe: Recipe::parse_changed(origin, &text, &files, changes)?, dataset: None }
+        crate::api::parse(origin, &text, changes)?
     } else {
         if let Some(known) = Recipe::built_in(name).filter(|known| known.name != name && !Path::new(name).is_dir()) {
             console.note(&format!(
@@ -458,6 +459,7 @@ fn schema_command(what: SchemaKind) -> CommandResult {
         SchemaKind::Recipe => format!("{:#}\n", ::recipe::schema()),
         SchemaKind::Dataset => format!("{:#}\n", output_schema::json_schema()),
         SchemaKind::RecipeReference => ::recipe::reference_markdown(),
+        SchemaKind::Commands => format!("{:#}\n", declarations::commands(command())),
     };
     print(&text)?;
     Ok(DONE)

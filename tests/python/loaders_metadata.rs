@@ -9,7 +9,7 @@ use sha2::{Digest, Sha256};
 use test_support::program::{Place, rows};
 
 /// Every example.
-const EXAMPLES: [&str; 8] = [
+const EXAMPLES: [&str; 9] = [
     "load_datasets",
     "load_polars",
     "load_duckdb",
@@ -18,6 +18,7 @@ const EXAMPLES: [&str; 8] = [
     "load_opencv",
     "train_pytorch",
     "croissant",
+    "rejoin_exr",
 ];
 
 /// mlcroissant accepts the metadata without a word, and its records are the samples.

@@ -44,6 +44,12 @@ mod _sheetlight {
         sheetlight::api::manifest_path(shard)
     }
 
+    /// Red, green and blue of a pixel class, as previews show it.
+    #[pyfunction]
+    fn class_colour(class: u8) -> [u8; 3] {
+        sheetlight::api::class_colour(class).0
+    }
+
     /// Does what `gen` does with these arguments, of which the first is the program's name; returns its exit status.
     #[pyfunction]
     fn run_from(py: Python<'_>, arguments: Vec<OsString>) -> u8 {

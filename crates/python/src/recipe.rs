@@ -9,7 +9,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use pyo3::exceptions::{PyMemoryError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use rayon::ThreadPool;
-use sheetlight::api::{self, Change, Fault, Record, Simulator, Stop};
+use sheetlight::api::{self, Change, Fault, LoadError, LoadedRecipe, Record, Simulator, Stop};
 
 use crate::errors::{of_loading, of_program};
 use crate::pool::{Outcome, pool, spawn, thread_count, wait};
@@ -75,18 +75,34 @@ impl Drop for CountsDone {
     }
 }
 
+impl Recipe {
+    fn loaded(
+        py: Python<'_>,
+        changes: Vec<(String, String)>,
+        load: impl FnOnce(&[Change]) -> Result<LoadedRecipe, LoadError> + Send,
+    ) -> PyResult<Self> {
+        let change = |(key, value): (String, String)| {
+            format!("{key}={value}").parse::<Change>().map_err(|what| PyValueError::new_err(format!("{key}: {what}")))
+        };
+        let changes: Vec<Change> = changes.into_iter().map(change).collect::<PyResult<_>>()?;
+        let loaded = py.detach(|| load(&changes)).map_err(|error| of_loading(py, &error))?;
+        let dataset_seed = loaded.dataset.map(|dataset| dataset.head().seed);
+        Ok(Self { recipe: loaded.recipe, dataset_seed, last: Mutex::new(None) })
+    }
+}
+
 #[pymethods]
 impl Recipe {
     /// The recipe of that name, with changes: keys and values in YAML.
     #[staticmethod]
     fn load(py: Python<'_>, name: &str, changes: Vec<(String, String)>) -> PyResult<Self> {
-        let change = |(key, value): (String, String)| {
-            format!("{key}={value}").parse::<Change>().map_err(|what| PyValueError::new_err(format!("{key}: {what}")))
-        };
-        let changes: Vec<Change> = changes.into_iter().map(change).collect::<PyResult<_>>()?;
-        let loaded = py.detach(|| api::load(name, &changes)).map_err(|error| of_loading(py, &error))?;
-        let dataset_seed = loaded.dataset.map(|dataset| dataset.head().seed);
-        Ok(Self { recipe: loaded.recipe, dataset_seed, last: Mutex::new(None) })
+        Self::loaded(py, changes, |changes| api::load(name, changes))
+    }
+
+    /// The recipe of that text.
+    #[staticmethod]
+    fn parse(py: Python<'_>, text: &str, changes: Vec<(String, String)>) -> PyResult<Self> {
+        Self::loaded(py, changes, |changes| api::parse("recipe", text, changes))
     }
 
     #[getter]

@@ -66,7 +66,8 @@ def begin(
     try:
         if not isinstance(recipe, Recipe):
             recipe = local("recipe", recipe, "copy the recipe to this machine")
-        asked = [*reload_arguments(recipe, changes), *(word for text in texts for word in ("--set", text))]
+        of_recipe, said = reload_arguments(recipe, changes)
+        asked = [*of_recipe, *(word for text in texts for word in ("--set", text))]
     except (TypeError, ValueError) as fault:
         raise Refusal(str(fault)) from None
     asked += ["--n", str(n), "--part", program.NO_SHARD]
@@ -82,7 +83,7 @@ def begin(
             drawn = known_seed(recipe, str(folder)) if seed is None else seed
             of_seed = [] if drawn is None else ["--seed", str(drawn)]
             try:
-                program.run([*asked, *of_seed, "--out", str(folder)], folder, store.url)
+                program.run([*asked, *of_seed, "--out", str(folder)], folder, store.url, text=said)
             except Interruption as fault:
                 # Nothing was rendered: what it says is of the recipe, or of the dataset that is there.
                 raise Refusal(str(fault)) from None

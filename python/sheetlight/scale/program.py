@@ -21,7 +21,9 @@ USAGE = 2
 """Exit status of `gen` for arguments that cannot be used."""
 
 
-def run(arguments: Sequence[str], scratch: Path, place: str, stop: _gen.Stop | None = None) -> dict[str, Any]:
+def run(
+    arguments: Sequence[str], scratch: Path, place: str, stop: _gen.Stop | None = None, text: str | None = None
+) -> dict[str, Any]:
     """Runs `gen --json` in a scratch folder.
 
     Args:
@@ -29,6 +31,7 @@ def run(arguments: Sequence[str], scratch: Path, place: str, stop: _gen.Stop | N
         scratch: the folder, of which its messages speak as of `place`
         place: what it stands for, in words
         stop: what another thread may stop it by
+        text: what it reads on standard input
 
     Returns:
         The document that it prints.
@@ -39,7 +42,7 @@ def run(arguments: Sequence[str], scratch: Path, place: str, stop: _gen.Stop | N
         OSError: the disk of the scratch folder is full, which `scratch_folder` tells.
     """
     try:
-        return _gen.run_json(arguments, stop=stop)
+        return _gen.run_json(arguments, stop=stop, text=text)
     except _gen.GenError as fault:
         said = str(fault).replace(str(scratch), place).strip()
         if number := next((number for number in FULL if os.strerror(number) in said), None):
