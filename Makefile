@@ -33,6 +33,10 @@ WHEEL := .venv-wheel
 SCALE := .venv-scale
 MOTO := .venv-moto
 SITE := .venv-site
+RELEASE := .venv-release
+# The oldest glibc that released files run with, and the package of an old one to try them with.
+GLIBC := 2.28
+LIBC ?=
 # Tests that need no Python, no browser and no machine for themselves. Those marked `#[ignore]` take long: `check-rest` runs them.
 FIRST = architecture chance dataset dictionary extraction icon matter optics packaging pictures program recipe recipe_schema transport validate
 FIRST_TESTS = $(ALL) --lib $(FIRST:%=--test %)
@@ -40,7 +44,7 @@ FIRST_TESTS = $(ALL) --lib $(FIRST:%=--test %)
 # What stands in square brackets in documentation and is no link: units, and letters of sources. Any other link that leads nowhere fails `check`.
 UNITS = 1|mm|um|px|DN|rad|deg|s|Hz|bytes|characters|i|[A-Z]
 
-.PHONY: help defect-maps build dist wheel test-wheel test-scale test-long test-python test-installed test-alone environments quick prepare lint check check-rest check-all bench same-bytes same-values size wood wood-small blister blister-small sawtooth sawtooth-small mesh-small preview validate report bench-check check-onnx baselines gap likeness transfer real-fibres closed-loop measure-loop cover-loop unlike-rigs gallery schema kernel-table film-table bless reference fresh-draws fuzz doc site clean venv
+.PHONY: help defect-maps build dist release wheel test-wheel test-scale test-long test-python test-installed test-alone environments quick prepare lint check check-rest check-all bench same-bytes same-values size wood wood-small blister blister-small sawtooth sawtooth-small mesh-small preview validate report bench-check check-onnx baselines gap likeness transfer real-fibres closed-loop measure-loop cover-loop unlike-rigs gallery schema kernel-table film-table bless reference fresh-draws fuzz doc site clean venv
 
 help: ## print this help
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1\t/' | expand -t 14
@@ -51,6 +55,13 @@ build: ## build gen (target/release/gen)
 dist: ## build the smaller program that is given to others (target/dist/gen); fails over 25 MB
 	cargo build --profile dist --locked --workspace --bins
 	@test $$(wc -c < target/dist/gen) -lt 25000000 || { wc -c target/dist/gen; exit 1; }
+
+release: $(RELEASE)/.ready ## what is given to others, in out/release: wheel and program for old systems, sums, notes (LIBC=libc6_2.31_amd64.deb tries it)
+	rm -rf out/release && mkdir -p out/release
+	PATH="$(CURDIR)/$(RELEASE)/bin:$$PATH" maturin build --quiet --profile dist --zig --compatibility manylinux_$(subst .,_,$(GLIBC)) --out out/release
+	PATH="$(CURDIR)/$(RELEASE)/bin:$$PATH" cargo-zigbuild zigbuild --profile dist --locked --workspace --bin gen --target x86_64-unknown-linux-gnu.$(GLIBC)
+	cp target/x86_64-unknown-linux-gnu/dist/gen out/release/gen-linux-x86_64
+	$(RELEASE)/bin/python python/check_release.py out/release $(LIBC)
 
 venv: $(VENV)/.ready ## Python readers for the tests (.venv)
 
@@ -67,7 +78,7 @@ $(VENV)/.ready: python/requirements.txt python/overrides.txt
 	$(fill)
 
 # Packages of clusters and of the S3 server exclude each other.
-$(WHEEL)/.ready $(SCALE)/.ready $(MOTO)/.ready $(SITE)/.ready: .venv-%/.ready: python/requirements-%.txt python/overrides.txt
+$(WHEEL)/.ready $(SCALE)/.ready $(MOTO)/.ready $(SITE)/.ready $(RELEASE)/.ready: .venv-%/.ready: python/requirements-%.txt python/overrides.txt
 	$(fill)
 
 wheel: $(WHEEL)/.ready ## build the Python package (target/wheels), which `pip install` takes
@@ -284,4 +295,4 @@ doc: ## Rust documentation in target/doc
 
 clean: ## remove build products and out/
 	cargo clean
-	rm -rf out .cache $(VENV) $(WHEEL) $(SCALE) $(MOTO) $(SITE)
+	rm -rf out .cache $(VENV) $(WHEEL) $(SCALE) $(MOTO) $(SITE) $(RELEASE)

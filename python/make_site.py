@@ -2,12 +2,13 @@
 
 Pages are written for readers of the repository, with links to sources and folders. A site has pages alone, so this
 copies them to out/site-pages: links to other pages stay, and links to anything else go to the repository. README.md
-becomes the first page. Zensical (or Material for MkDocs, which reads the same mkdocs.yml) then builds out/site.
+becomes the first page; notebooks become pages, and every key of recipes is listed once. Zensical (or Material for MkDocs, which reads the same mkdocs.yml) then builds out/site.
 
     python python/make_site.py [--pages out/site-pages]
 """
 
 import argparse
+import json
 import os
 import re
 import shutil
@@ -55,12 +56,37 @@ def blank_before_lists(text: str) -> str:
     return "\n".join(lines)
 
 
+def notebook(path: Path) -> str:
+    """A notebook as a page: words as they are, code in blocks."""
+    cells = json.loads(path.read_text())["cells"]
+    texts = [("".join(cell["source"]).strip(), cell["cell_type"] == "code") for cell in cells]
+    return "\n\n".join(f"```python\n{text}\n```" if is_code else text for text, is_code in texts if text) + "\n"
+
+
+def key_index(pages: dict[str, str]) -> str:
+    """Every key of a recipe by its path, in order, with its meaning and where it is explained."""
+    keys = {}
+    for page, text in pages.items():
+        section = ""
+        for line in text.splitlines():
+            if head := re.match(r"#+ `([a-z_.]+)`(.*)", line):
+                section, anchor = head[1], re.sub(r"[^\w\- ]", "", f"{head[1]}{head[2]}".lower()).replace(" ", "-")
+            elif section and (row := re.match(r"\| `([a-z_0-9]+)` \| ([^|]*) \|", line)):
+                keys[f"{section}.{row[1]}"] = (f"{os.path.basename(page)}#{anchor}", row[2])
+    rows = [f"| [`{key}`]({link}) | {meaning} |" for key, (link, meaning) in sorted(keys.items())]
+    head = "# Every key\n\nKeys of recipes in alphabetical order; the search above finds them too.\n\n| key | meaning |\n|---|---|\n"
+    return head + "\n".join(rows) + "\n"
+
+
 def main() -> None:
     arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     arguments.add_argument("--pages", type=Path, default=ROOT / "out" / "site-pages", help="where the pages go")
     target = arguments.parse_args().pages
     found = [path.relative_to(ROOT).as_posix() for folder in FOLDERS for path in sorted((ROOT / folder).rglob("*.md"))]
     texts = {page: (ROOT / page).read_text() for page in (*PAGES, *found)}
+    for path in sorted((ROOT / "python" / "examples").glob("*.ipynb")):
+        texts[f"docs/guide/notebook-{path.stem}.md"] = notebook(path)
+    texts["recipes/keys/index.md"] = key_index({page: text for page, text in texts.items() if page.startswith("recipes/keys/")})
     heads = {page: anchors(text) for page, text in texts.items()}
     faults, links, outside = [], 0, repository()
     shutil.rmtree(target, ignore_errors=True)

@@ -49,8 +49,8 @@ pub const FILES: [FileKind; 9] = [
     },
     FileKind {
         path: "exr/[<thousand>/]<shard>/<id>.exr",
-        when: "the recipe asks for EXR channels",
-        doc: "The same images in physical units.",
+        when: "it holds truth maps, or images that the tables do not",
+        doc: "Truth maps, and images in physical units that PNG does not hold.",
     },
     FileKind {
         path: "stacks/[<thousand>/]<shard>.parquet",
