@@ -45,13 +45,23 @@ def shown(sample: Sample, maps: list[str] | None) -> list[str]:
     return list(maps)
 
 
-def coloured(name: str, pixels: NDArray[Any]) -> NDArray[np.uint8]:
+def ends(sample: Sample, name: str) -> tuple[float, float]:
+    """Where the grey of a map begins and ends: at those per cents of what shows the object, or of all where nothing tells."""
+    pixels = sample.maps[name]
+    seen = np.isfinite(pixels)
+    if "label" in sample.maps and (on := seen & (sample.maps["label"] > 0)).any():
+        seen = on
+    low, high = np.percentile(pixels[seen], ENDS) if seen.any() else (0.0, 1.0)
+    return float(low), float(high)
+
+
+def coloured(sample: Sample, name: str) -> NDArray[np.uint8]:
     """A map as red, green and blue: labels in the colours of previews, numbers as grey, missing ones black."""
+    pixels = sample.maps[name]
     if name in ("label", "instance"):
         palette = np.array([list(_sheetlight.class_colour(number % 64)) for number in range(256)], np.uint8)
         return palette[pixels.astype(np.intp) & 255]
-    seen = np.isfinite(pixels)
-    low, high = np.percentile(pixels[seen], ENDS) if seen.any() else (0.0, 1.0)
+    (low, high), seen = ends(sample, name), np.isfinite(pixels)
     grey = np.clip((np.where(seen, pixels, low) - low) / max(high - low, 1e-12), 0.0, 1.0) * 254.0 + 1.0
     return np.repeat(np.where(seen, grey, 0.0).astype(np.uint8)[..., None], 3, axis=2)
 
@@ -59,7 +69,7 @@ def coloured(name: str, pixels: NDArray[Any]) -> NDArray[np.uint8]:
 def picture(sample: Sample, maps: list[str] | None = None) -> bytes:
     """Maps side by side as PNG, every k-th pixel of them where they are large."""
     step = max(1, -(-max(sample.shape) // MOST_PIXELS))
-    panels = [coloured(name, sample.maps[name][::step, ::step]) for name in shown(sample, maps)]
+    panels = [coloured(sample, name)[::step, ::step] for name in shown(sample, maps)]
     if not panels:
         raise ValueError(f"{sample!r} has no maps to show")
     white = np.full((panels[0].shape[0], GAP, 3), 255, np.uint8)
@@ -128,8 +138,7 @@ def plot(sample: Sample, maps: list[str] | None = None) -> Figure:
             scale = figure.colorbar(image, ax=axes, ticks=values)
             scale.set_ticklabels([sample.pixel_classes[value] for value in values])
         else:
-            seen = pixels[np.isfinite(pixels)]
-            low, high = np.percentile(seen, ENDS) if seen.size else (0.0, 1.0)
+            low, high = ends(sample, name)
             image = axes.imshow(pixels, vmin=low, vmax=high, extent=extent, interpolation="nearest")
             figure.colorbar(image, ax=axes)
         axes.set_title(name)

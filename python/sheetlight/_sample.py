@@ -310,7 +310,7 @@ class Sample:
         return _Maps(self, [f"range_{unit}" if name == "range" else name for name in self._names()])
 
     def picture(self, maps: list[str] | None = None) -> bytes:
-        """Maps side by side as PNG: numbers as grey from their first to their 99th per cent, labels in the colours of previews.
+        """Maps side by side as PNG: numbers as grey from the first to the 99th per cent of those on the object, labels in the colours of previews.
 
         Args:
             maps: names of `maps`; None for those that are measured and the labels
