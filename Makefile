@@ -32,6 +32,7 @@ ALL = --release --locked --workspace
 WHEEL := .venv-wheel
 SCALE := .venv-scale
 MOTO := .venv-moto
+FORMATS := .venv-formats
 SITE := .venv-site
 RELEASE := .venv-release
 # The oldest glibc that released files run with, and the package of an old one to try them with.
@@ -44,7 +45,7 @@ FIRST_TESTS = $(ALL) --lib $(FIRST:%=--test %)
 # What stands in square brackets in documentation and is no link: units, and letters of sources. Any other link that leads nowhere fails `check`.
 UNITS = 1|mm|um|px|DN|rad|deg|s|Hz|bytes|characters|i|[A-Z]
 
-.PHONY: help defect-maps build dist release wheel test-wheel test-scale test-long test-python test-installed test-alone environments quick prepare lint check check-rest check-all bench same-bytes same-values size wood wood-small blister blister-small sawtooth sawtooth-small mesh-small preview validate report bench-check check-onnx baselines gap likeness transfer real-fibres closed-loop measure-loop cover-loop unlike-rigs gallery schema kernel-table film-table bless reference fresh-draws fuzz doc site clean venv
+.PHONY: help defect-maps build dist release wheel test-wheel test-scale test-formats test-long test-python test-installed test-alone environments quick prepare lint check check-rest check-all bench same-bytes same-values size wood wood-small blister blister-small sawtooth sawtooth-small mesh-small preview validate report bench-check check-onnx baselines gap likeness transfer real-fibres closed-loop measure-loop cover-loop unlike-rigs gallery schema kernel-table film-table bless reference fresh-draws fuzz doc site clean venv
 
 help: ## print this help
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1\t/' | expand -t 14
@@ -78,7 +79,7 @@ $(VENV)/.ready: python/requirements.txt python/overrides.txt
 	$(fill)
 
 # Packages of clusters and of the S3 server exclude each other.
-$(WHEEL)/.ready $(SCALE)/.ready $(MOTO)/.ready $(SITE)/.ready $(RELEASE)/.ready: .venv-%/.ready: python/requirements-%.txt python/overrides.txt
+$(WHEEL)/.ready $(SCALE)/.ready $(MOTO)/.ready $(FORMATS)/.ready $(SITE)/.ready $(RELEASE)/.ready: .venv-%/.ready: python/requirements-%.txt python/overrides.txt
 	$(fill)
 
 wheel: $(WHEEL)/.ready ## build the Python package (target/wheels), which `pip install` takes
@@ -93,6 +94,10 @@ test-wheel: wheel venv ## tests of the installed wheel: SHEETLIGHT_WHEEL_FULL=1 
 test-scale: wheel $(SCALE)/.ready $(MOTO)/.ready ## tests of clusters and buckets on this machine: SCALE_FULL=1 for 200 shards, large files and Slurm itself
 	$(SCALE)/bin/uv pip install --quiet --python $(SCALE)/bin/python --no-deps --reinstall target/wheels/sheetlight-*.whl
 	$(SCALE)/bin/python -m pytest -q -p no:cacheprovider tests/scale
+
+test-formats: wheel $(FORMATS)/.ready ## tests of exports and recordings by the libraries that they are for
+	$(FORMATS)/bin/uv pip install --quiet --python $(FORMATS)/bin/python --no-deps --reinstall target/wheels/sheetlight-*.whl
+	OMP_WAIT_POLICY=passive $(FORMATS)/bin/python -m pytest -q -p no:cacheprovider tests/formats
 
 lint: ## format, measures of the tree, clippy with warnings as errors, documentation with its links
 	cargo fmt --all --check
@@ -109,7 +114,7 @@ check: lint quick ## first tier: format, lints, documentation, and the tests tha
 prepare: ## what the second tier needs: environments of Python, and its tests compiled
 	$(MAKE) --no-print-directory environments & made=$$!; cargo test $(ALL) --tests --no-run || { kill $$made; exit 1; }; wait $$made
 
-environments: $(VENV)/.ready $(WHEEL)/.ready $(SCALE)/.ready $(MOTO)/.ready ## all environments of Python that tests use
+environments: $(VENV)/.ready $(WHEEL)/.ready $(SCALE)/.ready $(MOTO)/.ready $(FORMATS)/.ready ## all environments of Python that tests use
 
 # Much of the time of readers, browsers and clusters is waiting, so these run beside each other; what is killed, fills
 # disks or counts memory has the machine for itself.
@@ -130,6 +135,7 @@ test-python: venv
 test-installed: venv
 	$(MAKE) --no-print-directory test-wheel
 	$(MAKE) --no-print-directory test-scale
+	$(MAKE) --no-print-directory test-formats
 
 test-alone:
 	cargo test $(ALL) --test disk --test kill --test memory
@@ -295,4 +301,4 @@ doc: ## Rust documentation in target/doc
 
 clean: ## remove build products and out/
 	cargo clean
-	rm -rf out .cache $(VENV) $(WHEEL) $(SCALE) $(MOTO) $(SITE) $(RELEASE)
+	rm -rf out .cache $(VENV) $(WHEEL) $(SCALE) $(MOTO) $(FORMATS) $(SITE) $(RELEASE)

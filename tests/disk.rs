@@ -144,7 +144,7 @@ fn an_export_that_fills_a_disk_goes_on() {
     let Some(disk) = disk(&place, 1) else { return };
     fill(&disk, 60_000);
     // MVTec's folders leave pictures out, and may fit.
-    for format in EXPORTS.iter().map(|format| format.name).filter(|name| *name != "mvtec") {
+    for format in EXPORTS.iter().map(|format| format.name).filter(|name| !name.starts_with("mvtec")) {
         let order = format!("export {format} set --out disk/{format}");
         let run = place.run(&order);
         assert_eq!(run.code, 1, "{format}: {}", run.err);

@@ -7,7 +7,8 @@
     sheetlight.generate("wood-small", 100, "out/boards")        # a dataset in a folder
     sheetlight.open("out/boards")[0].scatter                    # the same attributes, read
 
-`sheetlight.torch` has datasets for PyTorch's DataLoader, `sheetlight.scale` makes datasets with many machines and in buckets.
+`sheetlight.torch` has datasets for PyTorch's DataLoader, `sheetlight.scale` makes datasets with many machines and in buckets,
+`sheetlight.rerun` writes recordings for a viewer.
 Lengths are in mm, angles in degrees, digital numbers (DN) as the camera gives them.
 """
 
@@ -53,7 +54,7 @@ __all__ += _commands.__all__
 
 
 def __getattr__(name: str) -> Any:
-    """The parts that bring more than NumPy, imported when they are asked for: `sheetlight.torch` and `sheetlight.scale`."""
-    if name in ("scale", "torch"):
+    """The parts that bring more than NumPy, imported when they are asked for: `sheetlight.rerun`, `sheetlight.scale`, `sheetlight.torch`."""
+    if name in ("rerun", "scale", "torch"):
         return importlib.import_module(f"sheetlight.{name}")
     raise AttributeError(f"module 'sheetlight' has no attribute {name!r}")

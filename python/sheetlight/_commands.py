@@ -21,8 +21,10 @@ __all__ = [
     "export_coco",
     "export_icon",
     "export_mvtec",
+    "export_mvtec3d",
     "export_png",
     "export_webdataset",
+    "export_yolo",
     "fibres",
     "finish",
     "fit",
@@ -320,6 +322,7 @@ def export_coco(
     bits: Literal["8", "16"] | None = None,
     mask: Literal["whole", "own"] | None = None,
     plain_rle: bool = False,
+    polygons: bool = False,
 ) -> Result:
     """COCO instances: pictures, boxes, run-length masks, one document for each split.
 
@@ -335,6 +338,7 @@ def export_coco(
         bits: 16 writes one map as it is stored instead of scaling it to 8 bits; 8 where it is None
         mask: pixels of an object that others lie in: with them, or its own alone; whole where it is None
         plain_rle: masks as lists of run lengths instead of packed strings
+        polygons: masks as polygons instead of run lengths: one for each part of an object, with bridges to its holes
 
     Returns:
         What the command prints with `--json`, as a dict with attributes.
@@ -357,6 +361,7 @@ def export_coco(
             "--bits": bits,
             "--mask": mask,
             "--plain-rle": plain_rle,
+            "--polygons": polygons,
         },
         paths=["folder", "out"],
     )
@@ -460,6 +465,58 @@ def export_mvtec(
     )
 
 
+def export_mvtec3d(
+    folder: str | os.PathLike[str],
+    *,
+    out: str | os.PathLike[str],
+    split: Literal["train", "validation", "test", "all"] | None = None,
+    index: Words | Sequence[Words] | None = None,
+    threads: int | None = None,
+    image: Literal["reflectance", "scatter", "grey", "range", "rgb"] | None = None,
+    range_ends: Words | None = None,
+    scatter_ends: Words | None = None,
+    good: Words | Sequence[Words] | None = None,
+    patch_px: int | None = None,
+) -> Result:
+    """Folders as MVTec 3D-AD has them: rgb, xyz and gt of each picture.
+
+    Args:
+        folder: folder of the dataset
+        out: folder of the export: a new or empty one, or that of the same export, stopped
+        split: part of the dataset; all where it is None
+        index: samples by number: 3, 0-99, or several: 0-99,205 [default: all]
+        threads: threads [default: all cores]
+        image: what pictures show; rgb is Range, Reflectance and Scatter as red, green and blue; reflectance where it is None
+        range_ends: heights (or sensor rows) at the ends of 8 bits [default: from 64 samples of the dataset]
+        scatter_ends: scatter at the ends of 8 bits, in DN [default: from 64 samples of the dataset]
+        good: pixel classes that count as good [default: clear of wood, flange and pocket of packs; none of others]
+        patch_px: cut pictures into square patches of this side, good or not by their own pixels
+
+    Returns:
+        What the command prints with `--json`, as a dict with attributes.
+
+    Raises:
+        GenError: in the program's words.
+    """
+    return run_command(
+        "json",
+        ["export", "mvtec3d"],
+        places={"folder": folder},
+        options={
+            "--out": out,
+            "--split": split,
+            "--index": index,
+            "--threads": threads,
+            "--image": image,
+            "--range-ends": range_ends,
+            "--scatter-ends": scatter_ends,
+            "--good": good,
+            "--patch-px": patch_px,
+        },
+        paths=["folder", "out"],
+    )
+
+
 def export_png(
     folder: str | os.PathLike[str],
     *,
@@ -541,6 +598,58 @@ def export_webdataset(
             "--threads": threads,
             "--maps": maps,
             "--tar-mb": tar_mb,
+        },
+        paths=["folder", "out"],
+    )
+
+
+def export_yolo(
+    folder: str | os.PathLike[str],
+    *,
+    out: str | os.PathLike[str],
+    split: Literal["train", "validation", "test", "all"] | None = None,
+    index: Words | Sequence[Words] | None = None,
+    threads: int | None = None,
+    image: Literal["reflectance", "scatter", "grey", "range", "rgb"] | None = None,
+    range_ends: Words | None = None,
+    scatter_ends: Words | None = None,
+    task: Literal["detect", "segment"] | None = None,
+    mask: Literal["whole", "own"] | None = None,
+) -> Result:
+    """Folders as Ultralytics trains from: pictures of 8 bits, labels as text, data.yaml.
+
+    Args:
+        folder: folder of the dataset
+        out: folder of the export: a new or empty one, or that of the same export, stopped
+        split: part of the dataset; all where it is None
+        index: samples by number: 3, 0-99, or several: 0-99,205 [default: all]
+        threads: threads [default: all cores]
+        image: what pictures show; rgb is Range, Reflectance and Scatter as red, green and blue; reflectance where it is None
+        range_ends: heights (or sensor rows) at the ends of 8 bits [default: from 64 samples of the dataset]
+        scatter_ends: scatter at the ends of 8 bits, in DN [default: from 64 samples of the dataset]
+        task: what labels are: boxes, or polygons; segment where it is None
+        mask: pixels of an object that others lie in: with them, or its own alone; whole where it is None
+
+    Returns:
+        What the command prints with `--json`, as a dict with attributes.
+
+    Raises:
+        GenError: in the program's words.
+    """
+    return run_command(
+        "json",
+        ["export", "yolo"],
+        places={"folder": folder},
+        options={
+            "--out": out,
+            "--split": split,
+            "--index": index,
+            "--threads": threads,
+            "--image": image,
+            "--range-ends": range_ends,
+            "--scatter-ends": scatter_ends,
+            "--task": task,
+            "--mask": mask,
         },
         paths=["folder", "out"],
     )

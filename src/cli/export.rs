@@ -55,14 +55,14 @@ impl Subcommand for ExportCommand {
         let examples: String = examples.map(|[order, what]| format!("  gen export {order:<50}{what}\n")).collect();
         let formats = EXPORTS.iter().map(|format| {
             let command = ExportArgs::augment_args(clap::Command::new(format.name));
-            (format.add_options)(command)
+            let [order, what] = format.example;
+            (format.add_options)(command).after_help(format!("Example:\n  gen export {order:<50}{what}"))
         });
         command
             .about(format!("Write a dataset in other people's formats: {}", titles.join(", ")))
             .after_help(format!(
                 "Examples:\n{examples}\nA stopped export is finished by the same command. docs/guide/export.md \
-                    describes every \
-                 file, and the\nfields of the JSON."
+                 describes every file, and the\nfields of the JSON."
             ))
             .subcommands(formats)
     }

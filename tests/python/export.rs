@@ -89,8 +89,10 @@ fn tools_read_what_comes_from_exr() {
     assert!(checked(&place, "coco", "--image scatter").contains("12 images"));
     checked(&place, "mvtec", "--good clear,sound_knot --image range");
     assert_eq!(checked(&place, "webdataset", ""), "webdataset: 3 tars, 12 samples");
-    // Folders for anomaly detection were asked for above; files of the real camera are read by `gen icon`.
-    for format in EXPORTS.iter().filter(|format| !["mvtec", "webdataset", "icon"].contains(&format.name)) {
+    // Folders for anomaly detection were asked for above; files of the real camera are read by `gen icon`, and others
+    // in tests/formats.
+    let elsewhere = ["mvtec", "mvtec3d", "webdataset", "icon", "yolo"];
+    for format in EXPORTS.iter().filter(|format| !elsewhere.contains(&format.name)) {
         checked(&place, format.name, "");
     }
 }
@@ -135,8 +137,17 @@ fn scales_come_from_finished_samples() {
 #[test]
 fn bytes_follow_from_dataset_and_options() {
     let place = dataset(recipe(&[SPLITS]));
-    for format in ["coco --image rgb", "mvtec --patch-px 24", "webdataset", "png --colour", "icon --words"] {
-        let out = |threads: u32| format!("{}-{threads}", format.split(' ').next().unwrap_or_default());
+    for format in [
+        "coco --image rgb",
+        "coco --polygons",
+        "yolo --image scatter",
+        "mvtec --patch-px 24",
+        "mvtec3d --patch-px 24",
+        "webdataset",
+        "png --colour",
+        "icon --words",
+    ] {
+        let out = |threads: u32| format!("{}-{threads}", format.replace(' ', ""));
         for threads in [1, 3] {
             place.done(&format!("export {format} set --out {} --threads {threads}", out(threads)));
         }

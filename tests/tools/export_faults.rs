@@ -32,7 +32,14 @@ fn files(folder: &Path) -> usize {
 fn a_stopped_export_is_finished() {
     let place =
         dataset(recipe(&[["\n  columns: 64 ", "\n  columns: 256 "], ["\n  profiles: 48 ", "\n  profiles: 256 "]]));
-    for order in ["png set --colour", "coco set --image rgb", "webdataset set --tar-mb 1", "icon set"] {
+    for order in [
+        "png set --colour",
+        "coco set --image rgb",
+        "yolo set",
+        "mvtec3d set --split train --patch-px 32",
+        "webdataset set --tar-mb 1",
+        "icon set",
+    ] {
         let format = order.split(' ').next().unwrap_or_default();
         place.done(&format!("export {order} --out {format}-whole"));
         let mut stopped = 0;
@@ -147,11 +154,11 @@ fn damage_is_told() {
     for (i, (place, path, words, damage)) in cases.into_iter().enumerate() {
         let good = fs::read(place.path(path)).expect("it is there");
         change(place, path, damage);
-        for format in ["png", "coco", "webdataset"] {
+        for format in ["png", "coco", "yolo", "webdataset"] {
             let out = format!("{format}-{i}");
             let run = place.run(&format!("export {format} set --out {out}"));
             // Without the map that is damaged there is nothing to see.
-            if format == "coco" && run.code == 0 {
+            if ["coco", "yolo"].contains(&format) && run.code == 0 {
                 continue;
             }
             let name = if i == 7 { "set/data" } else { path };
@@ -236,6 +243,9 @@ fn misuse_is_told() {
         ("coco set --out o --image scatter --scatter-ends 5,,9,", 2, "LOW,HIGH"),
         ("coco set --out o --range-ends 5,9", 2, "--image range or rgb"),
         ("mvtec set --out o --image range --scatter-ends 5,9", 2, "--image scatter or rgb"),
+        ("yolo set --out o --image scatter --range-ends 5,9", 2, "--image range or rgb"),
+        ("mvtec3d set --out o --image range --scatter-ends 5,9", 2, "--image scatter or rgb"),
+        ("coco set --out o --polygons --plain-rle", 2, "cannot be used with"),
         ("icon set --out o --sensor --rate 500", 2, "leave one of them away"),
         ("icon set --out o --sensor --words", 2, "leave one of them away"),
         ("coco set --out set/../set/inside", 2, "choose a folder elsewhere"),
@@ -258,8 +268,11 @@ fn misuse_is_told() {
     let run = rows.run("export icon set --out o --words");
     let told = run.err.contains("--words has no effect") && run.err.contains("leave it away");
     assert!(run.code == 2 && told && !rows.path("o").exists(), "{} {}", run.code, run.err);
+    rows.run("export mvtec3d set --out o").refused(&["its Range is sensor rows", "or export it as mvtec"]);
     let saw = dataset(sawtooth_recipe(&[]));
-    for (format, words) in [("mvtec", "has no defects"), ("coco", "no classes to tell apart")] {
+    for (format, words) in
+        [("mvtec", "has no defects"), ("coco", "no classes to tell apart"), ("yolo", "no classes to tell apart")]
+    {
         let run = saw.run(&format!("export {format} set --out o"));
         assert!(run.code == 1 && run.err.contains(words) && !saw.path("o").exists(), "{}", run.err);
         assert!(run.err.contains("export it as png or webdataset"), "{}", run.err);

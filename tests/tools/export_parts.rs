@@ -190,3 +190,46 @@ fn a_split_without_samples_is_refused() {
     let run = whole.done("export mvtec set --out all --good clear,sound_knot,dead_knot,rot");
     assert!(run.err.contains("test has no defects"), "{}", run.err);
 }
+
+/// Labels of YOLO are boxes or polygons of the classes that `data.yaml` names; a picture without objects has an empty
+/// text, and what Ultralytics would refuse is told.
+#[test]
+fn labels_are_lines_of_named_classes() {
+    let large = [SPECKLE, ["\n  columns: 64 ", "\n  columns: 256 "], ["\n  profiles: 48 ", "\n  profiles: 256 "]];
+    let place = dataset(12, "{train: 0.4, validation: 0.3, test: 0.3}", &large);
+    place.done("export yolo set --out boxes --task detect");
+    let files = place.tree("boxes");
+    let text = |name: &str| String::from_utf8(files[name].clone()).expect("it is text");
+    let document = text("data.yaml");
+    let head = "train: images/train\nval: images/validation\ntest: images/test\nnames:\n  0: \"";
+    assert!(document.starts_with(head), "{document}");
+    let names: Vec<&str> = document.lines().filter_map(|line| line.split('"').nth(1)).collect();
+    let numbers = |line: &str| -> Vec<f64> { line.split(' ').map(|n| n.parse().expect("a number")).collect() };
+    let (mut lines, mut empty) = (0, 0);
+    place.done("export png set --out rows --maps label");
+    let tables = ["train", "validation", "test"].map(|split| place.tree("rows")[&format!("{split}.jsonl")].clone());
+    for line in String::from_utf8(tables.concat()).expect("it is text").lines() {
+        let row: serde_json::Value = serde_json::from_str(line).expect("it is JSON");
+        let index = row["index"].as_u64().expect("a number");
+        let labels = text(&format!("labels/{}/{index:08}.txt", row["split"].as_str().expect("a word")));
+        let objects = row["objects"].as_array().expect("a list");
+        assert_eq!(labels.lines().count(), objects.len(), "{index}");
+        empty += usize::from(labels.is_empty());
+        for (line, object) in labels.lines().zip(objects) {
+            let [class, x, y, width, height] = numbers(line)[..] else { panic!("{line}") };
+            assert_eq!(object["class_name"], names[class as usize]);
+            let found = [x - width / 2.0, y - height / 2.0, width, height].map(|share| share * 256.0);
+            let bbox = object["bbox"].as_array().expect("a box").iter().map(|side| side.as_f64().expect("a number"));
+            assert!(bbox.zip(found).all(|(side, found)| (side - found).abs() < 1e-4), "{line} {object}");
+            lines += 1;
+        }
+    }
+    assert!(lines > 3 && empty > 0, "{lines} {empty}");
+    let part = place.done("export yolo set --out part --split test");
+    for missing in ["no `train`", "no `val`"] {
+        assert!(part.err.contains(missing), "{}", part.err);
+    }
+    let polygons = place.tree("part");
+    let longest = polygons.iter().filter(|(name, _)| name.ends_with(".txt")).map(|(_, text)| text.len()).max();
+    assert!(longest > Some(60), "polygons have more than four numbers: {longest:?}");
+}

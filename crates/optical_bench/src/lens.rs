@@ -66,6 +66,25 @@ impl Distortion {
         DistortedDirection { direction, slopes }
     }
 
+    /// The x of the direction of height `y` [1] that a column looks at whose image of it lies at `wanted` [1] on a
+    /// sensor that leans by the slope `lean`: x' / (1 - lean y') = wanted.
+    pub fn seen_in_column(&self, wanted: f64, lean: f64, y: f64) -> f64 {
+        // Without distortion the start is exact.
+        let mut x = wanted * (1.0 - lean * y);
+        if !self.is_none() {
+            for _ in 0..MAX_NEWTON_STEPS {
+                let DistortedDirection { direction: [xd, yd], slopes: [a, b, _] } = self.distort(x, y);
+                let bottom = 1.0 - lean * yd;
+                let step = (wanted - xd / bottom) / ((a * bottom + xd * lean * b) / (bottom * bottom));
+                x += step;
+                if step.abs() < NEWTON_TOLERANCE {
+                    break;
+                }
+            }
+        }
+        x
+    }
+
     /// The direction that the lens distorts to `distorted`.
     #[inline]
     pub fn undistort(&self, distorted: [f64; 2]) -> [f64; 2] {

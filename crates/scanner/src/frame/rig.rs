@@ -14,12 +14,7 @@
 //! Exact for every point, off the laser plane too. Neglected: thick lenses, whose nodal points only move the camera,
 //! and distortion that depends on the distance of the object.
 
-use optical_bench::lens::{DistortedDirection, Distortion};
-
-/// Most steps of Newton's method; from the undistorted direction five reach the last bit.
-const MAX_NEWTON_STEPS: usize = 12;
-/// Step of a direction below which Newton's method ends [1].
-const NEWTON_TOLERANCE: f64 = 1e-13;
+use optical_bench::lens::Distortion;
 
 /// Position and optics of the camera against the laser plane.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -94,21 +89,7 @@ impl Rig {
         let yn = z * sin / zc;
         let lean = libm::tan(self.sensor_tilt);
         let wanted = (col - self.centre_col) * self.pixel / self.image_distance;
-        // Newton's method for the direction whose distorted x the column looks at; without distortion the start is
-        // exact.
-        let mut xn = wanted * (1.0 - lean * yn);
-        if !self.distortion.is_none() {
-            for _ in 0..MAX_NEWTON_STEPS {
-                let DistortedDirection { direction: [xd, yd], slopes: [a, b, _] } = self.distortion.distort(xn, yn);
-                let bottom = 1.0 - lean * yd;
-                let step = (wanted - xd / bottom) / ((a * bottom + xd * lean * b) / (bottom * bottom));
-                xn += step;
-                if step.abs() < NEWTON_TOLERANCE {
-                    break;
-                }
-            }
-        }
-        xn * zc
+        self.distortion.seen_in_column(wanted, lean, yn) * zc
     }
 
     /// Lines of sight of `columns` columns in the laser plane between the conveyor and `top` [mm].

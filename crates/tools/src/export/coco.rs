@@ -7,18 +7,20 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use output_schema::DatasetHead;
 use serde_json::{Map, Value, json};
 
-use super::classes::{Category, categories};
+use super::classes::Category;
 use super::export_folder::{ExportFolder, ExportSummary, GrowingFile, of_split};
 use super::format::{Export, ExportFormat};
 use super::map_scale::MapScales;
+use super::objects::{MaskExtent, MaskedObject, each_object, object_categories};
 use super::picture::TrainingPicture;
 use super::picture_options::{PictureContent, PictureOptions};
+use super::polygon::{Polygon, PolygonParts, polygons};
 use super::run_length::RunLengthMask;
-use super::sample::{ExportSample, Region};
+use super::sample::ExportSample;
 use super::source::{ExportProgress, ExportSource};
 use dataset::Fault;
 use optical_bench::split::Split;
@@ -40,15 +42,9 @@ struct Coco {
     /// Masks as lists of run lengths instead of packed strings
     #[arg(long)]
     plain_rle: bool,
-}
-
-/// Whether the mask of an object includes the objects within it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum MaskExtent {
-    // Its own and those of all that lies in it: a pocket with its defects, as `objects` of the dataset counts.
-    Whole,
-    // Its own alone: masks of one picture never overlap.
-    Own,
+    /// Masks as polygons instead of run lengths: one for each part of an object, with bridges to its holes
+    #[arg(long, conflicts_with = "plain_rle")]
+    polygons: bool,
 }
 
 /// Annotations and images of one split while they grow.
@@ -99,14 +95,10 @@ impl Export for Coco {
         let maps = self.pictures.image.maps();
         let images = [maps, &["instance"]].concat();
         source.needs(&images)?;
-        let classes = categories(source.head());
-        if classes.is_empty() {
-            let what = format!("its subject `{}` has no classes to tell apart", source.head().subject);
-            return Err(Fault::at(source.root(), what, "export it as png or webdataset"));
-        }
+        let classes = object_categories(source)?;
         let asked = json!({
             "image": self.pictures.image.name(), "bits": if self.is_stored() { 16 } else { 8 },
-            "mask": if self.mask == MaskExtent::Whole { "whole" } else { "own" }, "plain": self.plain_rle,
+            "mask": self.mask.name(), "plain": self.plain_rle, "polygons": self.polygons,
             "range": self.pictures.range_ends, "scatter": self.pictures.scatter_ends,
         });
         ExportFolder::write(out, FORMAT.name, asked, source, |out| {
@@ -120,7 +112,7 @@ impl Export for Coco {
                     Some(scalings) => Ok(TrainingPicture::of(sample, scalings)?.png()),
                     None => sample.png(maps[0]),
                 })?;
-                annotations(sample, &classes, self)
+                each_object(sample, &classes, self.mask, |object| annotation(sample, object, self))
             };
             let take = |sample: &ExportSample, annotations: Vec<Value>| {
                 let begin = || CocoDocument::begin(&out, sample.split, &head);
@@ -141,8 +133,11 @@ impl Export for Coco {
 /// What comes before the images of every document.
 fn header(source: &ExportSource, classes: &[Category], scaling: &Value) -> Value {
     let head = source.head();
-    let category =
-        |class: &Category| json!({"id": class.value, "name": class.name, "supercategory": class.supercategory});
+    // Tools count from 1 without gaps; labels of pixels have gaps.
+    let category = |(i, class): (usize, &Category)| {
+        let Category { value, name, supercategory } = class;
+        json!({"id": i + 1, "name": name, "supercategory": supercategory, "label_value": value})
+    };
     json!({
         "info": {
             "description": head.recipe.name, "version": "1.0", "contributor": "sheetlight",
@@ -151,7 +146,7 @@ fn header(source: &ExportSource, classes: &[Category], scaling: &Value) -> Value
             "scaling": scaling,
         },
         "licenses": [],
-        "categories": classes.iter().map(category).collect::<Vec<_>>(),
+        "categories": classes.iter().enumerate().map(category).collect::<Vec<_>>(),
     })
 }
 
@@ -211,149 +206,25 @@ fn image(sample: &ExportSample) -> Result<Value, Fault> {
     Ok(entry)
 }
 
-/// The objects of a sample, each with its mask from the instance image.
-fn annotations(sample: &ExportSample, classes: &[Category], options: &Coco) -> Result<Vec<Value>, Fault> {
-    let objects = sample.objects()?;
-    let pixels = sample.grey("instance")?.numbers();
-    let whole = |object: &Map<String, Value>, name: &str| whole(object, name).map_err(|what| sample.fault(what));
-    let outer = outer(&objects).map_err(|what| sample.fault(what))?;
-    let is_listed = |n: u16| outer.get(usize::from(n)).is_some_and(Option::is_some);
-    if let Some(stray) = pixels.iter().find(|n| **n > 0 && !is_listed(**n)) {
-        return Err(sample.fault(format!("the instance image shows {stray}, which `objects` does not list")));
-    }
-    let mut found = Vec::new();
-    for object in objects {
-        let number = whole(object, "instance")?;
-        let members = |own: bool| -> Vec<bool> {
-            let mut members = vec![false; outer.len()];
-            for (n, outer) in outer.iter().enumerate() {
-                // What it lies in has a smaller number, and is known.
-                members[n] = n as u64 == number || !own && outer.is_some_and(|outer| members[usize::from(outer)]);
-            }
-            members
-        };
-        let bbox = bounding_box(object).filter(|found| {
-            let ends = [found.left + found.cols, found.top + found.rows];
-            ends.into_iter().zip([sample.cols, sample.rows]).all(|(end, side)| end <= side)
-        });
-        let bbox = bbox.ok_or_else(|| sample.fault(format!("the box of instance {number} is not in the image")))?;
-        let mask = |members: &[bool]| {
-            let set = |row: usize, col: usize| members[usize::from(pixels[row * sample.cols + col])];
-            (tight(bbox, &set), RunLengthMask::of(sample.rows, sample.cols, bbox, set))
-        };
-        let (mut tight, mut runs) = mask(&members(false));
-        if tight != bbox || runs.area() != whole(object, "area_px")? {
-            return Err(sample.fault(format!("instance {number} is not where `objects` says")));
-        }
-        if options.mask == MaskExtent::Own {
-            (tight, runs) = mask(&members(true));
-            if runs.area() == 0 {
-                continue;
-            }
-        }
-        let class = whole(object, "class")?;
-        if !classes.iter().any(|known| known.value as u64 == class) {
-            return Err(sample.fault(format!("instance {number} is of class {class}, which has no objects")));
-        }
-        found.push(annotation(sample, object, class, tight, &runs, options.plain_rle));
-    }
-    Ok(found)
-}
-
-fn whole(object: &Map<String, Value>, name: &str) -> Result<u64, String> {
-    let number = object.get(name).and_then(Value::as_u64);
-    number.ok_or_else(|| format!("`objects.{name}` is missing or negative"))
-}
-
-/// What each instance lies in, by number: 0 for none, and nothing for numbers that no object has. Whatever an instance
-/// lies in has a smaller number.
-fn outer(objects: &[&Map<String, Value>]) -> Result<Vec<Option<u16>>, String> {
-    let mut found = vec![None];
-    for object in objects {
-        let [number, outer] = [whole(object, "instance")?, whole(object, "within")?];
-        // As instance images count.
-        let Some((n, lies_in)) = u16::try_from(number).ok().zip(u16::try_from(outer).ok()).filter(|(n, _)| *n > 0)
-        else {
-            return Err(format!(
-                "`objects` lists instance {number} within {outer}; instances have the numbers 1 to 65535"
-            ));
-        };
-        let n = usize::from(n);
-        let is_listed = |n: usize| found.get(n).is_some_and(Option::is_some);
-        if outer >= number || outer > 0 && !is_listed(usize::from(lies_in)) || is_listed(n) {
-            return Err(format!("`objects` lists instance {number} within {outer}"));
-        }
-        found.resize(found.len().max(n + 1), None);
-        found[n] = Some(lies_in);
-    }
-    Ok(found)
-}
-
-fn annotation(
-    sample: &ExportSample,
-    object: &Map<String, Value>,
-    class: u64,
-    bbox: Region,
-    runs: &RunLengthMask,
-    plain: bool,
-) -> Value {
-    let counts = if plain { json!(runs.counts()) } else { json!(runs.packed()) };
-    let mut attributes = object.clone();
+/// An object as COCO writes it; its `id` is given where documents grow.
+fn annotation(sample: &ExportSample, object: &MaskedObject, options: &Coco) -> Value {
+    let MaskedObject { entry, category, bbox, .. } = object;
+    let runs = RunLengthMask::of(sample.rows, sample.cols, *bbox, |row, col| object.is_set(row, col));
+    let run_lengths = |counts: Value| json!({"size": [sample.rows, sample.cols], "counts": counts});
+    let segmentation = match (options.polygons, options.plain_rle) {
+        (true, _) => json!(polygons(object, PolygonParts::Apart).iter().map(Polygon::numbers).collect::<Vec<_>>()),
+        (false, true) => run_lengths(json!(runs.counts())),
+        (false, false) => run_lengths(json!(runs.packed())),
+    };
+    let mut attributes = (*entry).clone();
     attributes.shift_remove("bbox");
     for name in ["class", "state"] {
-        let class = object.get(name).and_then(Value::as_u64).unwrap_or(u64::MAX);
+        let class = entry.get(name).and_then(Value::as_u64).unwrap_or(u64::MAX);
         attributes.insert(name.into(), sample.pixel_class(class).into());
     }
     json!({
-        "id": 0, "image_id": sample.index, "category_id": class, "bbox": [bbox.left, bbox.top, bbox.cols, bbox.rows],
-            "area": runs.area(),
-        "segmentation": {"size": [sample.rows, sample.cols], "counts": counts}, "iscrowd": 0,
-        "attributes": attributes,
+        "id": 0, "image_id": sample.index, "category_id": category + 1,
+        "bbox": [bbox.left, bbox.top, bbox.cols, bbox.rows], "area": runs.area(), "segmentation": segmentation,
+        "iscrowd": 0, "attributes": attributes,
     })
-}
-
-/// The box of an object, which the dataset keeps as first column, first row, columns, rows.
-fn bounding_box(object: &Map<String, Value>) -> Option<Region> {
-    let sides = object.get("bbox")?.as_array()?.iter().map(|side| side.as_u64().map(|side| side as usize));
-    let [left, top, cols, rows] = sides.collect::<Option<Vec<_>>>()?.try_into().ok()?;
-    Some(Region { top, left, rows, cols })
-}
-
-/// The smallest box around what is set in a box; empty where nothing is.
-fn tight(within: Region, set: &impl Fn(usize, usize) -> bool) -> Region {
-    let Region { top, left, rows, cols } = within;
-    let col = |col: &usize| (top..top + rows).any(|row| set(row, *col));
-    let row = |row: &usize| (left..left + cols).any(|col| set(*row, col));
-    let ends = |mut at: std::ops::Range<usize>, is: &dyn Fn(&usize) -> bool| {
-        let first = at.find(|n| is(n))?;
-        Some((first, at.rfind(|n| is(n)).unwrap_or(first) + 1 - first))
-    };
-    match (ends(left..left + cols, &col), ends(top..top + rows, &row)) {
-        (Some((left, cols)), Some((top, rows))) => Region { top, left, rows, cols },
-        _ => Region { rows: 0, cols: 0, ..within },
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn found(pairs: &[[u64; 2]]) -> Result<Vec<Option<u16>>, String> {
-        let object = |[number, within]: &[u64; 2]| json!({"instance": number, "within": within});
-        let objects: Vec<Value> = pairs.iter().map(object).collect();
-        outer(&objects.iter().filter_map(Value::as_object).collect::<Vec<_>>())
-    }
-
-    /// Numbers that no instance image can hold are faults, however large, and never sizes.
-    #[test]
-    fn instances_are_what_images_can_hold() {
-        assert_eq!(found(&[[1, 0], [3, 1]]), Ok(vec![None, Some(0), None, Some(1)]));
-        assert_eq!(found(&[[65535, 0]]).map(|outer| outer.len()), Ok(65536));
-        for wrong in [[0, 0], [65536, 0], [1 << 40, 0], [u64::MAX, 0]] {
-            assert!(found(&[wrong]).is_err_and(|what| what.contains("1 to 65535")), "{wrong:?}");
-        }
-        for wrong in [&[[2, 2]][..], &[[2, 1]], &[[1, 0], [1, 0]], &[[1, 0], [2, 3], [3, 0]]] {
-            assert!(found(wrong).is_err(), "{wrong:?}");
-        }
-    }
 }

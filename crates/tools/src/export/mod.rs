@@ -8,6 +8,7 @@
 //! `ExportFolder` folder is marked as unfinished until the last file is there; the same command again finishes it.
 //! Memory does not grow with the number of samples: rows are read one by one, as many at a time as there are threads.
 
+mod anomaly;
 mod classes;
 mod coco;
 mod export_folder;
@@ -15,13 +16,17 @@ mod format;
 mod icon;
 mod map_scale;
 mod mvtec;
+mod mvtec3d;
+mod objects;
 mod picture;
 mod picture_options;
 mod png;
+mod polygon;
 mod run_length;
 mod sample;
 mod source;
 mod webdataset;
+mod yolo;
 
 pub(crate) use export_folder::EXPORT_DOCUMENT;
 pub use export_folder::ExportSummary;
@@ -29,4 +34,5 @@ pub use format::{Export, ExportFormat};
 pub use source::{ExportProgress, ExportSource, Selection};
 
 /// Every export, in the order of the help.
-pub const EXPORTS: &[ExportFormat] = &[coco::FORMAT, mvtec::FORMAT, webdataset::FORMAT, png::FORMAT, icon::FORMAT];
+pub const EXPORTS: &[ExportFormat] =
+    &[coco::FORMAT, yolo::FORMAT, mvtec::FORMAT, mvtec3d::FORMAT, webdataset::FORMAT, png::FORMAT, icon::FORMAT];

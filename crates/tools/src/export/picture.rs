@@ -43,6 +43,15 @@ impl TrainingPicture {
         Self { cols, channels: self.channels, pixels }
     }
 
+    /// The same in three channels; those of a single map are alike.
+    pub(super) fn colours(self) -> Self {
+        let pixels = match self.channels {
+            1 => self.pixels.iter().flat_map(|level| [*level; 3]).collect(),
+            _ => self.pixels,
+        };
+        Self { cols: self.cols, channels: 3, pixels }
+    }
+
     /// As PNG.
     pub(super) fn png(self) -> Vec<u8> {
         match self.channels {

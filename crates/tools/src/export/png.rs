@@ -1,8 +1,11 @@
 //! PNG folders: the images as they are stored, and a line of JSON for each row.
 //!
 //! ```text
-//! <split>/<map>/<index>.png    <split>/colour/<index>.png    <split>.jsonl
+//! <split>/<map>/<index>.png    <split>/colour/<index>.png    <split>.jsonl    <split>/metadata.jsonl
 //! ```
+//!
+//! `metadata.jsonl` is what makes the images of a sample one row of `datasets`. That takes one type for each column, in
+//! all splits: so it holds what no sample lacks, and objects as text.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -59,6 +62,32 @@ impl MapOptions {
     }
 }
 
+/// The lines of a split while they grow.
+struct SplitTables {
+    files: [GrowingFile; 2],
+    rows: u64,
+}
+
+/// What `datasets` makes a row of: the files of a sample, each in a column of its map's name, and what no sample lacks.
+fn metadata(sample: &ExportSample, row: &Value, files: &Map<String, Value>) -> Value {
+    let mut found = Map::new();
+    for (map, place) in files {
+        // Places are meant from the folder of the split on.
+        let place = place.as_str().and_then(|place| place.split_once('/')).map(|(_, place)| place);
+        found.insert(format!("{map}_file_name"), place.into());
+    }
+    let is_kept = |key: &str| {
+        ["index", "id", "seed", "row_mm", "col_mm"].contains(&key)
+            || key.starts_with("range_offset_")
+            || key.starts_with("range_scale_")
+    };
+    let kept = sample.row.values.iter().filter(|(key, _)| is_kept(key));
+    found.extend(kept.map(|(key, value)| (key.clone(), value.clone())));
+    found.insert("class_name".into(), sample.class.clone().into());
+    found.insert("objects".into(), row["objects"].to_string().into());
+    Value::Object(found)
+}
+
 impl Export for Png {
     fn write(&self, source: &ExportSource, out: &Path, progress: ExportProgress) -> Result<ExportSummary, Fault> {
         let maps = self.maps.chosen(source)?;
@@ -69,7 +98,7 @@ impl Export for Png {
         source.needs(&images)?;
         let asked = json!({"maps": maps, "colour": self.colour});
         ExportFolder::write(out, FORMAT.name, asked, source, |out| {
-            let mut tables: BTreeMap<Split, (GrowingFile, u64)> = BTreeMap::new();
+            let mut tables: BTreeMap<Split, SplitTables> = BTreeMap::new();
             let work = |sample: &ExportSample| {
                 let mut files = Map::new();
                 let place = |map: &str| format!("{}/{map}/{}.png", sample.split.name(), sample.key);
@@ -87,20 +116,23 @@ impl Export for Png {
                     files.insert("colour".into(), place("colour").into());
                 }
                 let mut row = sample.json();
+                let metadata = metadata(sample, &row, &files);
                 row["files"] = Value::Object(files);
-                Ok(format!("{row}\n"))
+                Ok([row, metadata].map(|line| format!("{line}\n")))
             };
-            let take = |sample: &ExportSample, line: String| {
-                let begin = || Ok((out.create(&format!("{}.jsonl", sample.split.name()))?, 0));
-                let (table, rows) = of_split(&mut tables, sample.split, begin)?;
-                *rows += 1;
-                table.push(line.as_bytes())
+            let take = |sample: &ExportSample, lines: [String; 2]| {
+                let split = sample.split.name();
+                let names = [format!("{split}.jsonl"), format!("{split}/metadata.jsonl")];
+                let begin = || Ok(SplitTables { files: [out.create(&names[0])?, out.create(&names[1])?], rows: 0 });
+                let tables = of_split(&mut tables, sample.split, begin)?;
+                tables.rows += 1;
+                tables.files.iter_mut().zip(lines).try_for_each(|(file, line)| file.push(line.as_bytes()))
             };
             source.each(&images, work, take, progress)?;
             let mut rows = Map::new();
-            for (split, (table, count)) in tables {
-                out.finish_file(table)?;
-                rows.insert(split.name().into(), count.into());
+            for (split, table) in tables {
+                table.files.into_iter().try_for_each(|file| out.finish_file(file))?;
+                rows.insert(split.name().into(), table.rows.into());
             }
             let classes: Map<String, Value> =
                 source.head().shown_classes().map(|(value, name)| (value.to_string(), name.into())).collect();

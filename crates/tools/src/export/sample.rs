@@ -78,6 +78,11 @@ impl<'a> ExportSample<'a> {
         Ok(Self { index: listed.index, key: key(listed.index), split, class, cols, rows, row, head, table, exr })
     }
 
+    /// `dataset.json`.
+    pub(super) fn head(&self) -> &DatasetHead {
+        self.head
+    }
+
     /// An error that names this sample.
     pub(super) fn fault(&self, what: impl AsRef<str>) -> Fault {
         Fault::damaged(&self.table.path, what.as_ref()).of_part(format!("sample {}", self.index))
