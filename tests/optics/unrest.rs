@@ -14,6 +14,8 @@ use crate::camera_motion::line;
 
 /// Column that is looked at.
 const COLUMN: usize = 64;
+/// Photons of a profile where the Monte Carlo answers.
+const PHOTONS: u64 = 10_000;
 
 fn grey() -> Medium {
     Medium::opaque(Gloss { matte: 0.5, ..Gloss::NONE })
@@ -246,4 +248,64 @@ fn slow_models_are_disturbed_too() {
     let power = less / below;
     assert!((power / 0.9 - 1.0).abs() > 0.09 && (shines / surface / power - 1.0).abs() < 1e-3, "{power}");
     assert!(clear == 0.0 && veil > 0.0, "{clear} {veil}");
+}
+
+/// Row of the light from below, light from below, light of the surface and veil, over the columns of a tile.
+fn answered(scene: &Scene) -> [f64; 4] {
+    let equipment = Equipment { patterns: patterns(), line_solvers: reference::line_solver };
+    let (sensor, specimen) = pipeline::set_up(scene, pipeline::body(scene), equipment);
+    let (band, mut scratch) = (sensor.band(&specimen, 20..21), Scratch::default());
+    sensor.window(&band, 20, 0, &mut scratch);
+    let window = &scratch.windows[0];
+    let sum = |field: &[[f32; TILE]]| field.iter().flatten().map(|light| f64::from(*light)).sum::<f64>();
+    let row = |k: usize, column: usize| f64::from(window.first_row[column]) + k as f64;
+    let moment = (0..ROWS).flat_map(|k| (0..TILE).map(move |c| (k, c)));
+    let moment: f64 = moment.map(|(k, c)| row(k, c) * f64::from(window.volume[k][c])).sum();
+    let below = sum(&window.volume[..]);
+    [moment / below, below, sum(&window.surface[..]), sum(&window.ambient)]
+}
+
+/// Instruments at unrest, dust, glare and water change the light of the Monte Carlo as they change the kernel's: where
+/// it stands, and how much comes from below and from the surface. With the same chance in both of its answers there is
+/// next to no noise in what changes the line alone; water changes the paths.
+#[test]
+#[ignore = "long"]
+fn walked_light_is_disturbed_as_the_kernels() {
+    fn water(scene: &mut Scene, film: f64) {
+        let Plan::Wood(wood) = &mut scene.plan else { panic!("a board") };
+        (wood.moisture.board_filled, wood.moisture.film, wood.moisture.film_roughness) = (0.8, film, 0.25);
+    }
+    type Effect = (&'static str, fn(&mut Scene), [f64; 2]);
+    // Where the line moves, rows differ by what a sawn face adds at another place.
+    let (line, paths) = ([0.06, 0.01], [0.4, 0.05]);
+    let effects: [Effect; 8] = [
+        ("power", |scene| scene.bench.laser.power_noise = 0.3, line),
+        ("modes", |scene| (scene.bench.laser.mode_hop_um, scene.bench.laser.mode_hop_power) = (60.0, 0.2), line),
+        ("vibration", |scene| (scene.bench.motion.line_rate_hz, scene.bench.motion.vibration_um) = (1e3, 300.0), line),
+        ("dust", |scene| (scene.bench.laser.dust_count, scene.bench.laser.dust_shade) = (300.0, 0.6), line),
+        ("drift", |scene| (scene.bench.camera.drift_rows, scene.bench.camera.drift_scan_rows) = (3.0, 2.0), line),
+        ("glare", |scene| scene.bench.camera.glare_share = 0.1, line),
+        ("water", |scene| water(scene, 0.0), paths),
+        ("a film of water", |scene| water(scene, 1.0), paths),
+    ];
+    let models = [Transport::Kernel, Transport::Path { photons: PHOTONS }].map(|model| {
+        let mut rest = scene(24);
+        (rest.size.columns, rest.transport) = (TILE, model);
+        let Plan::Wood(wood) = &mut rest.plan else { panic!("a board") };
+        (wood.board.lead_in_mm, wood.board.width_mm) = (0.5, 14.0);
+        (answered(&rest), rest)
+    });
+    for (name, disturb, allowed) in effects {
+        let changes = models.each_ref().map(|([row, below, surface, _], rest)| {
+            let mut disturbed = rest.clone();
+            disturb(&mut disturbed);
+            let [own_row, own_below, own_surface, veil] = answered(&disturbed);
+            [own_row - row, own_below / below - 1.0, own_surface / surface - 1.0, veil / own_below]
+        });
+        println!("{name}: {changes:.4?}");
+        let [kernel, walked] = changes;
+        assert!(kernel.iter().any(|change| change.abs() > 0.04), "{name} changes nothing");
+        let off: [f64; 4] = std::array::from_fn(|i| (kernel[i] - walked[i]).abs());
+        assert!(off[0] < allowed[0] && off[1..].iter().all(|off| *off < allowed[1]), "{name}: {kernel:?} {walked:?}");
+    }
 }
