@@ -12,8 +12,6 @@ use super::half_space::{self, KernelError};
 use crate::answer::Question;
 use crate::stack::{Stack, Substrate};
 
-/// Cosine of the lens' tilt below which answers about matter without film are in doubt: 71 degrees [1].
-const STEEPEST_VIEW_UP: f32 = 0.3256;
 /// Scattering below which light that met single fibres is seen as such, one free path beside the line [mm^-1].
 const WEAK_SCATTERING: f32 = 2.3;
 /// Dispersion of fibres below which it keeps to its cone [deg].
@@ -38,9 +36,6 @@ const NEAR_MM: f32 = 1.0;
 /// Why an answer of the kernel is in doubt.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum Doubt {
-    /// A lens that looks along the face.
-    #[error("the lens looks at matter from more than 71 degrees: 10 to 20 % too much light reaches it")]
-    SteepLens,
     /// Matter in which the lens sees light that met single fibres.
     #[error(
         "fibres lie along the motion, hardly dispersed, in matter that absorbs much and scatters little: rows \
@@ -63,13 +58,7 @@ impl Doubt {
         let is_in_cone = z.abs() < FLAT_DIVE && y.abs() > ALONG_MOTION * (1.0 - z * z).sqrt() && view.z > CONE_VIEW_UP;
         let is_straight = medium.k > 0.0 && medium.dispersion_deg < STRAIGHT_DEG && medium.n_eff < LOW_INDEX;
         let is_weak = scattering < WEAK_SCATTERING && medium.mu_a > MUCH_ABSORBED * scattering;
-        if scattering > 0.0 && view.z < STEEPEST_VIEW_UP {
-            Some(Self::SteepLens)
-        } else if is_in_cone && is_straight && is_weak {
-            Some(Self::StraightFibres)
-        } else {
-            None
-        }
+        (is_in_cone && is_straight && is_weak).then_some(Self::StraightFibres)
     }
 
     /// Of a level `film` of `medium`.

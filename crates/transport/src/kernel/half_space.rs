@@ -85,7 +85,7 @@ pub fn gaussians(texel: &SurfacePoint) -> Vec<Gaussian> {
     let scattering = f64::from(texel.sigma_i + texel.k);
     let share = texel.sigma_i / (texel.sigma_i + texel.k);
     let node = HalfSpaceTable::get().between(texel.n, share, texel.sin_dive, texel.dispersion_deg);
-    let towards = texel.view.towards(node.views(), texel.cos_azimuth, texel.view_motion);
+    let towards = texel.view.towards(node.views(), texel.n, texel.cos_azimuth, texel.view_motion);
     let c2 = f64::from(texel.cos_azimuth).powi(2);
     let mut all = Vec::with_capacity(PATH_BINS + SKEWED_BINS);
     for l in 0..PATH_BINS {

@@ -229,7 +229,7 @@ fn surface_point_spread(
     let (a, c2, f2) = (texel.mu_a * free, texel.cos_azimuth * texel.cos_azimuth, free * free);
     let spread_mm = &shares.spread_mm;
     let widest = spread_mm[BASIS - 1] * spread_mm[BASIS - 1];
-    let towards = texel.view.towards(node.views(), texel.cos_azimuth, texel.view_motion);
+    let towards = texel.view.towards(node.views(), texel.n, texel.cos_azimuth, texel.view_motion);
     let (mut seen_along, mut seen_across) = ([0.0f32; LANES], [0.0f32; LANES]);
     for l in 0..PATH_BINS {
         seen_along[l] = c2 * towards.along[group_of(l)];

@@ -54,7 +54,7 @@ pub fn path_laws<const N: usize>(point: &SurfacePoint, blur_mm2: f32, away_mm: [
 fn laws(point: &SurfacePoint, blur_mm2: f32, away: &[f32; PLACES]) -> [PathLaw; PLACES] {
     let free = 1.0 / (point.sigma_i + point.k);
     let node = HalfSpaceTable::get().between(point.n, point.sigma_i * free, point.sin_dive, point.dispersion_deg);
-    let towards = point.view.towards(node.views(), point.cos_azimuth, point.view_motion);
+    let towards = point.view.towards(node.views(), point.n, point.cos_azimuth, point.view_motion);
     let (a, c2, f2) = (point.mu_a * free, point.cos_azimuth * point.cos_azimuth, free * free);
     let (mut light, mut middle) = ([0.0f32; LANES], [0.0f32; LANES]);
     let (mut variance, mut logarithm) = ([1.0f32; LANES], [0.0f32; LANES]);

@@ -15,7 +15,8 @@
 //! variance across it      d2, of that of light to all sides
 //! ```
 //!
-//! A Lambertian surface has the factor 1 everywhere. Light that leaves towards the lens was on its way there when it
+//! A Lambertian surface has the factor 1 everywhere. Beyond 53 degrees the factors fall as the law of exit does and not
+//! as their formulas (`grazing`). Light that leaves towards the lens was on its way there when it
 //! was last turned, below and behind the point of exit: that is the shift. It grows with the path until the light has
 //! forgotten where it came from. The last runs of light to all sides spread it by their directions and lengths, those
 //! of light to one view by their lengths alone: light to a view lies narrower beside the line, down to half, and where
@@ -29,6 +30,8 @@
 //! which takes long paths, changes where light goes by itself. Bins beyond the walked ones are like the last group.
 
 use numerics::lanes::exp;
+
+use crate::fresnel::fresnel_dielectric;
 
 /// Bins of path lengths of light that met cylinders alone.
 pub const CONE_BINS: usize = 14;
@@ -81,6 +84,33 @@ const VARIANCE_RANGE: (f32, f32) = (0.1, 3.0);
 
 /// Logarithms of radiance factors of cone light are kept between these [1].
 const CONE_LOGARITHM_RANGE: (f32, f32) = (-12.0, 2.5);
+
+/// Cosines of 25 and 53 degrees, where straight lines fitted to the law of exit up to 60 degrees meet it [1].
+const FITTED_UP: [f32; 2] = [0.9063, 0.6018];
+/// Two thirds of diffusion's boundary factor A(n) as a polynomial of n - 1, within 1.5 % [1].
+const BOUNDARY: [f32; 3] = [0.667, 2.13, 2.73];
+
+/// Radiance towards a view under cosine `up` out of matter of index `n` where light goes all ways (diffusion at a
+/// plane), up to a factor: what Fresnel's law lets out of 2/3 A + mu under cosine mu inside [1].
+fn law_of_exit(up: f32, n: f32) -> f32 {
+    let (thrown, inside) = fresnel_dielectric(1.0, n.into(), up.max(0.0).into());
+    let [constant, linear, square] = BOUNDARY;
+    let m = n - 1.0;
+    (1.0 - thrown as f32) * (constant + m * (linear + m * square) + inside as f32)
+}
+
+/// Radiance towards a view under cosine `up` over what formulas have that were fitted to tilts up to 60 degrees: a
+/// straight line in the square of the sine, where the surface lets less out the flatter light leaves [1].
+#[inline(always)]
+pub(crate) fn grazing(up: f32, n: f32) -> f32 {
+    let [near, far] = FITTED_UP;
+    if up >= far {
+        return 1.0;
+    }
+    let [at, high, low] = [up, near, far].map(|up| law_of_exit(up, n));
+    let beyond = (near * near - up * up) / (near * near - far * far);
+    at / (high + (low - high) * beyond)
+}
 
 /// Lane of the group of a bin, counted from the first of its kind.
 #[inline(always)]
@@ -147,13 +177,20 @@ impl View {
         weighed(coefficients, self.rest_terms()).max(0.0)
     }
 
-    /// What goes to this view by a table's coefficients; the track makes an angle of cosine `cos_azimuth` with the
-    /// motion, along which the view has the part `motion`.
+    /// What goes to this view by a table's coefficients out of matter of index `n`; the track makes an angle of cosine
+    /// `cos_azimuth` with the motion, along which the view has the part `motion`.
     #[inline(always)]
-    pub(crate) fn towards(self, terms: &[[f32; VIEW_LANES]; VIEW_TERMS], cos_azimuth: f32, motion: f32) -> Towards {
+    pub(crate) fn towards(
+        self,
+        terms: &[[f32; VIEW_LANES]; VIEW_TERMS],
+        n: f32,
+        cos_azimuth: f32,
+        motion: f32,
+    ) -> Towards {
         let (cone, rest) = (self.cone_terms(), self.rest_terms());
         let beside = motion - self.along * cos_azimuth;
         let (least, most) = VARIANCE_RANGE;
+        let grazing = grazing(self.up, n);
         let mut to = Towards {
             factor: [0.0; VIEW_LANES],
             shift: [0.0; VIEW_LANES],
@@ -162,10 +199,11 @@ impl View {
         };
         for lane in 0..VIEW_LANES / 2 {
             let logarithm = weighed([terms[0][lane], terms[1][lane], terms[2][lane], terms[3][lane]], cone);
-            to.factor[lane] = exp(logarithm.clamp(CONE_LOGARITHM_RANGE.0, CONE_LOGARITHM_RANGE.1));
+            to.factor[lane] = grazing * exp(logarithm.clamp(CONE_LOGARITHM_RANGE.0, CONE_LOGARITHM_RANGE.1));
         }
         for lane in VIEW_LANES / 2..VIEW_LANES {
-            to.factor[lane] = weighed([terms[0][lane], terms[1][lane], terms[2][lane], terms[3][lane]], rest).max(0.0);
+            let factor = weighed([terms[0][lane], terms[1][lane], terms[2][lane], terms[3][lane]], rest);
+            to.factor[lane] = grazing * factor.max(0.0);
         }
         for lane in 0..VIEW_LANES {
             to.shift[lane] = cos_azimuth * (terms[4][lane] + terms[5][lane] * self.along) + terms[6][lane] * beside;
@@ -179,4 +217,38 @@ impl View {
 #[inline(always)]
 fn weighed(coefficients: [f32; 4], terms: [f32; 4]) -> f32 {
     coefficients[0] * terms[0] + coefficients[1] * terms[1] + coefficients[2] * terms[2] + coefficients[3] * terms[3]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fresnel::boundary_factor;
+
+    /// The law of exit is Fresnel's and diffusion's, and what the table's formulas make of it, fitted to its tilts by
+    /// its weights, is off by as much as `grazing` says, within 1.5 %.
+    #[test]
+    fn formulas_leave_the_law_of_exit_where_light_grazes() {
+        let tilts = [(10.0, 1.0), (25.0, 3.0), (40.0, 1.0), (60.0, 0.3)].map(|(tilt, seen): (f64, f64)| {
+            let (sin, cos) = libm::sincos(tilt.to_radians());
+            (sin * sin, cos as f32, sin * cos * seen)
+        });
+        for n in [1.0f32, 1.06, 1.12, 1.18, 1.25, 1.33, 1.4, 1.48, 1.55] {
+            let boundary = 2.0 / 3.0 * boundary_factor(n.into());
+            let told = f64::from(law_of_exit(1.0, n)) / (1.0 - fresnel_dielectric(1.0, n.into(), 1.0).0) - 1.0;
+            assert!((told / boundary - 1.0).abs() < 0.015, "{n}: {told} for {boundary}");
+            let sum = |of: &dyn Fn(f64, f64) -> f64| -> f64 {
+                tilts.iter().map(|&(x, up, weight)| weight * of(x, law_of_exit(up, n).into())).sum()
+            };
+            let [one, x, xx, y, xy] =
+                [sum(&|_, _| 1.0), sum(&|x, _| x), sum(&|x, _| x * x), sum(&|_, y| y), sum(&|x, y| x * y)];
+            let slope = (one * xy - x * y) / (one * xx - x * x);
+            for tilt in 0..85 {
+                let (sin, cos) = libm::sincos(f64::from(tilt).to_radians());
+                let fitted = (y - slope * x) / one + slope * sin * sin;
+                let law = f64::from(law_of_exit(cos as f32, n));
+                let told = f64::from(grazing(cos as f32, n));
+                assert!((fitted * told / law - 1.0).abs() < 0.015, "{n}, {tilt} degrees: {told}");
+            }
+        }
+    }
 }
