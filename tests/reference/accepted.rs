@@ -120,10 +120,9 @@ fn deviations(truth: &[f64], kernel: &[f64]) -> [Option<f64>; FIGURES.len()] {
 type Bars = [[f64; FIGURES.len()]; GROUPS.len()];
 
 /// What is kept by [`SEED`]. The aim is 0.02 of R, a tenth of windows and 0.1 rows, which is not met where a number
-/// here is greater: weak scattering towards the lens, and packs' faint rows, of which the lens sees those on its own
-/// side brighter than the kernel has them.
+/// here is greater: half spaces with free paths of millimetres, and rows 7 to 11 of clear film on foil.
 const BARS: Bars =
-    [[0.02, 0.1, 0.1, 0.16, 0.2, 0.15], [0.02, 0.1, 0.17, 0.13, 0.16, 0.52], [0.02, 0.1, 0.45, 0.1, 0.24, 0.48]];
+    [[0.02, 0.1, 0.1, 0.1, 0.11, 0.15], [0.02, 0.1, 0.15, 0.1, 0.1, 0.1], [0.02, 0.1, 0.28, 0.1, 0.24, 0.12]];
 /// Draws of each group without a [`Doubt`] that are off by more than a fifth in some window.
 const FAR_OFF: [usize; GROUPS.len()] = [0, 1, 4];
 /// Most draws of a group that are in doubt [1].
@@ -203,7 +202,7 @@ fn little_is_in_doubt() {
         };
         let share = (0..DRAWS_IN_DOUBT).filter(is_in_doubt).count() as f64 / DRAWS_IN_DOUBT as f64;
         println!("{}: {:.2} % in doubt", GROUPS[group as usize], 100.0 * share);
-        assert!(share > 0.002 && share < MOST_IN_DOUBT, "{}: {share}", GROUPS[group as usize]);
+        assert!(share > 0.0 && share < MOST_IN_DOUBT, "{}: {share}", GROUPS[group as usize]);
     }
 }
 
@@ -213,7 +212,7 @@ fn little_is_in_doubt() {
 fn doubts_are_deserved() {
     let mut kept = Kept::of("doubts");
     let mut faults = Vec::new();
-    for (kind, least) in [(Doubt::SteepLens, 0.1), (Doubt::StraightFibres, 0.1), (Doubt::RoughFoil, 0.15)] {
+    for (kind, least) in [(Doubt::StraightFibres, 0.1), (Doubt::RoughFoil, 0.15)] {
         let mut worst: Vec<f64> = (0..12)
             .map(|i| {
                 let drawn = doubtful(kind, i);
@@ -240,13 +239,6 @@ fn doubtful(kind: Doubt, i: u64) -> Drawn {
     let mut rng = Stream::root(SEED).child(&format!("{kind:?}")).index(i).rng();
     let mut draw = |from: f64, to: f64| from + (to - from) * rng.random::<f64>();
     match kind {
-        Doubt::SteepLens => {
-            let (scattering, share) = (draw(3.0, 60.0), draw(0.1, 1.0));
-            let direction = [draw(-180.0, 180.0), draw(0.0, 90.0), draw(3.0, 14.0)];
-            let (loss, n) = (draw(0.001, 0.05), draw(1.15, 1.55));
-            let stack = wood(share * scattering, (1.0 - share) * scattering, loss * scattering, n, direction);
-            (stack, question(draw(71.5, 75.0)))
-        }
         Doubt::StraightFibres => {
             let (scattering, share, loss) = (draw(1.2, 2.2), draw(0.05, 0.25), draw(0.2, 0.6));
             let direction = [draw(-20.0, 20.0), draw(5.0, 17.0), draw(3.0, 4.5)];

@@ -18,8 +18,10 @@ pub const PHOTONS: u64 = 300_000;
 pub const FAINT: f64 = 0.01;
 /// How far from the lens light may leave that the reference counts: 5 degrees [rad].
 const LENS_HALF_ANGLE: f64 = 5.0 / 180.0 * std::f64::consts::PI;
-/// Tilts in which the kernel is asked for that.
-const TILTS: usize = 12;
+/// Views that the kernel is asked for that.
+const VIEWS: usize = 96;
+/// Turn from one point of an even spiral to the next [rad].
+const GOLDEN_ANGLE: f64 = 2.399_963;
 /// What is compared: rows on both sides of the middle, of light to all sides and of light to the lens.
 pub const WINDOWS: [(&str, [usize; 2]); 3] = [("0", [0, 0]), ("1 to 8", [1, 8]), ("7 to 11", [7, 11])];
 
@@ -67,19 +69,30 @@ pub fn figures(answer: &Answer) -> Vec<f64> {
     all
 }
 
-/// What the kernel says, of light to the lens as the reference counts it: within [`LENS_HALF_ANGLE`] of the lens' tilt,
-/// of which what looks steeper sees what lies below in other rows.
+/// What the kernel says, of light to the lens as the reference counts it: within [`LENS_HALF_ANGLE`] of the lens' tilt
+/// where all azimuths are alike, of the lens elsewhere. What looks steeper sees what lies below in other rows.
 pub fn kernel_within_the_references_angles(stack: &Stack, question: &Question) -> Answer {
     let tilt = libm::acos(question.view.z);
+    let is_ring = stack.is_round() && tilt > 1.5 * LENS_HALF_ANGLE;
     let [steepest, flattest] = [tilt - LENS_HALF_ANGLE, tilt + LENS_HALF_ANGLE].map(libm::cos);
+    let aside = DVec3::Z.cross(question.view).normalize();
+    // Even in the solid angle; of a cone on a spiral.
+    let view = |step: usize| {
+        let part = (step as f64 + 0.5) / VIEWS as f64;
+        if is_ring {
+            let cos = flattest + (steepest - flattest) * part;
+            return DVec3::new(0.0, -(1.0 - cos * cos).sqrt(), cos);
+        }
+        let (away, (sin, cos)) = (LENS_HALF_ANGLE * part.sqrt(), libm::sincos(GOLDEN_ANGLE * step as f64));
+        let beside = cos * aside + sin * question.view.cross(aside);
+        libm::cos(away) * question.view + libm::sin(away) * beside
+    };
     let (mut seen, mut weights) = (vec![0.0; 2 * question.rows + 1], 0.0);
-    for step in 0..TILTS {
-        // Even in the solid angle; what leaves counts by its cosine.
-        let cos = flattest + (steepest - flattest) * (step as f64 + 0.5) / TILTS as f64;
-        let view = DVec3::new(0.0, -(1.0 - cos * cos).sqrt(), cos);
+    for view in (0..VIEWS).map(view).filter(|view| view.z > 0.0) {
         let one = kernel::solve(stack, &Question { view, ..*question }).expect("such packs are answered");
-        seen.iter_mut().zip(&one.seen).for_each(|(sum, row)| *sum += cos * row.value);
-        weights += cos;
+        // What leaves counts by its cosine.
+        seen.iter_mut().zip(&one.seen).for_each(|(sum, row)| *sum += view.z * row.value);
+        weights += view.z;
     }
     let answer = kernel::solve(stack, question).expect("such packs are answered");
     Answer { seen: seen.into_iter().map(|sum| Estimate::exact(sum / weights)).collect(), ..answer }

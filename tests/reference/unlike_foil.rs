@@ -38,7 +38,7 @@ fn drawn(i: u64) -> (Stack, Question, &'static str) {
 /// absolute, of windows relative, all light first and then light to the lens. Rows 7 to 11 of clear film show what foil
 /// mirrors to and fro between itself and the film's upper side, whose paths the kernel has as Lambert's law has them.
 const BARS: [(&str, [f64; 5]); 2] =
-    [("foil", [0.03, 0.15, 0.6, 0.09, 0.07]), ("sealed", [0.025, 0.11, 0.55, 0.1, 0.5])];
+    [("foil", [0.03, 0.13, 0.35, 0.03, 0.04]), ("sealed", [0.025, 0.09, 0.53, 0.06, 0.42])];
 
 /// Every figure within [`BARS`].
 #[test]

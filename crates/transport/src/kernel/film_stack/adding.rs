@@ -216,7 +216,7 @@ fn sealed_flow(tables: &StackTables, stack: &FilmStack, straight: &StraightLight
     let turned = turned.map(|part| kept * part);
     let SealedGlint { first, again } = sealed_glint(stack, &mirror, straight.left, mirrored);
     let later = mirrored - first;
-    let lobe = tables.lambert.over(2.0 * thickness * mirror.slope);
+    let lobe = mirror.spread(thickness, n, &tables.lambert);
     let hop = tables.lambert.over(HOP * thickness * across_share(gloss.roughness));
     let hops: Spectrum = std::array::from_fn(|i| later * hop[i] * (1.0 - again) / (1.0 - again * hop[i]));
     let aslant = turned_once_aslant(stack);
@@ -306,9 +306,8 @@ impl GapTransfer {
         // Straight down, slanting as light from all sides, and up to the lens.
         let [air, aslant, air_up] =
             [1.0, LAMBERT_WAY, 1.0 / stack.view_up.max(LEAST_VIEW_UP)].map(|way| exp(-air_per_mm * gap * way));
-        let gloss = &stack.film.under.gloss;
-        let lobe = |height: f32| match gloss.is_metal() {
-            true => tables.lambert.over(2.0 * height * gloss.roughness[1]),
+        let lobe = |height: f32| match stack.film.under.gloss.is_metal() {
+            true => tables.lambert.over(height * tables.under.lobe),
             false => [1.0; FREQUENCY_COUNT],
         };
         // Light that passes the film unturned leaves it further away than it met it: steep light by its refracted
@@ -515,12 +514,12 @@ impl FilmLayers<'_> {
     }
 }
 
-/// Radiance factor of rough metal [1]. Facets throw a part of the light, about a b / (1 + a b) for roughness a and b,
-/// at other facets, which throw it on: nothing of it is lost.
+/// Radiance factor of rough metal [1]. Facets that lean by more than 45 degrees throw light at other facets, which
+/// throw it on: nothing of it is lost. By GGX's law 1 / sqrt((1 + a^2) (1 + b^2)) lean less, of roughness a and b.
 #[inline(always)]
 fn metal(of: &base::Gloss, normal: Vec3, light: Vec3, view: Vec3) -> f32 {
     let [along, across] = of.roughness;
-    gloss(of, normal, light, view) * (1.0 + along * across)
+    gloss(of, normal, light, view) * ((1.0 + along * along) * (1.0 + across * across)).sqrt()
 }
 
 #[cfg(test)]

@@ -13,8 +13,9 @@
 use super::super::after_absorption;
 use super::super::table::{HalfSpaceTable, PATH_BINS};
 use super::super::view::CONE_BINS;
-use super::super::view::{View, view_group};
+use super::super::view::{View, grazing, view_group};
 use super::super::widths::line_mm2;
+use super::sealed::lobe;
 use super::spectrum::{FREQUENCY_COUNT, Spectrum, frequency};
 use crate::fresnel::{fresnel_dielectric, normal_reflectance};
 use base::Medium;
@@ -36,6 +37,9 @@ pub(super) struct Underlayer {
     pub mirrors: [f32; 2],
     /// How far beside light to all sides the light to a view leaves, over the view's part along the surface [mm].
     pub beside: f32,
+    /// Height over which Lambert light spreads along the motion as straight light does that foil mirrors, over that of
+    /// the air [1].
+    pub lobe: f32,
     /// Coefficients of the radiance factor of what leaves, a mean over its paths.
     leaves: [f32; 4],
 }
@@ -44,7 +48,8 @@ impl Underlayer {
     pub fn of(medium: &Medium) -> Self {
         if medium.gloss.is_metal() {
             let (none, mirrors) = ([0.0; FREQUENCY_COUNT], [medium.gloss.reflectance; 2]);
-            return Self { medium: *medium, body: none, seen: none, mirrors, beside: 0.0, leaves: [0.0; 4] };
+            let lobe = lobe(medium.gloss.roughness, 1.0);
+            return Self { medium: *medium, body: none, seen: none, mirrors, beside: 0.0, lobe, leaves: [0.0; 4] };
         }
         let node = HalfSpaceTable::get().between(medium.n_eff, 1.0, 0.0, medium.dispersion_deg);
         let free = 1.0 / medium.sigma_i.max(1e-3);
@@ -76,14 +81,14 @@ impl Underlayer {
         leaves.iter_mut().for_each(|sum| *sum /= all.max(f32::MIN_POSITIVE));
         beside /= height.max(f32::MIN_POSITIVE);
         let mirrors = [diffuse_reflectance(medium.n_eff), normal_reflectance(medium.n_eff)];
-        Self { medium: *medium, body, seen, mirrors, beside, leaves }
+        Self { medium: *medium, body, seen, mirrors, beside, lobe: 0.0, leaves }
     }
 
     /// Radiance factor of light that left the body under cosine `up` [1].
     #[inline(always)]
     pub fn towards(&self, up: f32) -> f32 {
         let along = (1.0 - up * up).max(0.0).sqrt();
-        View::new(along, up, self.medium.n_eff, 0.0).rest(self.leaves)
+        grazing(up, self.medium.n_eff) * View::new(along, up, self.medium.n_eff, 0.0).rest(self.leaves)
     }
 }
 
