@@ -493,8 +493,8 @@ def test_a_larger_number_that_somebody_writes_meanwhile(tmp_path, monkeypatch):
     url = tmp_path / "planks"
     real_run, real_upload = dataset.program.run, Store.upload
 
-    def extended_meanwhile(*arguments):
-        done = real_run(*arguments)
+    def extended_meanwhile(*arguments, **options):
+        done = real_run(*arguments, **options)
         (url / "dataset.json").write_bytes(six)
         return done
 
