@@ -4,6 +4,7 @@
 """
 
 import base64
+import importlib.resources
 import json
 import os
 import random
@@ -181,6 +182,17 @@ def many(gen, folder):
         return {"edits": EDITS, "knobs": len(turned), "faulty": faulty, "faults": tab.faults(), "turn": tab.run("turn")}
 
 
+def hindrances(tab):
+    """What axe-core finds that keeps people from using the page, seriously or critically, with every section open."""
+    script = importlib.resources.files("axe_playwright_python").joinpath("axe.min.js").read_text()
+    tab.run("document.querySelectorAll('#sections details').forEach((d) => { d.open = true; })")
+    tab.run(f"(() => {{ {script}\nwindow.hindrances = null; axe.run().then((r) => {{ window.checked = r.passes.length; window.hindrances = r.violations; }}); }})()")
+    tab.wait("window.hindrances !== null")
+    assert tab.run("window.checked") > 15, "axe-core has looked at next to nothing"
+    return tab.run("window.hindrances.filter((v) => ['serious', 'critical'].includes(v.impact)).map((v) => "
+                   "v.id + ': ' + v.nodes.slice(0, 3).map((n) => n.html).join(' '))")
+
+
 def looks(gen, folder):
     """A phone, and a dark room."""
     told = {}
@@ -195,6 +207,7 @@ def looks(gen, folder):
                     "[...document.querySelectorAll('button, input, select, textarea')].filter((e) => !(e.labels && "
                     "e.labels.length) && !e.getAttribute('aria-label') && !e.textContent.trim()).map((e) => e.outerHTML)"),
                 "faults": tab.faults(),
+                "hindrances": hindrances(tab),
             }
     return told
 
