@@ -1,6 +1,6 @@
 """Tests of the installed wheel. `make test-wheel` runs them: the package comes from .venv-wheel, readers to compare with from .venv.
 
-SHEETLIGHT_WHEEL_FULL=1 compares 50 samples of every built-in recipe in place of 2.
+SHEETLIGHT_WHEEL_FULL=1 compares 50 samples of every built-in recipe in place of 1.
 """
 
 import os

@@ -11,7 +11,7 @@ import sheetlight
 from conftest import FULL, SMALL, write
 from PIL import Image
 
-SAMPLES = 50 if FULL else 2
+SAMPLES = 50 if FULL else 1
 CHANNELS = {
     "height_mm": "Height", "fibre_azimuth_deg": "FibreAzimuth", "fibre_dive_deg": "FibreDive",
     "film_thickness_mm": "FilmThickness", "film_gap_mm": "FilmGap",
