@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use base::{Mesh, Stream};
-use dataset::{range_numbers, range_values};
 use glam::Vec3;
 use optical_bench::settings::{Extraction, PeakChoice, PeakMethod, SearchDirection};
 use rand::{Rng, RngExt};
@@ -115,10 +114,6 @@ fn rows_that_are_left_out_change_nothing() {
                 // What is read of a part alone is something else where the rest holds a peak.
                 needed += usize::from(read(&frames) != of_part);
                 (short, all) = (short + usize::from(left_out.is_some()), all + 1);
-            }
-            if scene.output.range_is_whole(&scene.extraction, scene.size.rows) {
-                let (offset, scale) = (record.range_offset, record.range_scale);
-                range = range_values(&range_numbers(&range, offset, scale), offset, scale);
             }
             let at = profile * columns..(profile + 1) * columns;
             let record =

@@ -76,22 +76,22 @@ fn channels_of_row(sample: &Sample) -> BTreeMap<String, Vec<u32>> {
 }
 
 /// Unless a recipe says otherwise, EXR files hold what tables cannot, and both together hold to the last bit what files
-/// of everything hold: of whole pixels the truth alone, of means and interpolated ones what is no whole number.
+/// of everything hold: of scans of rows the truth alone, else what is no whole number: heights, means, what is interpolated.
 #[test]
 fn files_hold_what_tables_lack() {
     const TRUTH: [&str; 3] = ["FibreAzimuth", "FibreDive", "Height"];
     const LIGHT: [&str; 3] = ["Range", "Reflectance", "Scatter"];
     let place = Place::new();
     for (number, (settings, more)) in [
-        ("", &["Instance"][..]),
-        ("--set output.png=[range,reflectance,scatter,label,instance]", &[]),
+        ("", &["Instance", "Range"][..]),
+        ("--set output.png=[range,reflectance,scatter,label,instance]", &["Range"]),
         ("--set extraction.range=uncalibrated --set exposure.bits=12", &["Instance"]),
-        ("--set extraction.scatter_dark=subtracted", &["Instance", "Scatter"]),
+        ("--set extraction.scatter_dark=subtracted", &["Instance", "Range", "Scatter"]),
         ("--set output.png=[scatter,label]", &["Instance", "Range", "Reflectance", "Scatter"]),
         ("--set output.bin={\"columns\":2,\"profiles\":4}", &["Instance", LIGHT[0], LIGHT[1], LIGHT[2]]),
         ("--set extraction.range=rectified", &["Instance", LIGHT[0], LIGHT[1], LIGHT[2]]),
-        ("--set extraction.subpixel_steps=0", &["Instance", "Range"]),
-        ("--set extraction.subpixel_steps=256", &["Instance", "Range"]),
+        ("--set extraction.range=uncalibrated --set extraction.subpixel_steps=0", &["Instance", "Range"]),
+        ("--set extraction.range=uncalibrated --set extraction.subpixel_steps=256", &["Instance", "Range"]),
     ]
     .into_iter()
     .enumerate()

@@ -58,10 +58,6 @@ words! {
     }
 }
 
-/// Largest number of a height in an image of Range. Readers that take 16-bit PNG for signed numbers (torchvision, old
-/// versions of PIL and of many programs for pictures) see what is above as negative.
-pub const MAX_RANGE_NUMBER: u16 = 32767;
-
 /// What is written.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Output {
@@ -99,11 +95,12 @@ impl Output {
         self.bin_columns * self.bin_profiles == 1 && !matches!(extraction.range, RangeForm::Rectified { .. })
     }
 
-    /// Whether Range is kept in the whole numbers of its image alone, since these are finer than the steps of the
-    /// extraction on a sensor of so many rows.
-    pub fn range_is_whole(&self, extraction: &Extraction, rows: usize) -> bool {
+    /// Whether Range is whole numbers: steps of rows, of a sensor of so many; heights are none.
+    fn range_is_whole(&self, extraction: &Extraction, rows: usize) -> bool {
         let steps = extraction.subpixel_steps as usize * rows;
-        self.has_pixels_of(extraction) && steps > 0 && steps <= MAX_RANGE_NUMBER as usize
+        extraction.range == RangeForm::Uncalibrated
+            && self.has_pixels_of(extraction)
+            && (1..=usize::from(u16::MAX)).contains(&steps)
     }
 
     /// Whether the tables hold an image to the last bit, and which of its pixels are measured.

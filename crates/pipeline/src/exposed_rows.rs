@@ -36,7 +36,7 @@ pub(super) fn exposed_rows(
         for whole in scan.parts(scene.size.columns * part.len()) {
             whole.fill(&measurement, bands.make(part.clone()));
         }
-        let Scan { maps, labels, truth, .. } = scan.written(scene, &sensor.camera().rig);
+        let Scan { maps, labels, truth, .. } = scan.binned(scene, &sensor.camera().rig);
         let cols = scene.size.columns / scene.output.bin_columns;
         exposed.push(ExposedRows { first: strip.start, cols, maps, labels, truth });
     }

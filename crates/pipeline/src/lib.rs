@@ -33,7 +33,7 @@ use scanner::specimen::{Hit, Specimen};
 
 pub use self::derived::derived;
 pub use self::equipment::{Equipment, LineSolvers};
-use self::range_scale::{grid, on_scale, range_scale};
+use self::range_scale::{grid, range_scale};
 pub use self::region::{PixelRegion, cropped, render_region};
 
 /// Profiles of a band: half as many as the rows that its windows reach to before and behind it. The next band of a run
@@ -251,7 +251,7 @@ impl Scan {
     fn record(self, scene: &Scene, sensor: &Sensor, specimen: &Specimen) -> Record {
         let (columns, rows, cols) = (scene.output.bin_columns, scene.output.bin_profiles, scene.size.columns);
         let rig = sensor.camera().rig;
-        let Self { maps, labels, truth, stack } = self.written(scene, &rig);
+        let Self { maps, labels, truth, stack } = self.binned(scene, &rig);
         let top = f64::from(specimen.top());
         let grid = grid(scene, &rig);
         // The mean of the columns, which a bent lens makes unlike.
@@ -300,8 +300,7 @@ impl Scan {
     }
 
     /// Maps of the pixels that are written.
-    fn written(mut self, scene: &Scene, rig: &Rig) -> Self {
-        on_scale(scene, rig, &mut self.maps.range);
+    fn binned(self, scene: &Scene, rig: &Rig) -> Self {
         let binning = binning(scene, rig);
         let (maps, labels) = (binning.maps(self.maps), binning.labels(self.labels));
         let truth = self.truth.map(|truth| binning.truth(truth, &labels.class));
@@ -353,7 +352,6 @@ pub fn render_profiles(scene: &Scene, sensor: &Sensor, specimen: &Specimen, prof
     for (part, &profile) in scan.parts(scene.size.columns).into_iter().zip(profiles) {
         part.fill(&measurement, bands.make_sparse(profile));
     }
-    on_scale(scene, &sensor.camera().rig, &mut scan.maps.range);
     (scan.maps, scan.labels)
 }
 

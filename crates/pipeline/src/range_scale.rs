@@ -1,8 +1,6 @@
-//! Scale of Range: what its whole numbers mean, heights on it, and the grid of a rectified scan.
+//! Scale of Range: what its whole numbers mean, and the grid of a rectified scan.
 
-use dataset::{range_numbers, range_values};
-use optical_bench::settings::{MAX_RANGE_NUMBER, RangeForm};
-use rayon::prelude::*;
+use optical_bench::settings::RangeForm;
 use recipe::Scene;
 use scanner::extract::RectifiedGrid;
 use scanner::frame::Rig;
@@ -15,6 +13,11 @@ pub(super) fn grid(scene: &Scene, rig: &Rig) -> Option<RectifiedGrid> {
     }
 }
 
+/// Largest number of a height. Readers that take 16-bit PNG for signed numbers (torchvision, old versions of PIL and of
+/// many programs for pictures) see what is above as negative; 32767 steps over all that the sensor sees are finer than
+/// its sixteenths of rows.
+const MOST: f64 = 32767.0;
+
 /// What the whole numbers of Range of a scene under a rig mean, of which 0 is missing: Range of the number 0, and of
 /// one step [mm or px].
 pub(super) fn range_scale(scene: &Scene, rig: &Rig) -> [f64; 2] {
@@ -23,24 +26,11 @@ pub(super) fn range_scale(scene: &Scene, rig: &Rig) -> [f64; 2] {
         // A step of the extraction, as the camera has it, up to 16 bits; or the finest of 15 bits where it gives none.
         let asked = f64::from(scene.extraction.subpixel_steps);
         let finest = |most: f64| (most / rows).floor();
-        let steps = if asked > 0.0 { asked.min(finest(65535.0)) } else { finest(f64::from(MAX_RANGE_NUMBER)) };
+        let steps = if asked > 0.0 { asked.min(finest(65535.0)) } else { finest(MOST) };
         return [0.0, 1.0 / steps];
     }
     // The sensor's whole height.
     let (low, high) = rig.heights(scene.size.columns, scene.size.rows);
-    let scale = (high - low) / (f64::from(MAX_RANGE_NUMBER) - 1.0);
+    let scale = (high - low) / (MOST - 1.0);
     [low - scale, scale]
-}
-
-/// Range as its whole numbers have it, as a camera gives it, where these are finer than the steps of the extraction:
-/// images and maps are then the same.
-pub(super) fn on_scale(scene: &Scene, rig: &Rig, range: &mut [f32]) {
-    if !scene.output.range_is_whole(&scene.extraction, scene.size.rows) {
-        return;
-    }
-    let [offset, scale] = range_scale(scene, rig);
-    range.par_chunks_mut(scene.size.columns).for_each(|line| {
-        let values = range_values(&range_numbers(line, offset, scale), offset, scale);
-        line.copy_from_slice(&values);
-    });
 }

@@ -9,7 +9,6 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::on_scale;
 use super::{BAND_PROFILES, Measurement, Scan, grid};
 use dataset::record::{Labels, Maps};
 use optical_bench::settings::{SensorStack, Size, Transport};
@@ -82,8 +81,7 @@ pub fn render_region(
         })
         .collect();
     done.into_iter().collect::<Option<()>>()?;
-    let Scan { mut maps, labels, .. } = scan;
-    on_scale(scene, &sensor.camera().rig, &mut maps.range);
+    let Scan { maps, labels, .. } = scan;
     let cut = |map: &[f32]| cropped(map, all, &region.columns);
     let maps = Maps {
         range: cut(&maps.range),

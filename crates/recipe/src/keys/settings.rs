@@ -504,8 +504,8 @@ settings! {
         /// Images in the Parquet rows, as PNG; where `lamps` are, `grey` too.
         png: WordList<Channel>(None) =
             [Channel::Range, Channel::Reflectance, Channel::Scatter, Channel::Label].to_vec(), "free";
-        /// Images in the EXR files: `auto` for those that `png` does not hold to the last bit, such as means of binned
-        /// pixels; `all`; or a list. Without any, and without `truth_maps`, there are no EXR files.
+        /// Images in the EXR files: `auto` for those that `png` does not hold to the last bit, such as heights and
+        /// means of binned pixels; `all`; or a list. Without any, and without `truth_maps`, there are no EXR files.
         exr: ImageList() = ImageChoice::Auto, "free";
         /// Whether the EXR files hold noise-free maps: height, and fibre azimuth and dive, or film thickness and gap.
         truth_maps: Flag() = true, "free";
