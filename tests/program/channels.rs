@@ -76,7 +76,7 @@ fn channels_of_row(sample: &Sample) -> BTreeMap<String, Vec<u32>> {
 }
 
 /// Unless a recipe says otherwise, EXR files hold what tables cannot, and both together hold to the last bit what files
-/// of everything hold: of scans of rows the truth alone, else what is no whole number: heights, means, what is interpolated.
+/// of everything hold: of scans of rows the truth alone, else what is no whole number, as heights and means are.
 #[test]
 fn files_hold_what_tables_lack() {
     const TRUTH: [&str; 3] = ["FibreAzimuth", "FibreDive", "Height"];
