@@ -72,7 +72,7 @@ fn loading(page: &mut String, head: &DatasetHead, present: &[Split]) {
     *page += "```\n";
     let png = &head.images.png;
     if png.is_empty() {
-        let images = if !head.has_exr() {
+        let images = if head.images.exr.is_empty() {
             "It was made without images: its recipe's `output` has neither `png` nor `exr`."
         } else {
             "For images take the EXR files."
