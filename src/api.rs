@@ -19,6 +19,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
 
 use ::recipe::asset_source::AssetSource;
+use dataset::{range_joined, range_values};
 use output_schema::arrow::row_schema;
 use output_schema::file::{DATASET, data_path, exr_path, stack_path};
 use output_schema::{Manifest, ManifestFile, ManifestSample};
@@ -28,7 +29,7 @@ use crate::generate::{DatasetRequest, MemoryEstimate, dataset_head, equipment, i
 use scanner::optics::speckle::PatternCache;
 
 pub use dataset::record::{Below, Labels, Maps, Record, StackFrame, TruthMaps};
-pub use dataset::{Dataset, ExrMaps, Fault, Grey, RowBatch, range_values};
+pub use dataset::{Dataset, ExrMaps, Fault, Grey, RowBatch};
 pub use drawing::class_colour;
 pub use output_schema::file::manifest_path;
 pub use output_schema::{DatasetHead, Images};
@@ -347,11 +348,26 @@ impl StoredSample {
         self.dataset.dataset.head().channels().into_iter().map(|channel| channel.name).collect()
     }
 
-    /// What the number 0 of the image `range` means, and what a step of it is [mm or px].
+    /// Range [mm or px] `[rows, cols]`, NaN where missing: to the last bit where the EXR file has it or what the image
+    /// lacks, else by the image; `None` where neither has it.
     ///
     /// # Errors
-    /// Where the row does not say.
-    pub fn range_scale(&self) -> Result<[f64; 2], Fault> {
+    /// Where it is damaged.
+    pub fn range(&self) -> Result<Option<Vec<f32>>, Fault> {
+        if let Some(range) = self.channel("Range")? {
+            return Ok(Some(range));
+        }
+        let Some(image) = self.image("range")? else { return Ok(None) };
+        let ([offset, scale], cols) = (self.range_scale()?, self.images().cols as usize);
+        let Some(rest) = self.channel("RangeRest")? else {
+            return Ok(Some(range_values(&image.numbers(), offset, scale)));
+        };
+        let joined = range_joined(&image.numbers(), &rest, cols, offset, scale);
+        joined.map(Some).map_err(|what| self.row.damaged(what))
+    }
+
+    /// What the number 0 of the image `range` means, and what a step of it is [mm or px].
+    fn range_scale(&self) -> Result<[f64; 2], Fault> {
         let unit = self.dataset.dataset.head().range_unit();
         let number = |what: &str| {
             let column = format!("range_{what}_{unit}");

@@ -119,7 +119,7 @@ impl Channel {
 }
 
 /// Every channel in the order of files (by name, as OpenEXR asks).
-pub const CHANNELS: [Channel; 12] = [
+pub const CHANNELS: [Channel; 13] = [
     Channel::new("FibreAzimuth", "truth_maps", Half, "deg", "-90 to 90")
         .of("wood")
         .means("Angle of the fibre in the surface against the scan direction.", "rounded by at most 0.03 deg"),
@@ -152,6 +152,12 @@ pub const CHANNELS: [Channel; 12] = [
     Channel::new("Range", "range", Float, "mm or px", "see Range").means(
         "What was measured, in the form that `images.range` names.",
         "half would round 20 mm to 0.016 mm; written in steps of 2^-13 mm (0.12 um) or px, which compress",
+    ),
+    Channel::new("RangeRest", "range_rest", Uint, "", "0, else about 2^15").missing("0").means(
+        "What a number of the image `range` leaves: 2^15 and so many steps of 2^-13 mm or px more. 0 where the same \
+         number has left as much higher up in its column. Its height, offset + number * scale as float32 in such \
+         steps, and what it leaves are Range to the last bit.",
+        "whole numbers, most of them 0, hardly take room",
     ),
     Channel::new("Reflectance", "reflectance", Half, "DN", "0 to 255, or to the end of 10 or 12 bits").means(
         "Digital number at the peak of the laser line; a whole number unless binned or rectified.",

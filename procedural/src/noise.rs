@@ -246,12 +246,13 @@ impl Noise {
         (0..27).map(distance).fold(f32::INFINITY, f32::min).sqrt()
     }
 
-    #[inline]
+    #[inline(always)]
     fn corners(self, i: u32, j: u32, k: u32) -> [f32; 8] {
-        std::array::from_fn(|n| {
-            let n = n as u32;
-            self.corner(i.wrapping_add(n & 1), j.wrapping_add((n >> 1) & 1), k.wrapping_add(n >> 2))
-        })
+        let mut corners = [0.0; 8];
+        for (n, corner) in (0..8).zip(&mut corners) {
+            *corner = self.corner(i.wrapping_add(n & 1), j.wrapping_add((n >> 1) & 1), k.wrapping_add(n >> 2));
+        }
+        corners
     }
 
     #[inline(always)]

@@ -24,8 +24,19 @@ STEPS = 8192.0
 LIGHT = ("reflectance", "scatter", "grey")
 
 
-def decoded(row, head):
-    """The images of a row as channels of EXR: float32, NaN where nothing was measured."""
+def left(numbers, rest):
+    """Steps that each number of Range leaves: those of `rest`, and where it is 0 those of the same number higher up in the column."""
+    numbers = np.maximum(numbers.astype(np.int32) - int(numbers[numbers > 0].min(initial=65535)) + 1, 0)
+    before = np.full((numbers.shape[1], int(numbers.max()) + 1), 2**15, np.int32)
+    columns, steps = np.arange(numbers.shape[1]), np.empty(numbers.shape)
+    for row, own, new in zip(steps, numbers, rest.astype(np.int32)):
+        before[columns, own] = np.where(new > 0, new, before[columns, own])
+        row[:] = before[columns, own] - 2**15
+    return steps
+
+
+def decoded(row, head, rest):
+    """The images of a row as channels of EXR: float32, NaN where nothing was measured; `rest` is the channel RangeRest."""
     pixels = {name: np.asarray(Image.open(io.BytesIO(row[name]["bytes"]))) for name in head["images"]["png"]}
     maps = {name.capitalize(): image.astype(np.float32) for name, image in pixels.items() if name not in LIGHT}
     if "range" in pixels:
@@ -33,7 +44,7 @@ def decoded(row, head):
         height = row[f"range_offset_{unit}"] + pixels["range"].astype(np.float64) * row[f"range_scale_{unit}"]
         steps = height.astype(np.float32).astype(np.float64) * STEPS
         stepped = np.trunc(steps + np.copysign(0.5, steps)) / STEPS
-        maps["Range"] = np.where(pixels["range"] == 0, np.nan, stepped).astype(np.float32)
+        maps["Range"] = np.where(pixels["range"] == 0, np.nan, stepped + (0 if rest is None else left(pixels["range"], rest) / STEPS)).astype(np.float32)
     # Reflectance is 0 where no line was found, and so is Range.
     found = next((pixels[name] != 0 for name in ("range", "reflectance") if name in pixels), None)
     for name in LIGHT:
@@ -45,11 +56,12 @@ def decoded(row, head):
 
 def joined(root, head, row):
     """Every channel of a sample by name, and its header: those of the EXR file, where there is one, come first."""
-    maps, said = decoded(row, head), {"id": row["id"], "index": row["index"], "row_mm": row["row_mm"], "col_mm": row["col_mm"]}
+    held, said = {}, {"id": row["id"], "index": row["index"], "row_mm": row["row_mm"], "col_mm": row["col_mm"]}
     if has_exr(head):
         with OpenEXR.File(str(exr_path(root, head, row)), separate_channels=True) as file:
-            maps |= {name: channel.pixels.copy() for name, channel in file.channels().items()}
+            held = {name: channel.pixels.copy() for name, channel in file.channels().items()}
             said = json.loads(file.header()["sheetlight"])
+    maps = decoded(row, head, held.pop("RangeRest", None)) | held
     half = ["Label"] if head["images"]["bits"] > 8 else ["Label", "Reflectance", "Grey"]
     if "Reflectance" in maps:
         maps["Y"] = np.nan_to_num(maps["Reflectance"])  # the name that OpenCV and viewers look for

@@ -138,7 +138,7 @@ fn rendered(output: &Output) -> u64 {
 fn encoded(output: &Output) -> u64 {
     let truth = if output.truth_maps { 3 } else { 0 };
     // Reflectance is there twice.
-    let channels = output.exr.len() as u64 + u64::from(output.exr.contains(&Channel::Reflectance)) + truth;
+    let channels = output.exr_names().len() as u64 + u64::from(output.exr.contains(&Channel::Reflectance)) + truth;
     CONVERTED_BYTES + channels * CHANNEL_BYTES + output.png.len() as u64 * PNG_BYTES
 }
 

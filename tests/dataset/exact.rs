@@ -1,8 +1,10 @@
 //! What numbers become on disk: PNG rounding and saturation, half floats that are exact, attributes in ASCII.
 
-use dataset::{ExrChannel, Grey, encode, read_exr, read_png, write_exr, write_png};
+use dataset::{Encoded, ExrChannel, Grey, encode, range_joined, read_exr, read_png, write_exr, write_png};
 use optical_bench::settings::{Channel, Output};
 use output_schema::SampleType;
+use rand::rngs::SmallRng;
+use rand::{RngExt, SeedableRng};
 use test_support::records::{SIZE, output, record};
 
 /// A channel of these samples, written and read.
@@ -56,6 +58,38 @@ fn range_rounds_saturates_and_knows_missing() {
     let channels = read_exr(sample.exr.as_deref().expect("the output asks for it")).expect("it was just written").2;
     let range = channels.iter().find(|c| c.name == "Range").expect("the output asks for it").numbers.clone();
     assert!(range[0].is_nan() && range[1] == -20.0 && range[5] == 22.0);
+}
+
+/// Heights of all sizes and scales of all finenesses: numbers and what they leave are the heights of files of everything.
+#[test]
+fn numbers_and_their_rest_are_range_to_the_last_bit() {
+    let whole = Output { png: vec![Channel::Range], exr: vec![Channel::Range], ..output() };
+    let lean = Output { exr: vec![], range_rest: true, ..whole.clone() };
+    let mut random = SmallRng::seed_from_u64(4);
+    for _ in 0..40 {
+        let mut sample = record(0, &SIZE, &whole);
+        // All that a sensor sees, of 0.5 mm to 2 m, in 32767 steps.
+        let (offset, depth) = (random.random_range(-1000.0..1000.0_f64), 0.5 * 4000_f64.powf(random.random()));
+        (sample.range_offset, sample.range_scale) = (offset, depth / 32767.0);
+        for height in &mut sample.maps.range {
+            *height = if random.random_bool(0.1) {
+                f32::NAN
+            } else {
+                (offset + depth * random.random_range(1e-4..1.0)) as f32
+            };
+        }
+        let channel = |sample: &Encoded, name: &str| {
+            let channels = read_exr(sample.exr.as_deref().expect("the output asks for it")).expect("it was written").2;
+            channels.into_iter().find(|channel| channel.name == name).expect("the output asks for it").numbers
+        };
+        let (whole, lean) = (encode(sample.clone(), &whole), encode(sample, &lean));
+        let (.., numbers) = read_png(&lean.png[0].1).expect("it was just written");
+        let rest = channel(&lean, "RangeRest");
+        let joined = range_joined(&numbers.numbers(), &rest, SIZE.columns, offset, depth / 32767.0);
+        let joined = joined.expect("they are of one image");
+        let differs = |(a, b): (&f32, &f32)| a.to_bits() != b.to_bits() && !(a.is_nan() && b.is_nan());
+        assert_eq!(joined.iter().zip(&channel(&whole, "Range")).filter(|pair| differs(*pair)).count(), 0, "{depth} mm");
+    }
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use dataset::{range_values, read_exr};
+use dataset::{range_joined, range_values, read_exr};
 use parquet::record::Field;
 use test_support::program::{Place, Sample, rows, tree};
 
@@ -41,8 +41,9 @@ fn bits_of(sample: &Sample) -> BTreeMap<String, Vec<u32>> {
     channels.into_iter().map(|c| (c.name, c.numbers.into_iter().map(f32::to_bits).collect())).collect()
 }
 
-/// The images of a row as an EXR file of everything has them: NaN where Range, or Reflectance, has found no line.
-fn channels_of_row(sample: &Sample) -> BTreeMap<String, Vec<u32>> {
+/// The images of a row as an EXR file of everything has them: NaN where Range, or Reflectance, has found no line. `rest`
+/// is what whole numbers leave of Range.
+fn channels_of_row(sample: &Sample, rest: Option<&[f32]>) -> BTreeMap<String, Vec<u32>> {
     let has = |name: &str| sample.columns.contains_key(&format!("{name}.bytes"));
     let found = ["range", "reflectance"].into_iter().find(|name| has(name)).map(|name| sample.image(name).2);
     let mut channels = BTreeMap::new();
@@ -59,7 +60,13 @@ fn channels_of_row(sample: &Sample) -> BTreeMap<String, Vec<u32>> {
                     let Some(Field::Double(value)) = value else { panic!("no {what}") };
                     *value
                 };
-                range_values(&pixels, scale("offset"), scale("scale"))
+                match rest {
+                    None => range_values(&pixels, scale("offset"), scale("scale")),
+                    Some(rest) => {
+                        let cols = sample.image(name).0 as usize;
+                        range_joined(&pixels, rest, cols, scale("offset"), scale("scale")).expect("images of one size")
+                    }
+                }
             }
             "Reflectance" | "Scatter" => {
                 let seen = |(i, &dn): (usize, &u16)| match &found {
@@ -80,18 +87,18 @@ fn channels_of_row(sample: &Sample) -> BTreeMap<String, Vec<u32>> {
 #[test]
 fn files_hold_what_tables_lack() {
     const TRUTH: [&str; 3] = ["FibreAzimuth", "FibreDive", "Height"];
-    const LIGHT: [&str; 3] = ["Range", "Reflectance", "Scatter"];
+    const LIGHT: [&str; 3] = ["RangeRest", "Reflectance", "Scatter"];
     let place = Place::new();
     for (number, (settings, more)) in [
-        ("", &["Instance", "Range"][..]),
-        ("--set output.png=[range,reflectance,scatter,label,instance]", &["Range"]),
+        ("", &["Instance", "RangeRest"][..]),
+        ("--set output.png=[range,reflectance,scatter,label,instance]", &["RangeRest"]),
         ("--set extraction.range=uncalibrated --set exposure.bits=12", &["Instance"]),
-        ("--set extraction.scatter_dark=subtracted", &["Instance", "Range", "Scatter"]),
+        ("--set extraction.scatter_dark=subtracted", &["Instance", "RangeRest", "Scatter"]),
         ("--set output.png=[scatter,label]", &["Instance", "Range", "Reflectance", "Scatter"]),
         ("--set output.bin={\"columns\":2,\"profiles\":4}", &["Instance", LIGHT[0], LIGHT[1], LIGHT[2]]),
         ("--set extraction.range=rectified", &["Instance", LIGHT[0], LIGHT[1], LIGHT[2]]),
-        ("--set extraction.range=uncalibrated --set extraction.subpixel_steps=0", &["Instance", "Range"]),
-        ("--set extraction.range=uncalibrated --set extraction.subpixel_steps=256", &["Instance", "Range"]),
+        ("--set extraction.range=uncalibrated --set extraction.subpixel_steps=0", &["Instance", "RangeRest"]),
+        ("--set extraction.range=uncalibrated --set extraction.subpixel_steps=256", &["Instance", "RangeRest"]),
     ]
     .into_iter()
     .enumerate()
@@ -106,13 +113,15 @@ fn files_hold_what_tables_lack() {
         };
         let (lean, whole) = (make("lean", "auto"), make("whole", "all"));
         for (index, sample) in &lean {
-            let held = bits_of(sample);
+            let mut held = bits_of(sample);
             let mut expected: Vec<&str> = TRUTH.iter().chain(more).copied().collect();
             // The picture for viewers goes with Reflectance.
             expected.extend(expected.contains(&"Reflectance").then_some("Y"));
             expected.sort_unstable();
             assert_eq!(held.keys().collect::<Vec<_>>(), expected, "{settings}");
-            let mut joined = channels_of_row(sample);
+            let rest = held.remove("RangeRest");
+            let rest = rest.map(|bits| bits.into_iter().map(f32::from_bits).collect::<Vec<_>>());
+            let mut joined = channels_of_row(sample, rest.as_deref());
             joined.extend(held);
             let mut all = bits_of(&whole[index]);
             if !joined.contains_key("Y") {

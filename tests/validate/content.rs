@@ -1,10 +1,10 @@
 //! Samples that are wrong in themselves are reported as that kind of fault.
 
-use crate::damaged::{MANIFEST, after, check, edit_json, exr, png, with};
+use crate::damaged::{MANIFEST, after, check, edit_json, exr, png, with, with_output};
 use base::Class;
 use dataset::validate::{Code, ValidationOptions, validate};
 use dataset::{Encoded, ExrChannel, Grey, write_png};
-use optical_bench::settings::Channel;
+use optical_bench::settings::{Channel, Output};
 use output_schema::SampleType;
 use serde_json::Value;
 use test_support::records::{encoded, output, write_dataset};
@@ -84,6 +84,26 @@ fn exr_files() {
     let steep = |channels: &mut Vec<ExrChannel>| channels[1].numbers.fill(120.0);
     assert_eq!(with(|sample| exr(sample, steep)), [ValueRange]);
     assert_eq!(with(|sample| sample.exr = encoded(3, &output()).exr), [ExrDiffers]);
+}
+
+/// Numbers in tables and what they leave in EXR files are one Range.
+#[test]
+fn rests_of_range() {
+    use Code::*;
+    let lean = Output { exr: Vec::new(), range_rest: true, ..output() };
+    let rest = |change: fn(&mut f32)| {
+        with_output(&lean, |sample| {
+            exr(sample, |channels| {
+                let channel = channels.iter_mut().find(|channel| channel.name == "RangeRest").expect("it is asked for");
+                change(channel.numbers.iter_mut().find(|rest| **rest > 0.0).expect("the first height is new"));
+            });
+        })
+    };
+    assert_eq!(rest(|_| ()), []);
+    // A number is 16 steps of files: they leave eight of them at most.
+    assert_eq!(rest(|rest| *rest += 30.0), [ExrDiffers]);
+    assert_eq!(rest(|rest| *rest = 0.0), [ExrDiffers]);
+    assert_eq!(with_output(&lean, |sample| png(sample, Channel::Range, |n| n[100] += 5)), [ExrDiffers]);
 }
 
 #[test]

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use dataset::validate::{Code, ValidationOptions, ValidationReport, validate};
 use dataset::{Dataset, Encoded, ExrChannel, Grey, read_exr, read_png, write_exr, write_png};
-use optical_bench::settings::Channel;
+use optical_bench::settings::{Channel, Output};
 use tempfile::TempDir;
 
 pub use crate::damage::*;
@@ -32,11 +32,16 @@ pub fn after(damage: impl Fn(&Path)) -> Vec<Code> {
 
 /// A dataset whose sample 2 was changed before it was written.
 pub fn with(change: impl Fn(&mut Encoded)) -> Vec<Code> {
+    with_output(&output(), change)
+}
+
+/// The same of a dataset that holds what `output` says.
+pub fn with_output(output: &Output, change: impl Fn(&mut Encoded)) -> Vec<Code> {
     let place = tempfile::tempdir().expect("a folder");
-    let folder = Dataset::open_or_create(place.path(), head(&output(), &SIZE, 4), false, &|| ()).expect("it opens");
+    let folder = Dataset::open_or_create(place.path(), head(output, &SIZE, 4), false, &|| ()).expect("it opens");
     let mut writer = claimed(&folder, 0);
     for index in 0..4 {
-        let mut sample = encoded(index, &output());
+        let mut sample = encoded(index, output);
         if index == 2 {
             change(&mut sample);
         }

@@ -18,9 +18,8 @@ pub fn encode(mut record: Record, output: &Output) -> Encoded {
     asked.dedup();
     let png = asked.into_par_iter().map(|channel| (channel, image(&record, channel, output.bits))).collect();
 
-    let names: Vec<String> = output.exr.iter().map(|&channel| channel.name().into()).collect();
     let subject = record.truth.as_ref().map_or("", |truth| truth.below.subject());
-    let declared = channels(&names, output.truth_maps, subject, record.range.name(), output.bits.into());
+    let declared = channels(&output.exr_names(), output.truth_maps, subject, record.range.name(), output.bits.into());
     let numbers = encode_numbers(&record, output.bits);
     let exr = output.has_exr().then(|| {
         let description = exr::description(&record, &declared, output.bits);

@@ -21,6 +21,7 @@ use rayon::prelude::*;
 use serde_json::{Value, json};
 
 use crate::png::stepped;
+use crate::range_rest::range_rest;
 use crate::record::{Below, Labels, Maps, Record, TruthMaps};
 
 /// Compression of every file: on noisy maps smaller than ZIP and faster; see `benches/write.rs`.
@@ -33,6 +34,9 @@ const BLOCKS_TOGETHER: usize = 16;
 const BLOCK_HEAD_BYTES: usize = 8 + 4 + 4;
 /// Bytes of a usual head.
 const HEAD_BYTES: usize = 4096;
+
+/// Name of the channel that [`range_rest`] makes.
+pub(crate) const RANGE_REST: &str = "RangeRest";
 
 /// Why writing into memory does not fail.
 const FITS: &str = "memory takes every byte, and the channels are as large as the image";
@@ -78,7 +82,7 @@ pub(super) fn record_channels<'a>(
     declared: &'a [Channel],
 ) -> impl Iterator<Item = ExrChannel> + 'a {
     let needs = |c: &Channel, map: usize| match c.name {
-        "Range" => map == 0,
+        "Range" | RANGE_REST => map == 0,
         "Reflectance" => map <= 1,
         "Scatter" => map == 0 || map == 2,
         "Y" => map == 1,
@@ -86,7 +90,10 @@ pub(super) fn record_channels<'a>(
         _ => false,
     };
     declared.iter().enumerate().map(move |(place, c)| {
-        let channel = map_channel(&record.maps, &record.labels, record.truth.as_ref(), c);
+        let channel = match c.name {
+            RANGE_REST => rest_channel(record, c),
+            _ => map_channel(&record.maps, &record.labels, record.truth.as_ref(), c),
+        };
         let later = &declared[place + 1..];
         let Maps { range, reflectance, scatter, grey } = &mut record.maps;
         for (number, map) in [range, reflectance, scatter, grey].into_iter().enumerate() {
@@ -106,6 +113,12 @@ pub(super) fn record_channels<'a>(
         }
         channel
     })
+}
+
+/// What the numbers of Range leave of it, as a channel.
+fn rest_channel(record: &Record, c: &Channel) -> ExrChannel {
+    let numbers = range_rest(&record.maps.range, record.cols, record.range_offset, record.range_scale);
+    ExrChannel { name: c.name.into(), samples: c.samples, numbers }
 }
 
 fn map_channel(maps: &Maps, labels: &Labels, truth: Option<&TruthMaps>, c: &Channel) -> ExrChannel {

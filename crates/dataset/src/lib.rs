@@ -33,6 +33,7 @@ mod largest;
 mod limits;
 mod lock;
 mod png;
+mod range_rest;
 mod reader;
 mod recipe_words;
 mod sample_rows;
@@ -50,11 +51,12 @@ pub use encoding::encode;
 pub(crate) use encoding::image_of;
 pub use exr::{ExrChannel, read_exr, write_exr, write_exr_as};
 pub(crate) use exr::{ExrDescription, ExrSize, channel_types, expected_header, exr_header, read_exr_of};
-pub(crate) use exr::{map_channels, truth_channel};
+pub(crate) use exr::{RANGE_REST, map_channels, truth_channel};
 pub use fault::{Fault, describe_bytes, one_line, own_remedy, plain};
 pub(crate) use folder::descriptions;
 pub use png::{Grey, range_numbers, range_values, read_png, read_png_of, rounded8, rounded16, write_png, write_png_as};
 pub(crate) use png::{PngSize, foreign_part, png_size};
+pub use range_rest::{range_joined, range_rest};
 pub(crate) use reader::to_document;
 pub use reader::{Dataset, DatasetSums, ExrMaps, FinishedTables, is_dataset};
 pub use recipe_words::objects_in_words;
@@ -95,7 +97,7 @@ pub fn images(output: &Output, size: &Size, range: RangeForm) -> Images {
         cols: (size.columns / output.bin_columns.max(1)) as u64,
         rows: (size.profiles / output.bin_profiles.max(1)) as u64,
         png: names(&output.png),
-        exr: names(&output.exr),
+        exr: output.exr_names(),
         range: range.name().into(),
         truth_maps: output.truth_maps,
         stack_every: match output.sensor_stack {

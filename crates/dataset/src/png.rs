@@ -6,6 +6,7 @@ use std::io::Cursor;
 
 use image::codecs::png::{CompressionType, FilterType, PngDecoder, PngEncoder};
 use image::{ColorType, ExtendedColorType, ImageDecoder, ImageEncoder, Limits};
+use multiversion::multiversion;
 
 /// Pixels of a grey image, row-major.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -37,25 +38,43 @@ impl Grey {
 /// Height -> range numbers: 0 where missing, else `1 + ...` so that a value r means `offset + r * scale`, saturating at
 /// 1 and 65535. `offset` and `scale` in the unit of the heights [mm or px].
 pub fn range_numbers(range: &[f32], offset: f64, scale: f64) -> Vec<u16> {
-    let number = |&z: &f32| {
-        if z.is_nan() { 0 } else { ((f64::from(z) - offset) / scale).round().clamp(1.0, 65535.0) as u16 }
-    };
-    range.iter().map(number).collect()
+    let mut numbers = vec![0; range.len()];
+    number(range, offset, scale, &mut numbers);
+    numbers
+}
+
+/// As [`range_numbers`], in place.
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
+fn number(range: &[f32], offset: f64, scale: f64, numbers: &mut [u16]) {
+    for (number, &z) in numbers.iter_mut().zip(range) {
+        *number = range_number(z, offset, scale);
+    }
+}
+
+#[inline(always)]
+fn range_number(z: f32, offset: f64, scale: f64) -> u16 {
+    if z.is_nan() { 0 } else { ((f64::from(z) - offset) / scale).round().clamp(1.0, 65535.0) as u16 }
 }
 
 /// Steps of heights in files, per mm or px: a power of two, so that they are exact. 0.12 um is far below any noise of
 /// such an instrument; the bits beyond it would be a third of an EXR file that holds truth maps.
-const HEIGHT_STEPS: f32 = 8192.0;
+pub(crate) const HEIGHT_STEPS: f32 = 8192.0;
 
 /// A height as it is kept [mm or px]; NaN stays.
+#[inline(always)]
 pub(crate) fn stepped(height: f32) -> f32 {
     (height * HEIGHT_STEPS).round() / HEIGHT_STEPS
 }
 
+/// The way back of one of [`range_numbers`] [mm or px].
+#[inline(always)]
+pub(crate) fn range_value(number: u16, offset: f64, scale: f64) -> f32 {
+    if number == 0 { f32::NAN } else { stepped((offset + f64::from(number) * scale) as f32) }
+}
+
 /// Range numbers -> height, the way back of [`range_numbers`]: 0 becomes NaN [mm or px].
 pub fn range_values(numbers: &[u16], offset: f64, scale: f64) -> Vec<f32> {
-    let value = |&n: &u16| if n == 0 { f32::NAN } else { stepped((offset + f64::from(n) * scale) as f32) };
-    numbers.iter().map(value).collect()
+    numbers.iter().map(|&number| range_value(number, offset, scale)).collect()
 }
 
 /// Digital numbers -> whole numbers, saturating; NaN becomes 0.

@@ -46,6 +46,8 @@ fn exr_bytes(channel: Channel) -> f64 {
     }
 }
 
+/// The same of what whole numbers leave of Range, means included, which leave something else everywhere.
+const REST_BYTES: f64 = 1.3;
 /// Bytes for each pixel of the three truth maps together.
 const TRUTH_BYTES: f64 = 3.0;
 /// Bytes for each pixel of a sensor frame of 8 bits: most of it is dark noise.
@@ -59,10 +61,11 @@ pub fn estimated_bytes_per_sample(output: &Output, size: &Size) -> u64 {
     let rows = size.profiles / output.bin_profiles.max(1);
     let png: f64 = output.png.iter().map(|&channel| png_bytes(channel)).sum();
     let exr: f64 = output.exr.iter().map(|&channel| exr_bytes(channel)).sum();
+    let rest = if output.range_rest { REST_BYTES } else { 0.0 };
     let truth = if output.truth_maps { TRUTH_BYTES } else { 0.0 };
     let more = f64::from(output.bits.saturating_sub(8)) * BIT_BYTES;
     let deep = if output.has(Channel::Grey) { 5.0 } else { 3.0 };
-    let images = (cols * rows) as f64 * (png + exr + truth + deep * more);
+    let images = (cols * rows) as f64 * (png + exr + rest + truth + deep * more);
     ROW_BYTES + (images + frame_bytes(output, size)).ceil() as u64
 }
 
@@ -76,7 +79,13 @@ fn frame_bytes(output: &Output, size: &Size) -> f64 {
 /// all that it has, but for the row that fills the group: its sample is held too.
 pub fn open_tables_bytes(output: &Output, size: &Size, splits: &Splits, samples: u64) -> u64 {
     let frames = frame_bytes(output, size);
-    let in_tables = Output { exr: Vec::new(), truth_maps: false, sensor_stack: SensorStack::None, ..output.clone() };
+    let in_tables = Output {
+        exr: Vec::new(),
+        range_rest: false,
+        truth_maps: false,
+        sensor_stack: SensorStack::None,
+        ..output.clone()
+    };
     let row = estimated_bytes_per_sample(&in_tables, size) as f64;
     let group = |share: f64, bytes: f64| match share * bytes {
         0.0 => 0,

@@ -58,6 +58,9 @@ words! {
     }
 }
 
+/// Name in `dataset.json` of what the whole numbers of Range leave of it.
+const RANGE_REST: &str = "range_rest";
+
 /// What is written.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Output {
@@ -69,6 +72,8 @@ pub struct Output {
     pub png: Vec<Channel>,
     /// Images in the EXR files.
     pub exr: Vec<Channel>,
+    /// Whether the EXR files hold what the whole numbers of Range in the tables leave of it.
+    pub range_rest: bool,
     /// Whether the EXR files hold height, and what lies below the surface.
     pub truth_maps: bool,
     /// Sensor frames kept.
@@ -82,7 +87,13 @@ pub struct Output {
 impl Output {
     /// Whether there are EXR files.
     pub fn has_exr(&self) -> bool {
-        self.truth_maps || !self.exr.is_empty()
+        self.truth_maps || self.range_rest || !self.exr.is_empty()
+    }
+
+    /// What the EXR files hold beside truth, by the names of `dataset.json`.
+    pub fn exr_names(&self) -> Vec<String> {
+        let images = Channel::ALL.into_iter().filter(|image| self.exr.contains(image));
+        images.map(Channel::name).chain(self.range_rest.then_some(RANGE_REST)).map(Into::into).collect()
     }
 
     /// Whether an image is written.

@@ -8,9 +8,7 @@ use numpy::{Element, PyArray2, PyArrayMethods, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use serde_json::Value;
-use sheetlight::api::{
-    Below, Fault, Grey, Labels, Maps, Record, RowBatch, Simulator, StoredSample, TruthMaps, range_values,
-};
+use sheetlight::api::{Below, Fault, Grey, Labels, Maps, Record, RowBatch, Simulator, StoredSample, TruthMaps};
 
 use crate::errors::{of_fault, of_program};
 
@@ -188,15 +186,14 @@ fn stored_map<'py>(py: Python<'py>, stored: &StoredSample, name: &str) -> PyResu
             _ => array(py, size, found),
         };
     }
-    if let Some(map) = py.detach(|| stored.channel(channel)).map_err(fault)? {
-        return array(py, size, map);
-    }
     let map = py.detach(|| -> Result<_, Fault> {
-        let Some(pixels) = stored.image(image)? else { return Ok(None) };
         if image == "range" {
-            let [offset, scale] = stored.range_scale()?;
-            return Ok(Some(range_values(&pixels.numbers(), offset, scale)));
+            return stored.range();
         }
+        if let Some(map) = stored.channel(channel)? {
+            return Ok(Some(map));
+        }
+        let Some(pixels) = stored.image(image)? else { return Ok(None) };
         let missing = missing_of(stored, image, &pixels)?;
         let value = |(number, missing): (u16, bool)| if missing { f32::NAN } else { f32::from(number) };
         Ok(Some(pixels.numbers().into_iter().zip(missing).map(value).collect::<Vec<f32>>()))

@@ -146,9 +146,11 @@ impl SawTeeth {
     /// Mottle of cut cells over its root mean square [1].
     #[inline(always)]
     fn cut_cells(&self, d: Vec2) -> f32 {
-        let part =
-            |size: usize| MOTTLE_SHARES[size] * self.mottles[size].plane(Vec2::new(d.y, d.x) / MOTTLE_MM[size]).0;
-        part(0) + part(1)
+        // No closure: one that is not inlined takes the whole loop out of vector code.
+        let d = Vec2::new(d.y, d.x);
+        let (fine, _) = self.mottles[0].plane(d / MOTTLE_MM[0]);
+        let (coarse, _) = self.mottles[1].plane(d / MOTTLE_MM[1]);
+        MOTTLE_SHARES[0] * fine + MOTTLE_SHARES[1] * coarse
     }
 
     #[inline(always)]

@@ -28,6 +28,7 @@ pub fn output() -> Output {
         bin_profiles: 1,
         png: all.clone(),
         exr: all,
+        range_rest: false,
         truth_maps: true,
         sensor_stack: SensorStack::Every(8),
         samples_per_shard: Some(4),

@@ -22,6 +22,7 @@ mod sample_to_check;
 mod shard;
 mod shard_task;
 mod stored_frames;
+mod whole_range;
 
 use std::collections::{BTreeSet, HashSet};
 use std::path::Path;

@@ -504,8 +504,8 @@ settings! {
         /// Images in the Parquet rows, as PNG; where `lamps` are, `grey` too.
         png: WordList<Channel>(None) =
             [Channel::Range, Channel::Reflectance, Channel::Scatter, Channel::Label].to_vec(), "free";
-        /// Images in the EXR files: `auto` for those that `png` does not hold to the last bit, such as heights and
-        /// means of binned pixels; `all`; or a list. Without any, and without `truth_maps`, there are no EXR files.
+        /// Images in the EXR files: `auto` for what `png` lacks to the last bit, such as fractions of heights and means
+        /// of binned pixels; `all`; or a list. Without any, and without `truth_maps`, there are no EXR files.
         exr: ImageList() = ImageChoice::Auto, "free";
         /// Whether the EXR files hold noise-free maps: height, and fibre azimuth and dive, or film thickness and gap.
         truth_maps: Flag() = true, "free";
@@ -631,20 +631,25 @@ impl Settings {
             bin_profiles: self.bin.profiles,
             png,
             exr: Vec::new(),
+            range_rest: false,
             truth_maps,
             sensor_stack,
             samples_per_shard,
             bits: self.readout().bits,
         };
         let known = Channel::ALL.into_iter().filter(|c| *c != Channel::Grey || self.lamps.number != Lamps::None);
-        output.exr = match exr {
-            ImageChoice::These(list) => list,
-            ImageChoice::All => known.collect(),
+        match exr {
+            ImageChoice::These(list) => output.exr = list,
+            ImageChoice::All => output.exr = known.collect(),
             ImageChoice::Auto => {
                 let extraction = self.extraction();
-                known.filter(|&channel| !output.png_is_exact(channel, &extraction, self.camera.rows)).collect()
+                let lacking = known.filter(|&channel| !output.png_is_exact(channel, &extraction, self.camera.rows));
+                let has_numbers = output.png.contains(&Channel::Range);
+                let (range, others) = lacking.partition(|&channel| channel == Channel::Range && has_numbers);
+                let range: Vec<Channel> = range;
+                (output.range_rest, output.exr) = (!range.is_empty(), others);
             }
-        };
+        }
         output
     }
 

@@ -6,10 +6,12 @@ use output_schema::{Manifest, ManifestSample};
 
 use super::{RangeUnit, ScanMaps, SensorFrame, to_eight_bits};
 use dataset::record::StackFrame;
-use dataset::{Dataset, ExrMaps, Fault, RowBatch};
+use dataset::{Dataset, ExrMaps, Fault, RowBatch, range_joined, range_values};
 
 /// Names of the measured images.
 const MEASURED: [&str; 3] = ["range", "reflectance", "scatter"];
+/// Name of what whole numbers leave of Range.
+const REST: &str = "range_rest";
 /// Name of the label image.
 const LABEL: &str = "label";
 /// Most sensor frames of a sample that are read: the middle ones.
@@ -43,7 +45,7 @@ pub(crate) fn frame_of(dataset: &Dataset, manifest: &Manifest, index: u64, expos
         let remedy = "set `output: {png: [range, reflectance, scatter, label]}` in the recipe and make it anew";
         return Err(Fault::at(root, "it was made without range images", remedy));
     }
-    let is_measured = |image: &String| MEASURED.contains(&image.as_str());
+    let is_measured = |image: &String| MEASURED.contains(&image.as_str()) || image == REST;
     let exr = head.images.exr.iter().any(is_measured).then(|| dataset.exr(dataset.shard_of(index), &listed.id));
     let mut frame = joined_frame(dataset, manifest, listed, exr.transpose()?.as_ref())?;
     frame.name = format!("sample {index}");
@@ -132,14 +134,19 @@ fn row_frame(dataset: &Dataset, row: &RowBatch, exr: Option<&ExrMaps>) -> Result
     let unit = dataset.head().range_unit();
     let [offset, scale] = ["offset", "scale"].map(|what| number(&format!("range_{what}_{unit}")));
     let (offset, scale) = (offset?, scale?);
-    let height = |n: u16| if n == 0 { f64::NAN } else { offset + f64::from(n) * scale };
+    let rest = exr.and_then(|exr| exr.channel("RangeRest"));
     let numbers = |name: &str| -> Result<Option<Vec<f64>>, String> {
         let numbers: Vec<f64> = match exr.and_then(|exr| exr.channel(name)) {
             Some(channel) => channel.numbers.iter().copied().map(f64::from).collect(),
             None if !images.png.iter().any(|png| png == name) => return Ok(None),
             None => {
-                let pixels = row.image(0, name, images)?.grey.numbers().into_iter();
-                if name == "range" { pixels.map(height).collect() } else { pixels.map(f64::from).collect() }
+                let pixels = row.image(0, name, images)?.grey.numbers();
+                let map = match rest.filter(|_| name == "range") {
+                    Some(rest) => range_joined(&pixels, &rest.numbers, cols, offset, scale)?,
+                    None if name == "range" => range_values(&pixels, offset, scale),
+                    None => pixels.into_iter().map(f32::from).collect(),
+                };
+                map.into_iter().map(f64::from).collect()
             }
         };
         if numbers.len() != cols * rows {

@@ -8,6 +8,7 @@ use serde_json::Value;
 use super::profile_differs::RowComparison;
 use super::{Code, REMAKE_OR_REPORT, Rule, SampleToCheck, ValidationReport, header_differs, truth_differs};
 use crate::validate::decoded_images::image_of_channel;
+use crate::validate::whole_range;
 use crate::{ExrChannel, ExrDescription, ExrSize, channel_types, exr_header, read_exr_of};
 
 pub(super) const UNREADABLE: Rule = Rule { meaning: "An EXR file cannot be read.", remedy: REMAKE_OR_REPORT };
@@ -51,6 +52,13 @@ pub(in crate::validate) fn check(
         Err(what) => return unreadable(what, report),
     };
     report.images += channels.len() as u64;
+    let channels = match whole_range::joined(channels, sample) {
+        Ok(channels) => channels,
+        Err(what) => {
+            report.fault(Code::ExrDiffers, place, what);
+            return Vec::new();
+        }
+    };
     let (found, expected) = (serde_json::from_str(&text).unwrap_or_default(), description(sample, &declared));
     let other = attribute(&found, &expected, sample, &declared);
     if other.is_empty() {

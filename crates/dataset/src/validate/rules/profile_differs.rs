@@ -18,6 +18,7 @@ use crate::table_reader::guarded;
 use crate::validate::frame_digest::FrameDigest;
 use crate::validate::shard_task::ShardTask;
 use crate::validate::stored_frames;
+use crate::validate::whole_range::shown_channels;
 use crate::{ExrChannel, image_of, map_channels};
 
 pub(super) const RULE: Rule = Rule {
@@ -44,7 +45,7 @@ impl<'a> RowComparison<'a> {
     /// Of the images of a sample; channels of its EXR file may follow.
     pub(in crate::validate) fn of_images(sample: &'a SampleToCheck) -> Self {
         let (rows, head) = (sample.exposed(), sample.task.head);
-        let declared = if rows.is_empty() { Vec::new() } else { head.channels() };
+        let declared = if rows.is_empty() { Vec::new() } else { shown_channels(head) };
         let channels = |row: &ExposedRows| map_channels(&row.maps, &row.labels, row.truth.as_ref(), &declared);
         let channels = rows.iter().map(channels).collect();
         let mut comparison = Self { rows, cols: sample.cols(), channels, other: Vec::new(), first: None };

@@ -256,14 +256,14 @@ fn row_contrasts(line: &LineContrasts<'_>, k: usize, grain: f32, out: &mut [f32;
     let ((out, _), (beyond, _)) =
         (out.as_chunks_mut::<CONTRAST_COLUMNS>(), line.beyond.as_chunks::<CONTRAST_COLUMNS>());
     for (((out, beyond), at), shared) in out.iter_mut().zip(beyond).zip(line.contrasts).zip(line.shared) {
-        let [start, rise, bend] = contrast_curve(&at[usize::from(!ahead)], from).map(|part| grain * part);
-        let of = |beyond: f32| {
-            let t = if ahead { beyond } else { 1.0 - beyond };
-            start + t * (rise + t * bend)
-        };
-        match shared.filter(|_| from >= FAR_ROWS) {
-            Some(beyond) => *out = [of(beyond); CONTRAST_COLUMNS],
-            None => *out = beyond.map(of),
+        let [start, rise, bend] = contrast_curve(&at[usize::from(!ahead)], from);
+        let (start, rise, bend) = (grain * start, grain * rise, grain * bend);
+        // Columns that share a place share a contrast.
+        let shared = shared.filter(|_| from >= FAR_ROWS);
+        let beyond = shared.map_or(*beyond, |beyond| [beyond; CONTRAST_COLUMNS]);
+        for c in 0..CONTRAST_COLUMNS {
+            let t = if ahead { beyond[c] } else { 1.0 - beyond[c] };
+            out[c] = start + t * (rise + t * bend);
         }
     }
 }
