@@ -60,10 +60,10 @@ fn range_number(z: f32, offset: f64, scale: f64) -> u16 {
 /// such an instrument; the bits beyond it would be a third of an EXR file that holds truth maps.
 pub(crate) const HEIGHT_STEPS: f32 = 8192.0;
 
-/// A height as it is kept [mm or px]; NaN stays.
+/// A height as it is kept [mm or px]; NaN stays, and 0 has no sign.
 #[inline(always)]
 pub(crate) fn stepped(height: f32) -> f32 {
-    (height * HEIGHT_STEPS).round() / HEIGHT_STEPS
+    (height * HEIGHT_STEPS).round() / HEIGHT_STEPS + 0.0
 }
 
 /// The way back of one of [`range_numbers`] [mm or px].

@@ -6,7 +6,7 @@ use output_schema::{Manifest, ManifestSample};
 
 use super::{RangeUnit, ScanMaps, SensorFrame, to_eight_bits};
 use dataset::record::StackFrame;
-use dataset::{Dataset, ExrMaps, Fault, RowBatch, range_joined, range_values};
+use dataset::{Dataset, ExrMaps, Fault, RowBatch, range_joined};
 
 /// Names of the measured images.
 const MEASURED: [&str; 3] = ["range", "reflectance", "scatter"];
@@ -134,6 +134,7 @@ fn row_frame(dataset: &Dataset, row: &RowBatch, exr: Option<&ExrMaps>) -> Result
     let unit = dataset.head().range_unit();
     let [offset, scale] = ["offset", "scale"].map(|what| number(&format!("range_{what}_{unit}")));
     let (offset, scale) = (offset?, scale?);
+    let height = |n: u16| if n == 0 { f64::NAN } else { offset + f64::from(n) * scale };
     let rest = exr.and_then(|exr| exr.channel("RangeRest"));
     let numbers = |name: &str| -> Result<Option<Vec<f64>>, String> {
         let numbers: Vec<f64> = match exr.and_then(|exr| exr.channel(name)) {
@@ -141,12 +142,14 @@ fn row_frame(dataset: &Dataset, row: &RowBatch, exr: Option<&ExrMaps>) -> Result
             None if !images.png.iter().any(|png| png == name) => return Ok(None),
             None => {
                 let pixels = row.image(0, name, images)?.grey.numbers();
-                let map = match rest.filter(|_| name == "range") {
-                    Some(rest) => range_joined(&pixels, &rest.numbers, cols, offset, scale)?,
-                    None if name == "range" => range_values(&pixels, offset, scale),
-                    None => pixels.into_iter().map(f32::from).collect(),
-                };
-                map.into_iter().map(f64::from).collect()
+                match rest.filter(|_| name == "range") {
+                    Some(rest) => {
+                        let range = range_joined(&pixels, &rest.numbers, cols, offset, scale)?;
+                        range.into_iter().map(f64::from).collect()
+                    }
+                    None if name == "range" => pixels.into_iter().map(height).collect(),
+                    None => pixels.into_iter().map(f64::from).collect(),
+                }
             }
         };
         if numbers.len() != cols * rows {
