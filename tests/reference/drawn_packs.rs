@@ -102,7 +102,7 @@ pub fn kernel_within_the_references_angles(stack: &Stack, question: &Question) -
 /// Pigmented are films over air that turn half of the light or more.
 const BARS: [(&str, f64); 4] = [("pigmented", 0.05), ("tablet", 0.085), ("foil", 0.13), ("sealed", 0.12)];
 /// The same of all windows.
-const BAR_OF_ALL: f64 = 0.1;
+const BAR_OF_ALL: f64 = 0.102;
 /// Reduced scattering times thickness from which on a film is pigmented [1].
 const PIGMENTED: f64 = 0.5;
 

@@ -10,12 +10,12 @@ use base::{Gloss, Medium};
 use glam::Vec3;
 
 use super::film::{FACET_TURN, FilmStack, PIGMENT_G, in_film, inside, refracted, seen_through, under_normal};
-use super::sealed::{HOP, MOST_ASIDE, SealedGlint, SealedMirror, across_share, sealed_glint};
+use super::sealed::{HOP, MOST_ASIDE, SealedGlint, SealedMirror, across_share, sealed_glint, spreading};
 use super::single_scattering::{
     turned_depth, turned_down, turned_once, turned_once_aslant, turned_once_in_all, turned_once_level,
 };
 use super::spectrum::{FREQUENCY_COUNT, LambertTransfer, LengthInterpolation, Spectrum, frequency};
-use super::table::{self, FilmNode, FilmTable};
+use super::table::{self, FilmNode, FilmTable, TableFoil};
 use super::underlayer::Underlayer;
 use crate::fresnel::{fresnel_dielectric, gloss, normal_reflectance};
 use numerics::lanes::exp;
@@ -202,7 +202,8 @@ fn sealed_flow(tables: &StackTables, stack: &FilmStack, straight: &StraightLight
     let roughness = 0.5 * (along + across);
     let (turns, absorbed) = (medium.sigma_i * thickness, medium.mu_a * thickness);
     let mirror = SealedMirror::of(stack);
-    let sealed = tables.films.sealed(turns, absorbed, (gloss.reflectance, roughness), |met| mirror.out(met));
+    let foil = TableFoil { reflectance: gloss.reflectance, roughness, spreading: spreading(gloss.roughness) };
+    let sealed = tables.films.sealed(turns, absorbed, foil, |met| mirror.out(met));
     let place = LengthInterpolation::new(thickness, table::LOWEST_FREQUENCY as f32);
     let (turned, law) = (place.read(&sealed.turned), sealed.law(stack.view_up));
     let (_, up) = refracted(n, stack.view_up);

@@ -119,7 +119,12 @@ fn spread(kernel: &FilmStackKernel, stack: &FilmStack) -> FilmStackSpread {
     let (weights, towards) = (kernel.back.weights(&flow.film), kernel.back.weights(&flow.towards));
     let enter = weights.map(f32::sqrt);
     let exit = std::array::from_fn(|j| towards[j] / enter[j].max(1e-12));
-    let below = kernel.back.weights(&flow.below);
+    // What foil mirrors at once out of film that is sealed to it is as narrow as the laser's line: the fit would leave
+    // a hundredth of it in wide widths.
+    let below = match stack.film.gap_mm.is_none() && stack.film.under.gloss.is_metal() {
+        true => std::array::from_fn(|j| if j == 0 { flow.straight } else { 0.0 }),
+        false => kernel.back.weights(&flow.below),
+    };
     // Only pockets ask what has crossed them.
     let shares = |of: &Spectrum, all: [f32; BASIS]| {
         let of = if stack.film.is_over_room() { kernel.back.weights(of) } else { all };

@@ -139,6 +139,12 @@ fn lambert(x: f64) -> f64 {
     x * STEP * (0.5 * at(0) + (1..400).map(at).sum::<f64>())
 }
 
+/// [`lambert`] in closed form, within 2 %: its limits at 0 and far beyond [1].
+#[inline(always)]
+pub(super) fn nearly_lambert(x: f32) -> f32 {
+    (1.0 + std::f32::consts::FRAC_PI_2 * x).sqrt() * numerics::lanes::exp(-x)
+}
+
 /// The way from transforms to weights of the fixed widths, `[FREQUENCY_COUNT][BASIS]`.
 #[derive(Debug, Clone)]
 pub(crate) struct WidthFit([[f32; BASIS]; FREQUENCY_COUNT]);

@@ -6,7 +6,8 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use super::spectrum::{RATIO_LN, UnitSpectrum};
+use super::sealed::HOP;
+use super::spectrum::{RATIO_LN, UnitSpectrum, nearly_lambert};
 
 /// Refractive indices of the table [1].
 pub const N: [f64; 2] = [1.45, 1.58];
@@ -61,9 +62,9 @@ pub const SEALED_NODE: usize = TABLE_FREQUENCIES + EXIT_BINS + 1;
 /// Numbers kept of a film in all: in air, then on each foil, `[FOIL_REFLECTANCES][FOIL_ROUGHNESSES][SEALED_NODE]`.
 pub const FILM_NUMBERS: usize = NODE + FOILS * SEALED_NODE;
 /// For interpolation over the reflectance m of foil, with which what leaves goes as m / (1 - s m): the share s of the
-/// light that foil sends into a film and that comes back to it. A clear film lets FILM_LETS_OUT of it out, pigment
-/// less, and absorption takes some on the way. Fitted between the table's two reflectances: R of films of 3 and 5 turns
-/// at 0.7 to 0.9, within 0.01 [1].
+/// light that foil sends into a film and that comes back to it, however far aside. A clear film lets FILM_LETS_OUT of
+/// it out, pigment less, and absorption takes some on the way. Fitted between the table's two reflectances: R of films
+/// of 3 and 5 turns at 0.7 to 0.9, within 0.01 [1].
 const FILM_LETS_OUT: f32 = 0.35;
 const PIGMENT_HOLDS: f32 = 0.38;
 const WAY_BACK: f32 = 3.0;
@@ -97,6 +98,19 @@ pub(crate) struct FilmTable {
     sealed: Vec<[[f32; SEALED_NODE]; FOILS]>,
     /// Natural logarithms of [`FOIL_ROUGHNESSES`].
     roughnesses: [f32; FOIL_ROUGHNESSES.len()],
+    /// [`frequencies`] [1 / thickness].
+    waves: [f32; TABLE_FREQUENCIES],
+}
+
+/// Foil that a film of the table is sealed to.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct TableFoil {
+    /// Share of light that it throws back [1].
+    pub reflectance: f32,
+    /// Roughness of foil alike in all directions that throws back as much [1].
+    pub roughness: f32,
+    /// The same of foil that spreads light as far across the line [1].
+    pub spreading: f32,
 }
 
 impl FilmTable {
@@ -127,6 +141,7 @@ impl FilmTable {
             nodes: steps().map(|film| std::array::from_fn(|i| step(film, i))).collect(),
             sealed: steps().map(|film| std::array::from_fn(|foil| on_foil(film, foil))).collect(),
             roughnesses: FOIL_ROUGHNESSES.map(|alpha| libm::log(alpha) as f32),
+            waves: frequencies().map(|wave| wave as f32),
         }
     }
 
@@ -151,38 +166,61 @@ impl FilmTable {
         }
     }
 
-    /// That film sealed to foil of a reflectance and a roughness [1]; of a reflectance it mirrors out what goes with
-    /// `mirrors`.
+    /// That film sealed to `foil`, which mirrors out what goes with `mirrors` of its reflectance.
     #[inline(always)]
-    pub fn sealed(
-        &self,
-        turns: f32,
-        absorbed: f32,
-        (reflectance, roughness): (f32, f32),
-        mirrors: impl Fn(f32) -> f32,
-    ) -> SealedNode {
-        let back = (1.0 - FILM_LETS_OUT / (1.0 + PIGMENT_HOLDS * turns)) * numerics::lanes::exp(-WAY_BACK * absorbed);
-        let met = |reflectance: f32| reflectance / (1.0 - back * reflectance);
+    pub fn sealed(&self, turns: f32, absorbed: f32, foil: TableFoil, mirrors: impl Fn(f32) -> f32) -> SealedNode {
+        let turned = self.between_reflectances(turns, absorbed, foil.reflectance);
         let [low, high] = FOIL_REFLECTANCES.map(|reflectance| reflectance as f32);
-        let turned = (met(reflectance) - met(low)) / (met(high) - met(low));
-        let mirrored = (mirrors(reflectance) - mirrors(low)) / (mirrors(high) - mirrors(low));
-        let (rough, more) = between(&self.roughnesses, numerics::lanes::ln(roughness.max(1e-3)));
-        let mut node = [0.0f32; SEALED_NODE];
+        let mirrored = (mirrors(foil.reflectance) - mirrors(low)) / (mirrors(high) - mirrors(low));
+        let [alike, spreading] = [foil.roughness, foil.spreading].map(|alpha| self.between_roughnesses(alpha));
+        let (mut node, mut all) = ([0.0f32; SEALED_NODE], 0.0);
         for (film, weight) in near(turns, absorbed) {
-            for (foil, share) in [(rough, weight * (1.0 - more)), (rough + 1, weight * more)] {
-                let (dull, bright) = (&self.sealed[film][foil], &self.sealed[film][foil + FOIL_ROUGHNESSES.len()]);
-                for i in 0..SEALED_NODE - 1 {
-                    node[i] += share * (dull[i] + (bright[i] - dull[i]) * turned);
+            let mixed = |foil: usize, i: usize, part: f32| {
+                let [dull, bright] = [foil, foil + FOIL_ROUGHNESSES.len()].map(|foil| self.sealed[film][foil][i]);
+                dull + (bright - dull) * part
+            };
+            for (foil, share) in spreading {
+                for i in 0..TABLE_FREQUENCIES {
+                    node[i] += weight * share * mixed(foil, i, turned[i]);
                 }
-                let (dull, bright) = (dull[SEALED_NODE - 1], bright[SEALED_NODE - 1]);
-                node[SEALED_NODE - 1] += share * (dull + (bright - dull) * mirrored);
+            }
+            for (foil, share) in alike {
+                all += weight * share * mixed(foil, 0, turned[0]);
+                for i in TABLE_FREQUENCIES..SEALED_NODE - 1 {
+                    node[i] += weight * share * mixed(foil, i, turned[0]);
+                }
+                node[SEALED_NODE - 1] += weight * share * mixed(foil, SEALED_NODE - 1, mirrored);
             }
         }
+        let scale = all / node[0].max(f32::MIN_POSITIVE);
         SealedNode {
-            turned: UnitSpectrum(std::array::from_fn(|l| node[l])),
+            turned: UnitSpectrum(std::array::from_fn(|l| scale * node[l])),
             law: std::array::from_fn(|i| node[TABLE_FREQUENCIES + i]),
             mirrored: node[SEALED_NODE - 1],
         }
+    }
+
+    /// How far a reflectance is on the way between the table's two, for each frequency [1].
+    ///
+    /// What comes back to foil of what it threw up has hopped aside: at the frequency q the share s of it counts by
+    /// that hop's transform. Film that turns much lets light hop less far.
+    #[inline(always)]
+    fn between_reflectances(&self, turns: f32, absorbed: f32, reflectance: f32) -> [f32; TABLE_FREQUENCIES] {
+        let back = (1.0 - FILM_LETS_OUT / (1.0 + PIGMENT_HOLDS * turns)) * numerics::lanes::exp(-WAY_BACK * absorbed);
+        let hop = HOP / (1.0 + turns);
+        let [low, high] = FOIL_REFLECTANCES.map(|reflectance| reflectance as f32);
+        self.waves.map(|wave| {
+            let again = back * nearly_lambert(hop * wave);
+            let met = |reflectance: f32| reflectance / (1.0 - again * reflectance);
+            (met(reflectance) - met(low)) / (met(high) - met(low))
+        })
+    }
+
+    /// The foils around one of a roughness, and their shares.
+    #[inline(always)]
+    fn between_roughnesses(&self, roughness: f32) -> [(usize, f32); 2] {
+        let (rough, more) = between(&self.roughnesses, numerics::lanes::ln(roughness.max(1e-3)));
+        [(rough, 1.0 - more), (rough + 1, more)]
     }
 }
 
