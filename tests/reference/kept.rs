@@ -2,7 +2,8 @@
 //! reference Monte Carlo.
 //!
 //! `tests/data/reference/<test>.json` holds figures by case. The key of a case follows from all that is asked, so that
-//! another question does not get an old answer. `make reference` asks all of them anew. In each run a case of pockets,
+//! another question does not get an old answer. `make reference` asks all of them anew, BLESS=new those alone that are
+//! not kept. In each run a case of pockets,
 //! borders, slopes, random wood and random packs is asked again ([`Kept::still_says`]) and must give the figures that
 //! are kept.
 
@@ -27,9 +28,10 @@ impl Kept {
     /// For the test of a name.
     pub fn of(test: &str) -> Self {
         let file = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join(format!("tests/data/reference/{test}.json"));
-        let bless = std::env::var_os("BLESS").is_some();
+        let asked = std::env::var_os("BLESS");
+        let (bless, all_anew) = (asked.is_some(), asked.is_some_and(|what| what != "new"));
         let known = match std::fs::read_to_string(&file) {
-            Ok(text) if !bless => serde_json::from_str(&text).expect("figures by case"),
+            Ok(text) if !all_anew => serde_json::from_str(&text).expect("figures by case"),
             _ => BTreeMap::new(),
         };
         Self { file, bless, known, told: BTreeMap::new() }
@@ -43,13 +45,10 @@ impl Kept {
     /// Figures of `case`: what `ask` says of the `question`.
     pub fn says(&mut self, case: &str, question: &impl Debug, ask: impl FnOnce() -> Vec<f64>) -> Vec<f64> {
         let key = format!("{case} {:016x}", Stream::root(0).child(&format!("{question:?}")).key());
-        let figures = if self.bless {
-            ask()
-        } else {
-            let kept = self.known.get(&key).cloned();
-            kept.unwrap_or_else(|| {
-                panic!("{case}: the reference was not asked this; BLESS=1 asks it ({})", self.file.display())
-            })
+        let figures = match self.known.get(&key) {
+            Some(kept) => kept.clone(),
+            None if self.bless => ask(),
+            None => panic!("{case}: the reference was not asked this; BLESS=new asks it ({})", self.file.display()),
         };
         self.told.insert(key, figures.clone());
         figures
