@@ -15,8 +15,14 @@ use transport::answer::{Answer, Question};
 use transport::kernel::{self, Doubt};
 use transport::stack::{CylinderPhase, Foil, Layer, PIGMENT_G, Scattering, Stack, Substrate};
 
-/// Photons of the reference for each draw.
+/// Photons of the reference for each draw; and of clear film over foil, where light to the lens is counted in a cone of
+/// 5 degrees, a hundredth of the light at most.
 const PHOTONS: u64 = 100_000;
+const PHOTONS_CLEAR: u64 = 1_000_000;
+/// Reduced scattering times thickness below which a film is clear [1].
+const CLEAR: f64 = 0.5;
+/// Standard error of the reference over its figure from which on a window tells nothing [1].
+const VAGUE: f64 = 0.1;
 /// Draws of each group.
 const DRAWS: u64 = 60;
 /// Seed of what is kept: bounds of [`Doubt`] were chosen on another one.
@@ -107,11 +113,15 @@ const FIGURES: [(&str, usize, bool); 6] = [
     ("centre [rows]", 14, false),
 ];
 
-/// Deviation of each figure beside two standard errors of the reference; none where the window is [`FAINT`].
+/// Deviation of each figure beside two standard errors of the reference; none where the window is [`FAINT`] or the
+/// error [`VAGUE`].
 fn deviations(truth: &[f64], kernel: &[f64]) -> [Option<f64>; FIGURES.len()] {
     FIGURES.map(|(_, at, is_relative)| {
         let scale = if is_relative { truth[at] } else { 1.0 };
-        let is_told = !is_relative || truth[at] > FAINT;
+        let is_told = match is_relative {
+            true => truth[at] > FAINT && truth[at + 1] < VAGUE * truth[at],
+            false => truth[at + 1] < VAGUE,
+        };
         is_told.then(|| (((kernel[at] - truth[at]).abs() - 2.0 * truth[at + 1]) / scale).max(0.0))
     })
 }
@@ -119,12 +129,13 @@ fn deviations(truth: &[f64], kernel: &[f64]) -> [Option<f64>; FIGURES.len()] {
 /// Deviations that 95 % of a group keep.
 type Bars = [[f64; FIGURES.len()]; GROUPS.len()];
 
-/// What is kept by [`SEED`]. The aim is 0.02 of R, a tenth of windows and 0.1 rows, which is not met where a number
-/// here is greater: half spaces with free paths of millimetres, and rows 7 to 11 of clear film on foil.
+/// What is kept by [`SEED`]. The aim is 0.02 of R, a tenth of windows and 0.1 rows. It is not met where a number here
+/// is greater: centres of half spaces whose free paths are long, and rows 7 to 11 of clear film on foil. Of the sealed
+/// ones 21 draws show these to all sides and 14 to the lens.
 const BARS: Bars =
-    [[0.02, 0.1, 0.1, 0.1, 0.11, 0.15], [0.02, 0.1, 0.15, 0.1, 0.1, 0.1], [0.02, 0.1, 0.28, 0.1, 0.24, 0.12]];
+    [[0.02, 0.1, 0.1, 0.1, 0.11, 0.15], [0.02, 0.1, 0.17, 0.1, 0.1, 0.1], [0.02, 0.1, 0.19, 0.1, 0.72, 0.14]];
 /// Draws of each group without a [`Doubt`] that are off by more than a fifth in some window.
-const FAR_OFF: [usize; GROUPS.len()] = [0, 1, 4];
+const FAR_OFF: [usize; GROUPS.len()] = [0, 0, 3];
 /// Most draws of a group that are in doubt [1].
 const MOST_IN_DOUBT: f64 = 0.08;
 /// Draws of each group by which that is told.
@@ -138,24 +149,31 @@ fn compare(
     truth: &mut dyn FnMut(&str, &Drawn, u64) -> Vec<f64>,
 ) -> Vec<String> {
     let mut faults = Vec::new();
-    let mut off: [[Vec<f64>; FIGURES.len()]; GROUPS.len()] = Default::default();
+    // Each deviation, and whether the answer was in doubt.
+    let mut off: [[Vec<(f64, bool)>; FIGURES.len()]; GROUPS.len()] = Default::default();
     let (mut in_doubt, mut unmarked) = ([0usize; GROUPS.len()], [0usize; GROUPS.len()]);
     for i in 0..DRAWS * GROUPS.len() as u64 {
         let (group, drawn) = ((i % 3) as usize, drawn(seed, i));
         let name = format!("seed {seed}, draw {i:03}, {}", GROUPS[group]);
-        let found = deviations(&truth(&name, &drawn, i), &by_kernel(&drawn));
+        let (truth, kernel) = (truth(&name, &drawn, i), by_kernel(&drawn));
+        let found = deviations(&truth, &kernel);
         let doubt = Doubt::of(&drawn.0, &drawn.1).expect("such media are answered");
         let is_far_off = (1..5).any(|figure| found[figure].is_some_and(|off| off > 0.2));
-        println!("{name}: {found:.3?}, {doubt:?}");
+        println!("{name}: {found:.3?}, {doubt:?}; {drawn:?}, reference {truth:.5?}, kernel {kernel:.5?}");
         in_doubt[group] += usize::from(doubt.is_some());
         unmarked[group] += usize::from(doubt.is_none() && is_far_off);
-        off[group].iter_mut().zip(found).for_each(|(all, found)| all.extend(found));
+        off[group].iter_mut().zip(found).for_each(|(all, found)| all.extend(found.map(|off| (off, doubt.is_some()))));
     }
     for (group, name) in GROUPS.into_iter().enumerate() {
         for ((all, bar), (figure, ..)) in off[group].iter_mut().zip(bars[group]).zip(FIGURES) {
-            all.sort_by(|a, b| b.total_cmp(a));
-            let (at95, count) = (all[all.len() / 20], all.len());
-            println!("{name}, {figure}: {count} draws, 95 % within {at95:.3}, all within {:.3}", all[0]);
+            all.sort_by(|a, b| b.0.total_cmp(&a.0));
+            let sure: Vec<f64> = all.iter().filter(|(_, in_doubt)| !in_doubt).map(|(off, _)| *off).collect();
+            let (at95, of_sure) = (all[all.len() / 20].0, sure[sure.len() / 20]);
+            println!(
+                "{name}, {figure}: {} draws, 95 % within {at95:.3}, not in doubt {of_sure:.3}, all within {:.3}",
+                all.len(),
+                all[0].0
+            );
             if at95 > bar {
                 faults.push(format!("{name}, {figure}: {at95:.3}"));
             }
@@ -168,15 +186,24 @@ fn compare(
     faults
 }
 
-fn reference((stack, question): &Drawn, seed: u64) -> Vec<f64> {
-    all_figures(&solve(stack, question, Effort { photons: PHOTONS, seed }))
+fn photons((stack, _): &Drawn) -> u64 {
+    let is_clear = match stack.layers[0].scattering {
+        Scattering::Isotropic { mu_s, g } => mu_s * (1.0 - g) * stack.layers[0].thickness < CLEAR,
+        _ => false,
+    };
+    if is_clear && matches!(stack.below, Substrate::Foil(_)) { PHOTONS_CLEAR } else { PHOTONS }
+}
+
+fn reference(drawn: &Drawn, seed: u64) -> Vec<f64> {
+    all_figures(&solve(&drawn.0, &drawn.1, Effort { photons: photons(drawn), seed }))
 }
 
 /// Every figure within [`BARS`].
 #[test]
 fn what_recipes_accept_is_answered_as_by_the_reference() {
     let mut kept = Kept::of("accepted");
-    let mut truth = |name: &str, drawn: &Drawn, i: u64| kept.says(name, &(drawn, PHOTONS), || reference(drawn, i));
+    let mut truth =
+        |name: &str, drawn: &Drawn, i: u64| kept.says(name, &(drawn, photons(drawn)), || reference(drawn, i));
     let faults = compare(SEED, BARS, FAR_OFF, &mut truth);
     kept.finish();
     assert!(faults.is_empty(), "{faults:?}");
@@ -207,21 +234,24 @@ fn little_is_in_doubt() {
 }
 
 /// What is in doubt is off: of draws within the bounds of each [`Doubt`], the worst window is off by a tenth or more in
-/// the median.
+/// the median; where free paths are long, the centre [rows].
 #[test]
 fn doubts_are_deserved() {
     let mut kept = Kept::of("doubts");
     let mut faults = Vec::new();
-    for (kind, least) in [(Doubt::StraightFibres, 0.1), (Doubt::RoughFoil, 0.15)] {
+    for (kind, least) in
+        [(Doubt::StraightFibres, 0.1), (Doubt::LongPaths, 0.1), (Doubt::RoughFoil, 0.08), (Doubt::RolledFoil, 0.15)]
+    {
         let mut worst: Vec<f64> = (0..12)
             .map(|i| {
                 let drawn = doubtful(kind, i);
                 assert_eq!(Doubt::of(&drawn.0, &drawn.1), Ok(Some(kind)), "{kind:?}, draw {i}");
                 let name = format!("{kind:?}, draw {i:02}");
-                let truth = kept.says(&name, &(&drawn, PHOTONS), || reference(&drawn, i));
+                let truth = kept.says(&name, &(&drawn, photons(&drawn)), || reference(&drawn, i));
                 let found = deviations(&truth, &by_kernel(&drawn));
                 println!("{name}: {found:.3?}");
-                found[1..5].iter().flatten().copied().fold(0.0, f64::max)
+                let telling = if kind == Doubt::LongPaths { 5..6 } else { 1..5 };
+                found[telling].iter().flatten().copied().fold(0.0, f64::max)
             })
             .collect();
         worst.sort_by(f64::total_cmp);
@@ -246,12 +276,24 @@ fn doubtful(kind: Doubt, i: u64) -> Drawn {
                 wood(share * scattering, (1.0 - share) * scattering, loss * scattering, draw(1.0, 1.18), direction);
             (stack, question(draw(20.0, 40.0)))
         }
-        Doubt::RoughFoil => {
-            let scattering = Scattering::Isotropic { mu_s: draw(0.01, 0.05) / (1.0 - PIGMENT_G), g: PIGMENT_G };
-            let film = Layer::new(draw(0.2, 0.8), draw(1.4, 1.55), draw(0.001, 0.1), scattering);
-            let foil = Foil { reflectance: draw(0.6, 0.95), roughness: [draw(0.03, 0.3), draw(0.5, 0.95)] };
-            let layers = if i.is_multiple_of(2) { vec![film] } else { vec![film, Layer::air(draw(0.2, 0.7))] };
-            (Stack { above: 1.0, layers, below: Substrate::Foil(foil) }, question(draw(15.0, 50.0)))
+        Doubt::LongPaths => {
+            let (scattering, share, loss) = (draw(0.5, 0.74), draw(0.1, 1.0), draw(0.01, 0.3));
+            let direction = [draw(-180.0, 180.0), draw(0.0, 80.0), draw(3.0, 14.0)];
+            let stack =
+                wood(share * scattering, (1.0 - share) * scattering, loss * scattering, draw(1.1, 1.5), direction);
+            (stack, question(draw(15.0, 50.0)))
+        }
+        Doubt::RoughFoil | Doubt::RolledFoil => {
+            let is_rolled = kind == Doubt::RolledFoil;
+            let (thickness, turns) = (draw(0.1, 0.8), if is_rolled { draw(0.02, 0.18) } else { draw(0.002, 0.04) });
+            let scattering = Scattering::Isotropic { mu_s: turns / thickness / (1.0 - PIGMENT_G), g: PIGMENT_G };
+            let film = Layer::new(thickness, draw(1.4, 1.55), draw(0.001, 0.1), scattering);
+            let reflectance = draw(0.6, 0.95);
+            let roughness =
+                if is_rolled { [draw(0.03, 0.09), draw(0.35, 0.9)] } else { [draw(0.03, 0.9), draw(0.62, 0.95)] };
+            let layers = if is_rolled { vec![film] } else { vec![film, Layer::air(draw(0.2, 3.0))] };
+            let below = Substrate::Foil(Foil { reflectance, roughness });
+            (Stack { above: 1.0, layers, below }, question(draw(15.0, 50.0)))
         }
     }
 }

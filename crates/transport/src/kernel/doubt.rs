@@ -26,12 +26,21 @@ const FLAT_DIVE: f32 = 0.342;
 const ALONG_MOTION: f32 = 0.819;
 /// Least cosine of the tilt of a lens in this cone: 50 degrees [1].
 const CONE_VIEW_UP: f32 = 0.643;
-/// Reduced scattering times thickness below which a film is clear [1].
+/// Scattering below which most light that the lens sees near the line was turned once [mm^-1].
+const LONG_PATHS: f32 = 0.75;
+/// Reduced scattering times thickness below which a film is clear, above foil and on it [1].
 const CLEAR_FILM: f32 = 0.05;
-/// Roughness of foil along the motion from which on what it throws far is seen [1].
-const ROUGH: f32 = 0.45;
+const CLEAR_SEALED: f32 = 0.2;
+/// The same from which on pigment turns what total reflection holds in film that is sealed to foil [1].
+const TINTED: f32 = 0.01;
+/// Roughness of foil, in either direction, from which on its facets throw light far aside; the same of near foil [1].
+const ROUGH: f32 = 0.6;
+const ROUGH_AND_NEAR: f32 = 0.45;
 /// Height of the air under a film up to which foil is near [mm].
 const NEAR_MM: f32 = 1.0;
+/// Roughnesses below and above which foil is smooth in one direction and rough in the other [1].
+const SMOOTH_ONE_WAY: f32 = 0.11;
+const ROUGH_OTHER_WAY: f32 = 0.33;
 
 /// Why an answer of the kernel is in doubt.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
@@ -42,12 +51,25 @@ pub enum Doubt {
          0.7 mm beside the line are up to 50 % too bright"
     )]
     StraightFibres,
+    /// Matter whose free paths are longer than the window of a line.
+    #[error(
+        "matter scatters less than 0.75/mm: rows beside the line show light that was turned once, those towards the \
+         lens up to a third too dark, those on the other side up to two thirds too bright, the line's middle up to \
+         0.6 rows off"
+    )]
+    LongPaths,
     /// Foil that throws light far below clear film.
     #[error(
-        "clear film lies on or near foil that is rough along the motion: light of rows 0.7 mm beside the line, dark \
-         ones, is off by a fifth to twice"
+        "clear film lies over rough foil: reflectance is up to 0.05 off, light of rows beside the line up to a fifth, \
+         that of dark ones 0.7 mm beside it up to half"
     )]
     RoughFoil,
+    /// Foil that keeps the direction of light one way and not the other, on clear film.
+    #[error(
+        "clear film is sealed to foil that is smooth one way and rough the other: light of rows 0.7 mm beside the \
+         line, dark ones, is off by up to three quarters"
+    )]
+    RolledFoil,
 }
 
 impl Doubt {
@@ -58,15 +80,29 @@ impl Doubt {
         let is_in_cone = z.abs() < FLAT_DIVE && y.abs() > ALONG_MOTION * (1.0 - z * z).sqrt() && view.z > CONE_VIEW_UP;
         let is_straight = medium.k > 0.0 && medium.dispersion_deg < STRAIGHT_DEG && medium.n_eff < LOW_INDEX;
         let is_weak = scattering < WEAK_SCATTERING && medium.mu_a > MUCH_ABSORBED * scattering;
-        (is_in_cone && is_straight && is_weak).then_some(Self::StraightFibres)
+        match scattering < LONG_PATHS {
+            true => Some(Self::LongPaths),
+            false => (is_in_cone && is_straight && is_weak).then_some(Self::StraightFibres),
+        }
     }
 
     /// Of a level `film` of `medium`.
     pub fn of_film(medium: &Medium, film: &Film) -> Option<Self> {
-        let gloss = film.under.gloss;
-        let is_near = film.gap_mm.is_none_or(|gap| gap < NEAR_MM);
-        let is_clear = medium.sigma_i * film.thickness_mm < CLEAR_FILM;
-        (gloss.is_metal() && gloss.roughness[1] > ROUGH && is_clear && is_near).then_some(Self::RoughFoil)
+        let gloss = &film.under.gloss;
+        let ([along, across], turns) = (gloss.roughness, medium.sigma_i * film.thickness_mm);
+        if !gloss.is_metal() {
+            return None;
+        }
+        match film.gap_mm {
+            Some(gap) => {
+                let rough = if gap < NEAR_MM { ROUGH_AND_NEAR } else { ROUGH };
+                (along.max(across) > rough && turns < CLEAR_FILM).then_some(Self::RoughFoil)
+            }
+            None => {
+                let is_rolled = along.min(across) < SMOOTH_ONE_WAY && along.max(across) > ROUGH_OTHER_WAY;
+                (is_rolled && (TINTED..CLEAR_SEALED).contains(&turns)).then_some(Self::RolledFoil)
+            }
+        }
     }
 
     /// Of what [`super::solve`] answers about `stack`.
