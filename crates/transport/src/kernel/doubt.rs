@@ -67,7 +67,7 @@ pub enum Doubt {
     /// Foil that keeps the direction of light one way and not the other, on clear film.
     #[error(
         "clear film is sealed to foil that is smooth one way and rough the other: light of rows 0.7 mm beside the \
-         line, dark ones, is off by up to three quarters"
+         line, dark ones, is off by a third to twice"
     )]
     RolledFoil,
 }
