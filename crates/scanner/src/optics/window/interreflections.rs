@@ -189,12 +189,12 @@ pub(crate) fn lay(a: Node, b: Node, rows: &mut [f32; ROWS]) {
     let by_row = length / step.abs();
     let mut from = low;
     while from < high {
-        // Pixels end halfway between rows.
-        let row = (from + 0.5).floor();
-        let to = (row + 0.5).min(high);
+        // Pixels end halfway between rows; none lies before the first.
+        let row = (from + 0.5) as usize;
+        let to = (row as f32 + 0.5).min(high);
         let middle = (0.5 * (from + to) - a.row) / step;
         let light = a.by_mm + (b.by_mm - a.by_mm) * middle;
-        if let Some(sum) = rows.get_mut(row as usize) {
+        if let Some(sum) = rows.get_mut(row) {
             *sum += (to - from) * by_row * light;
         }
         from = to.max(from + 1e-3);
