@@ -52,9 +52,10 @@ impl SecondaryLight {
             // The brightest of what the first window does not hold.
             let mut left = lit.view.faint;
             if self.transmitted.columns.contains(&column) {
-                let (direct, through) = (line.line_peak(column), self.transmitted.peak(column));
-                let other = window_start(self.transmitted.centre[column]);
+                let through = self.transmitted.peak(column);
                 if through > lit.view.faint {
+                    let direct = line.line_peak(column);
+                    let other = window_start(self.transmitted.centre[column]);
                     need = WindowNeed::One;
                     let (stand, weaker, rest) =
                         if through > direct { (other, own, direct) } else { (own, other, through) };
