@@ -80,11 +80,19 @@ fn arrive_at(from: &Facet, targets: &Targets, mirror_z: f32, [straight, mirrored
             let sent = (from.area.x * dx + from.area.y * dy + from.area.z * dz).max(0.0);
             let received = (-normal_x[to] * dx - normal_y[to] * dy - normal_z * dz).max(0.0);
             // Nothing arrives where it starts.
-            arrives[way] =
-                sent * received / (own * d2 * (std::f32::consts::PI * d2 + size[to])).max(f32::MIN_POSITIVE);
+            arrives[way] = sent * received / (own * d2 * (std::f32::consts::PI * d2 + size[to])).max(f32::MIN_POSITIVE);
         }
         [straight[to], mirrored[to]] = arrives;
     }
+}
+
+/// Whether something stands on the way between two points that goes by a mirror.
+fn is_mirrored_behind(a: Vec3, b: Vec3, mirror_z: f32, blocked: &impl Fn(Vec3, Vec3) -> bool) -> bool {
+    let [above, other] = [a.z, b.z].map(|z| (z - mirror_z).max(0.0));
+    let part = if above + other > 0.0 { above / (above + other) } else { 0.5 };
+    let on = (a + (b - a) * part).truncate().extend(mirror_z);
+    // What stands on the floor is met first there.
+    blocked(on, a) || blocked(on, b)
 }
 
 /// Share of what each of `facets` sends that arrives at each, `[to][from]`; `blocked`, if anything can stand between
@@ -94,22 +102,23 @@ pub(super) fn exchange(facets: &[Facet], mirror: Mirror, blocked: Option<impl Fn
     let targets = Targets::of(facets);
     let mut shares = vec![0.0f32; n * n];
     let (mut straight, mut mirrored) = (vec![0.0f32; n], vec![0.0f32; n]);
+    // Either way alike; each facet asks of those before it what they have found.
+    let mut stands = vec![[false; 2]; if blocked.is_some() { n * n } else { 0 }];
     for (number, from) in facets.iter().enumerate() {
         arrive_at(from, &targets, mirror.z, [&mut straight, &mut mirrored]);
         if let Some(blocked) = &blocked {
             for (place, to) in facets.iter().enumerate() {
-                if straight[place] > 0.0 && blocked(from.at, to.at) {
-                    straight[place] = 0.0;
+                let known = place < number;
+                let mut between = if known { stands[place * n + number] } else { [false; 2] };
+                if !known && straight[place] > 0.0 {
+                    between[0] = blocked(from.at, to.at);
                 }
-                if mirrored[place] > 0.0 {
-                    let [above, other] = [from.at.z, to.at.z].map(|z| (z - mirror.z).max(0.0));
-                    let part = if above + other > 0.0 { above / (above + other) } else { 0.5 };
-                    let on = (from.at + (to.at - from.at) * part).truncate().extend(mirror.z);
-                    // What stands on the floor is met first there.
-                    if blocked(on, from.at) || blocked(on, to.at) {
-                        mirrored[place] = 0.0;
-                    }
+                if !known && mirrored[place] > 0.0 {
+                    between[1] = is_mirrored_behind(from.at, to.at, mirror.z, blocked);
                 }
+                stands[number * n + place] = between;
+                straight[place] = if between[0] { 0.0 } else { straight[place] };
+                mirrored[place] = if between[1] { 0.0 } else { mirrored[place] };
             }
         }
         let all = straight.iter().chain(&mirrored).sum::<f32>().max(f32::MIN_POSITIVE);
@@ -219,8 +228,7 @@ fn leave(factors: &[f32], light: &mut [Lines]) {
 #[inline(always)]
 fn products(matrix: &[f32], length: usize, first: usize, of: Range<usize>, values: &[Lines]) -> [Lines; ROWS] {
     let last = (matrix.len() / length.max(1)).saturating_sub(1);
-    let rows: [&[f32]; ROWS] =
-        std::array::from_fn(|row| &matrix[(first + row).min(last) * length..][of.start..of.end]);
+    let rows: [&[f32]; ROWS] = std::array::from_fn(|row| &matrix[(first + row).min(last) * length..][of.start..of.end]);
     let mut sums = [[0.0f32; LANES]; ROWS];
     for (at, values) in values[of].iter().enumerate() {
         for row in 0..ROWS {
@@ -283,13 +291,7 @@ fn subtract(from: &mut [f32], factor: f32, row: &[f32]) {
 /// Subtracts from these columns of each row `[row][stride]` the rows of a block `[k][stride]` times its factors, in the
 /// order of k.
 #[inline(always)]
-fn subtract_products(
-    from: &mut [f32],
-    factors: &[[f32; BLOCK]],
-    block: &[f32],
-    stride: usize,
-    columns: Range<usize>,
-) {
+fn subtract_products(from: &mut [f32], factors: &[[f32; BLOCK]], block: &[f32], stride: usize, columns: Range<usize>) {
     let mut tile = [[0.0f32; TILE]; BLOCK];
     for first in columns.clone().step_by(TILE) {
         let of = first..(first + TILE).min(columns.end);

@@ -270,8 +270,7 @@ impl Tops {
     /// Whether a body stands at a point.
     fn hides(&self, at: Vec3) -> bool {
         let place = at.truncate();
-        at.z + HIDES_MM < self.highest
-            && self.grid.holds(place) && self.z[self.grid.cell(place)] > at.z + HIDES_MM
+        at.z + HIDES_MM < self.highest && self.grid.holds(place) && self.z[self.grid.cell(place)] > at.z + HIDES_MM
     }
 
     /// Upright sides of bodies, down to the `floor`: those of each cell of `cells` that look the same way together.

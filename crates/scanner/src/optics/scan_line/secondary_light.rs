@@ -29,6 +29,8 @@ pub struct SecondaryScratch {
     pub(crate) pockets: Vec<PocketColumn>,
     /// For mirror images.
     pub(crate) reflections: ReflectionScratch,
+    /// Light in the brightest row of each column's transmitted line [e-].
+    pub(crate) peaks: Vec<f32>,
 }
 
 impl SecondaryLight {
@@ -38,6 +40,7 @@ impl SecondaryLight {
         scratch.reflections.images(lit, &mut self.reflections);
         self.patches.find(lit, line, &mut scratch.films);
         self.pockets.find(lit, &scratch.pockets);
+        self.transmitted.peaks(&mut scratch.peaks);
         let columns = line.centre.len();
         for window in &mut self.windows {
             window.resize(columns, 0);
@@ -52,7 +55,7 @@ impl SecondaryLight {
             // The brightest of what the first window does not hold.
             let mut left = lit.view.faint;
             if self.transmitted.columns.contains(&column) {
-                let through = self.transmitted.peak(column);
+                let through = scratch.peaks[column - self.transmitted.columns.start];
                 if through > lit.view.faint {
                     let direct = line.line_peak(column);
                     let other = window_start(self.transmitted.centre[column]);
