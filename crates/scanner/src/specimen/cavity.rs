@@ -4,10 +4,10 @@
 //! A room has facets of film, of the tops of what lies in it, and of its upright sides, over foil that mirrors; they
 //! send each other light from all sides ([`super::enclosure`]). Light that the film turns on its way down starts from
 //! the film's lower side; light that passes straight starts from what it meets, or is spread over the film by rough
-//! foil, whose lobe is a Gaussian of slopes. A room is solved once, for whatever light enters; lines of a pocket are followed
-//! together.
-//! Neglected: which way film prefers to turn light, light that spreads within film or tablets before it leaves, holes
-//! in the film, folds of the foil, and that foil mirrors less cleanly than a mirror where light has been turned before.
+//! foil, whose lobe is a Gaussian of slopes. A room is solved once, for whatever light enters; lines that cross a
+//! pocket are followed together. Neglected: which way film prefers to turn light, light that spreads within film or
+//! tablets before it leaves, holes in the film, folds of the foil, and that foil mirrors less cleanly than a mirror
+//! where light has been turned before.
 
 use std::sync::{Arc, OnceLock};
 
@@ -16,7 +16,7 @@ use glam::{Vec2, Vec3};
 use numerics::lanes::exp;
 use transport::kernel::film_stack::{FACET_TURN, FilmShares};
 
-use super::enclosure::{Enclosure, Facet, LANES, Lines, Mirror, arrives, exchange, multiply};
+use super::enclosure::{Enclosure, Facet, LANES, LineLight, Mirror, arrives, exchange, multiply};
 use super::room::{BodyTop, Cell, CellFoil, CellGrid, FilmSample, Tops, cells, rooms};
 
 /// Cells of the card around a pocket that its walls light.
@@ -144,13 +144,13 @@ impl Cavity {
     fn spread(&self, lights: &mut [&mut CavityLight]) {
         let Self { cells, bodies, lobes, room, card, .. } = self;
         let films = cells.len();
-        let each = |value: &dyn Fn(usize) -> f32| -> Lines {
+        let each = |value: &dyn Fn(usize) -> f32| -> LineLight {
             std::array::from_fn(|line| if line < lights.len() { value(line) } else { 0.0 })
         };
-        let entered: Vec<Lines> = (0..films).map(|facet| each(&|line| lights[line].entered[facet])).collect();
+        let entered: Vec<LineLight> = (0..films).map(|facet| each(&|line| lights[line].entered[facet])).collect();
         let mut lobe = vec![[0.0; LANES]; films];
         // A line crosses two rows of facets.
-        let lit = |lines: &Lines| lines.iter().any(|light| *light > 0.0);
+        let lit = |lines: &LineLight| lines.iter().any(|light| *light > 0.0);
         let first = entered.iter().position(lit).unwrap_or(0);
         let end = entered.iter().rposition(lit).map_or(first, |last| last + 1);
         multiply(lobes, &entered, first..end, &mut lobe);
@@ -163,10 +163,10 @@ impl Cavity {
             let part = cells[cell].body.as_ref().map_or(0.0, straight);
             entered[cell].map(|entered| part * entered)
         };
-        let sent: Vec<Lines> = film.chain(bodies.iter().map(top)).collect();
+        let sent: Vec<LineLight> = film.chain(bodies.iter().map(top)).collect();
         let arrived = room.arrives(&sent);
         let mut tops = arrived[films..].iter();
-        let (leaves, below): (Vec<Lines>, Vec<Lines>) = cells
+        let (leaves, below): (Vec<LineLight>, Vec<LineLight>) = cells
             .iter()
             .zip(arrived.iter().zip(&lobe))
             .map(|(cell, (arrived, lobe))| {
@@ -183,7 +183,7 @@ impl Cavity {
             .unzip();
         let on_card = card.receive(&leaves);
         for (line, light) in lights.iter_mut().enumerate() {
-            let by_cell = |all: &[Lines]| self.film.iter().map(|&facet| all[usize::from(facet)][line]).collect();
+            let by_cell = |all: &[LineLight]| self.film.iter().map(|&facet| all[usize::from(facet)][line]).collect();
             (light.leaves, light.below) = (by_cell(&leaves), by_cell(&below));
             light.card = on_card.iter().map(|lines| lines[line]).collect();
         }
@@ -225,8 +225,8 @@ impl Card {
     }
 
     /// What each of its cells receives of what leaves each facet of film in each line, by area.
-    fn receive(&self, leaves: &[Lines]) -> Vec<Lines> {
-        let walls: Vec<Lines> = self.walls.iter().map(|&wall| leaves[wall]).collect();
+    fn receive(&self, leaves: &[LineLight]) -> Vec<LineLight> {
+        let walls: Vec<LineLight> = self.walls.iter().map(|&wall| leaves[wall]).collect();
         let mut received = vec![[0.0; LANES]; self.cells.len()];
         multiply(&self.receives, &walls, 0..walls.len(), &mut received);
         let mut all = vec![[0.0; LANES]; self.grid.cells[0] * self.grid.cells[1]];

@@ -132,7 +132,7 @@ pub(super) fn exchange(facets: &[Facet], mirror: Mirror, blocked: Option<impl Fn
 /// Places of a vector: lines whose light is followed together.
 pub(super) const LANES: usize = 16;
 /// Light of so many lines.
-pub(super) type Lines = [f32; LANES];
+pub(super) type LineLight = [f32; LANES];
 /// Least share that facets throw back: by it what has arrived is told from what is sent on [1].
 const LEAST_RETURNED: f32 = 0.02;
 /// Rows that elimination takes at a time: others are read and written once for all of them.
@@ -172,7 +172,7 @@ impl Enclosure {
 
     /// What arrives in the end at each source of what these send: H with H = F (sent + r H). All that leaves, sent + r
     /// H, is (1 - r F)^-1 times what is sent.
-    pub fn arrives(&self, sent: &[Lines]) -> Vec<Lines> {
+    pub fn arrives(&self, sent: &[LineLight]) -> Vec<LineLight> {
         let mut all = sent.to_vec();
         leave(&self.factors, &mut all);
         for ((all, sent), returns) in all.iter_mut().zip(sent).zip(&self.returns) {
@@ -186,7 +186,7 @@ impl Enclosure {
 
 /// Solves with the two triangles `factors`, in place.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
-fn leave(factors: &[f32], light: &mut [Lines]) {
+fn leave(factors: &[f32], light: &mut [LineLight]) {
     let n = light.len();
     let factor = |row: usize, column: usize| factors[row * n + column];
     for first in (0..n).step_by(ROWS) {
@@ -223,10 +223,10 @@ fn leave(factors: &[f32], light: &mut [Lines]) {
     }
 }
 
-/// Rows of `matrix` `[row][length]` from `first` on times `values`, of which those `of` a range count; sums go by rising
-/// number. Beyond the last row they are that one's.
+/// Rows of `matrix` `[row][length]` from `first` on times `values`, of which those `of` a range count. Sums go by
+/// rising number; beyond the last row they are that one's.
 #[inline(always)]
-fn products(matrix: &[f32], length: usize, first: usize, of: Range<usize>, values: &[Lines]) -> [Lines; ROWS] {
+fn products(matrix: &[f32], length: usize, first: usize, of: Range<usize>, values: &[LineLight]) -> [LineLight; ROWS] {
     let last = (matrix.len() / length.max(1)).saturating_sub(1);
     let rows: [&[f32]; ROWS] = std::array::from_fn(|row| &matrix[(first + row).min(last) * length..][of.start..of.end]);
     let mut sums = [[0.0f32; LANES]; ROWS];
@@ -243,7 +243,7 @@ fn products(matrix: &[f32], length: usize, first: usize, of: Range<usize>, value
 
 /// `matrix` `[out][values]` times `values`, which are zero but for those `of` a range.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
-pub(super) fn multiply(matrix: &[f32], values: &[Lines], of: Range<usize>, out: &mut [Lines]) {
+pub(super) fn multiply(matrix: &[f32], values: &[LineLight], of: Range<usize>, out: &mut [LineLight]) {
     for (block, out) in out.chunks_mut(ROWS).enumerate() {
         let sums = products(matrix, values.len(), block * ROWS, of.clone(), values);
         out.copy_from_slice(&sums[..out.len()]);
@@ -403,7 +403,7 @@ mod tests {
             }
             let sources = sources.min(n);
             let first_source = n - sources;
-            let sent: Vec<Lines> =
+            let sent: Vec<LineLight> =
                 (0..sources).map(|source| std::array::from_fn(|line| f32::from(u8::from(line == source)))).collect();
             let solved = Enclosure::of(&facets, &shares, sources).arrives(&sent);
             for source in 0..sources {

@@ -81,7 +81,7 @@ impl LitProfile<'_> {
         let away = lines.map(|line| line.y_mm - own.y_mm);
         let looks = places(&away).map(|(node, more)| {
             let (line, away) = (lines[node], away[node] + more);
-            Look {
+            SeenPlace {
                 line,
                 y: line.y_mm + more,
                 away,
@@ -97,7 +97,7 @@ impl LitProfile<'_> {
             let column = middle_of(patch * STRIDE, own.hits.len());
             let Some(lit) = from.near_patch(patch, column) else { continue };
             let first = window.first_row[column.clamp(tile * TILE, tile * TILE + TILE - 1) - tile * TILE] as f32;
-            let row = |look: &Look<'_>, centre: f32| centre - look.moved - look.rows_away - first;
+            let row = |look: &SeenPlace<'_>, centre: f32| centre - look.moved - look.rows_away - first;
             let film = looks.each_ref().map(|look| Some(row(look, look.line.centre[column])));
             let below = looks.each_ref().map(|look| {
                 let below = &look.line.secondary.as_ref()?.transmitted;
@@ -115,9 +115,9 @@ impl LitProfile<'_> {
 /// Lays light on the rows that some places are seen in, which is asked for where it falls into a window; whether there
 /// is none.
 fn lay_lit<const N: usize>(
-    looks: &[Look<'_>; N],
+    looks: &[SeenPlace<'_>; N],
     rows: &[Option<f32>; N],
-    light: impl Fn(&Look<'_>) -> f32,
+    light: impl Fn(&SeenPlace<'_>) -> f32,
     shown: &mut [f32; ROWS],
 ) -> bool {
     // A stretch that lies on one side of the window is not in it.
@@ -141,7 +141,7 @@ fn lay_lit<const N: usize>(
 }
 
 /// A place that a window looks at.
-struct Look<'a> {
+struct SeenPlace<'a> {
     /// The line that stands there, or is the last before it.
     line: &'a ScanLine,
     /// Where along the motion [mm].
@@ -188,7 +188,7 @@ impl PatchLight<'_> {
 
     /// Light that film over a pocket, or the card beside it, shows in the patch [e-/mm].
     #[inline(always)]
-    fn film_shows(&self, look: &Look<'_>) -> f32 {
+    fn film_shows(&self, look: &SeenPlace<'_>) -> f32 {
         let Some(secondary) = &look.line.secondary else { return 0.0 };
         let at = Vec2::new(secondary.patches.x[self.patch], look.y);
         let shows = secondary.pockets.shows[self.patch];
@@ -202,7 +202,7 @@ impl PatchLight<'_> {
 
     /// What lies below the film shows there [e-/mm].
     #[inline(always)]
-    fn below_shows(&self, look: &Look<'_>) -> f32 {
+    fn below_shows(&self, look: &SeenPlace<'_>) -> f32 {
         let Some(secondary) = &look.line.secondary else { return 0.0 };
         let (below, column) = (&secondary.transmitted, self.column);
         let [x, y] = below.lands.each_ref().map(|lands| lands[column]);
