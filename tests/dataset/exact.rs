@@ -60,7 +60,7 @@ fn range_rounds_saturates_and_knows_missing() {
     assert!(range[0].is_nan() && range[1] == -20.0 && range[5] == 22.0);
 }
 
-/// Heights of all sizes and scales of all finenesses: numbers and what they leave are the heights of files of everything.
+/// Heights of all sizes and scales of all finenesses: numbers and what they leave are those of files of everything.
 #[test]
 fn numbers_and_their_rest_are_range_to_the_last_bit() {
     let whole = Output { png: vec![Channel::Range], exr: vec![Channel::Range], ..output() };

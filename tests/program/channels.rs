@@ -41,8 +41,8 @@ fn bits_of(sample: &Sample) -> BTreeMap<String, Vec<u32>> {
     channels.into_iter().map(|c| (c.name, c.numbers.into_iter().map(f32::to_bits).collect())).collect()
 }
 
-/// The images of a row as an EXR file of everything has them: NaN where Range, or Reflectance, has found no line. `rest`
-/// is what whole numbers leave of Range.
+/// The images of a row as an EXR file of everything has them: NaN where Range, or Reflectance, has found no line.
+/// `rest` is what whole numbers leave of Range.
 fn channels_of_row(sample: &Sample, rest: Option<&[f32]>) -> BTreeMap<String, Vec<u32>> {
     let has = |name: &str| sample.columns.contains_key(&format!("{name}.bytes"));
     let found = ["range", "reflectance"].into_iter().find(|name| has(name)).map(|name| sample.image(name).2);

@@ -1,7 +1,7 @@
 //! What the whole numbers of Range leave of it, so that tables and EXR files give it to the last bit together.
 //!
-//! A sensor reads steps of rows, and a column sees the same step at the same height, profile after profile: a number has
-//! left as much before. So what a column's number leaves is written where it is new, and 0 where it is not: of ten
+//! A sensor reads steps of rows, and a column sees the same step at the same height, profile after profile: a number
+//! has left as much before. So what a column's number leaves is written where it is new, and 0 where it is not: of ten
 //! million pixels of noise a few hundred thousand remain.
 
 use multiversion::multiversion;
@@ -52,8 +52,8 @@ fn each_pixel(numbers: &[u16], cols: usize, mut of: impl FnMut(usize, &mut u16))
 }
 
 /// What the numbers of heights `[rows, cols]` leave of these, row-major: 2^15 and steps of 2^-13 mm or px more or less;
-/// 0 where the same number has left as much before, higher up in its column, and where nothing is measured. `offset` and
-/// `scale` as of [`crate::range_numbers`].
+/// 0 where the same number has left as much before, higher up in its column, and where nothing is measured. `offset`
+/// and `scale` as of [`crate::range_numbers`].
 ///
 /// # Panics
 /// Where the heights are not whole rows of `cols`.

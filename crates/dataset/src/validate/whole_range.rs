@@ -18,8 +18,8 @@ pub(super) fn shown_channels(head: &DatasetHead) -> Vec<Channel> {
     head.channels().into_iter().map(shown).collect()
 }
 
-/// The channels of a file with Range out of the row's numbers and what these leave; without either where the row's image
-/// cannot be read, which another rule tells.
+/// The channels of a file with Range out of the row's numbers and what these leave; without either where the row's
+/// image cannot be read, which another rule tells.
 ///
 /// # Errors
 /// Where image and channel do not have one size.

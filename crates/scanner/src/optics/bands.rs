@@ -1,6 +1,6 @@
 //! Bands of one specimen under one sensor, made one after the other: what one of them has worked out serves the next.
 
-use super::scan_line::{LineScratch, LineView};
+use super::scan_line::{LineScratch, LineView, spread_in_cavities};
 use super::sensor::Sensor;
 use super::window::{Band, PerLine};
 use crate::specimen::Specimen;
@@ -38,6 +38,7 @@ impl Bands<'_> {
         let kept = band.restart(profiles, sensor.halo());
         let first = (band.profiles.start + kept) as isize - band.halo as isize;
         sensor.maker.make_all(first, &mut band.lines[kept..], |profile| view(sensor, specimen, profile), scratch);
+        spread_in_cavities(band.lines[kept..].iter_mut());
         self.finish()
     }
 
@@ -60,6 +61,8 @@ impl Bands<'_> {
             let view = view(sensor, specimen, (profile + place) as isize - own as isize);
             sensor.maker.make(view, scratch, &mut band.lines[place]);
         }
+        let made = band.lines.iter_mut().enumerate().filter(|(place, _)| is_made(*place));
+        spread_in_cavities(made.map(|(_, line)| line));
         for place in (0..band.lines.len()).filter(|&place| !is_made(place)) {
             let sides = |away: usize| [place.checked_sub(away), Some(place + away)].into_iter().flatten();
             let near = (1..SPARSE_LINES).flat_map(sides).find(|&near| near < band.lines.len() && is_made(near));

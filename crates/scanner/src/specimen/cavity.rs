@@ -4,27 +4,23 @@
 //! A room has facets of film, of the tops of what lies in it, and of its upright sides, over foil that mirrors; they
 //! send each other light from all sides ([`super::enclosure`]). Light that the film turns on its way down starts from
 //! the film's lower side; light that passes straight starts from what it meets, or is spread over the film by rough
-//! foil, whose lobe is a Gaussian of slopes. The answer is a matrix a pocket: the light of a line is a sum of its rows.
-//! Neglected: which way film prefers to turn light, light that spreads within film or tablets before it leaves, holes
-//! in the film, folds of the foil, and that foil mirrors less cleanly than a mirror where light has been turned before.
+//! foil, whose lobe is a Gaussian of slopes. A room is solved once, for whatever light enters; lines that cross a
+//! pocket are followed together. Neglected: which way film prefers to turn light, light that spreads within film or
+//! tablets before it leaves, holes in the film, folds of the foil, and that foil mirrors less cleanly than a mirror
+//! where light has been turned before.
 
-use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
 use base::{Body, Relief};
 use glam::{Vec2, Vec3};
-use multiversion::multiversion;
 use numerics::lanes::exp;
-use transport::kernel::film_stack::FACET_TURN;
+use transport::kernel::film_stack::{FACET_TURN, FilmShares};
 
-use super::enclosure::{Facet, Mirror, arrives, exchange, settle};
+use super::enclosure::{Enclosure, Facet, LANES, LineLight, Mirror, arrives, exchange, multiply};
 use super::room::{BodyTop, Cell, CellFoil, CellGrid, FilmSample, Tops, cells, rooms};
 
 /// Cells of the card around a pocket that its walls light.
 const CARD_CELLS: usize = 5;
-/// Places of a vector.
-const LANES: usize = 16;
-
 /// A pocket whose light is worked out once somebody asks: many a card reaches beyond what is scanned of it.
 #[derive(Debug)]
 pub(crate) struct Pocket {
@@ -60,8 +56,8 @@ pub(crate) struct Cavity {
     /// Share of straight light that entered each facet's film and that rough foil spreads over it from below,
     /// `[facet][source facet]` [1].
     lobes: Vec<f32>,
-    /// What arrives in the end at facets of film and tops of bodies of what each of them sends, `[facet][source]` [1].
-    flux: Vec<f32>,
+    /// Facets of film, then tops of bodies.
+    room: Enclosure,
     card: Card,
 }
 
@@ -127,25 +123,76 @@ impl Cavity {
         let heights = Tops::of(samples, &grid);
         let film = cells.iter().map(|cell| Facet { at: cell.at, area: cell.area, returns: cell.shares.held });
         let top = |top: &BodyTop| Facet { at: top.at, area: top.area, returns: top.shares.below };
-        let facets: Vec<Facet> = film.chain(tops().map(top)).chain(heights.sides(&grid, &cells, mirror.z)).collect();
+        let sides = heights.sides(&grid, &cells, mirror.z).into_iter();
+        let facets: Vec<Facet> = sides.chain(film).chain(tops().map(top)).collect();
         let blocked = (!bodies.is_empty()).then_some(|a: Vec3, b: Vec3| heights.block(a, b));
         let shares = exchange(&facets, mirror, blocked);
-        let flux = settle(&facets, &shares, films + bodies.len());
+        let room = Enclosure::of(&facets, &shares, films + bodies.len());
         let card = Card::around(&grid, &cells);
         let (film, lobes) = (nearest(&grid, &cells), lobes(&cells, mirror, grid.pitch));
         let near = near(&grid, &cells);
-        Self { grid, film, near, cells, bodies, lobes, flux, card }
+        Self { grid, film, near, cells, bodies, lobes, room, card }
     }
 
     /// Whether a place lies in the pocket, or within a cell of it.
+    #[inline(always)]
     pub fn holds(&self, place: Vec2) -> bool {
         self.grid.holds(place) && self.near[self.grid.cell(place)]
     }
 
-    /// Facets of film about a place, and their shares of it; `None` beside the pocket.
+    /// Lets what has entered in each of at most [`LANES`] lines spread.
+    fn spread(&self, lights: &mut [&mut CavityLight]) {
+        let Self { cells, bodies, lobes, room, card, .. } = self;
+        let films = cells.len();
+        let each = |value: &dyn Fn(usize) -> f32| -> LineLight {
+            std::array::from_fn(|line| if line < lights.len() { value(line) } else { 0.0 })
+        };
+        let entered: Vec<LineLight> = (0..films).map(|facet| each(&|line| lights[line].entered[facet])).collect();
+        let mut lobe = vec![[0.0; LANES]; films];
+        // A line crosses two rows of facets.
+        let lit = |lines: &LineLight| lines.iter().any(|light| *light > 0.0);
+        let first = entered.iter().position(lit).unwrap_or(0);
+        let end = entered.iter().rposition(lit).map_or(first, |last| last + 1);
+        multiply(lobes, &entered, first..end, &mut lobe);
+        let film = (0..films).map(|facet| {
+            let FilmShares { turned_down, straight_held, .. } = cells[facet].shares;
+            std::array::from_fn(|line| turned_down * entered[facet][line] + straight_held * lobe[facet][line])
+        });
+        let top = |&cell: &usize| {
+            let straight = |top: &BodyTop| top.part * top.shares.straight_down * top.shares.straight_below;
+            let part = cells[cell].body.as_ref().map_or(0.0, straight);
+            entered[cell].map(|entered| part * entered)
+        };
+        let sent: Vec<LineLight> = film.chain(bodies.iter().map(top)).collect();
+        let arrived = room.arrives(&sent);
+        let mut tops = arrived[films..].iter();
+        let (leaves, below): (Vec<LineLight>, Vec<LineLight>) = cells
+            .iter()
+            .zip(arrived.iter().zip(&lobe))
+            .map(|(cell, (arrived, lobe))| {
+                let Cell { shares, level, .. } = cell;
+                let on_top = cell.body.as_ref().and_then(|top| Some((top.shares.seen_below, tops.next()?)));
+                // Foil shows the film's lower side.
+                let foil = cell.foil.as_ref().map_or(0.0, |foil| foil.part * foil.reflectance * shares.held);
+                let leaves = |line: usize| (shares.out * arrived[line] + shares.straight_out * lobe[line]) / level;
+                let below = |line: usize| {
+                    (on_top.map_or(0.0, |(seen, arrived)| seen * arrived[line]) + foil * arrived[line]) / level
+                };
+                (std::array::from_fn(leaves), std::array::from_fn(below))
+            })
+            .unzip();
+        let on_card = card.receive(&leaves);
+        for (line, light) in lights.iter_mut().enumerate() {
+            let by_cell = |all: &[LineLight]| self.film.iter().map(|&facet| all[usize::from(facet)][line]).collect();
+            (light.leaves, light.below) = (by_cell(&leaves), by_cell(&below));
+            light.card = on_card.iter().map(|lines| lines[line]).collect();
+        }
+    }
+
+    /// Cells about a place, and their shares of it; `None` beside the pocket.
+    #[inline(always)]
     fn about(&self, place: Vec2) -> Option<[(usize, f32); 4]> {
-        let about = || self.grid.about(place).map(|(cell, weight)| (usize::from(self.film[cell]), weight));
-        self.holds(place).then(about)
+        self.holds(place).then(|| self.grid.about(place))
     }
 }
 
@@ -177,12 +224,12 @@ impl Card {
         Self { grid, cells: shown, walls, receives }
     }
 
-    /// What each of its cells receives of what leaves each facet of film, by area.
-    fn receive(&self, leaves: &[f32]) -> Vec<f32> {
-        let walls: Vec<f32> = self.walls.iter().map(|&wall| leaves[wall]).collect();
-        let mut received = vec![0.0; self.cells.len()];
+    /// What each of its cells receives of what leaves each facet of film in each line, by area.
+    fn receive(&self, leaves: &[LineLight]) -> Vec<LineLight> {
+        let walls: Vec<LineLight> = self.walls.iter().map(|&wall| leaves[wall]).collect();
+        let mut received = vec![[0.0; LANES]; self.cells.len()];
         multiply(&self.receives, &walls, 0..walls.len(), &mut received);
-        let mut all = vec![0.0; self.grid.cells[0] * self.grid.cells[1]];
+        let mut all = vec![[0.0; LANES]; self.grid.cells[0] * self.grid.cells[1]];
         self.cells.iter().zip(received).for_each(|(&cell, light)| all[cell] = light);
         all
     }
@@ -213,9 +260,9 @@ pub(crate) struct CavityLight {
     cavity: Arc<Cavity>,
     /// What entered the film at each facet, times length of the line [e- mm].
     entered: Vec<f32>,
-    /// What leaves each facet turned, by area seen from above [e-/mm].
+    /// What leaves the film of each cell turned, by area seen from above [e-/mm].
     leaves: Vec<f32>,
-    /// What lies below each throws up again of what the film has thrown down [e-/mm].
+    /// What lies below it throws up again of what the film has thrown down [e-/mm].
     below: Vec<f32>,
     /// What each cell of the card receives, by area [e-/mm].
     card: Vec<f32>,
@@ -241,46 +288,23 @@ impl CavityLight {
 
     /// Adds light of the line that enters the film at a place, times the length of line that it stands for [e- mm].
     pub fn enter(&mut self, place: Vec2, light: f32) {
-        for (facet, share) in self.cavity.about(place).into_iter().flatten() {
-            self.entered[facet] += share * light;
+        for (cell, share) in self.cavity.about(place).into_iter().flatten() {
+            self.entered[usize::from(self.cavity.film[cell])] += share * light;
         }
     }
 
-    /// Lets what has entered spread.
-    pub fn spread(&mut self) {
-        let Cavity { cells, bodies, lobes, flux, card, .. } = &*self.cavity;
-        let films = cells.len();
-        let mut lobe = vec![0.0; films];
-        // A line crosses two rows of facets.
-        let lit = |light: &f32| *light > 0.0;
-        let first = self.entered.iter().position(lit).unwrap_or(0);
-        let end = self.entered.iter().rposition(lit).map_or(first, |last| last + 1);
-        multiply(lobes, &self.entered, first..end, &mut lobe);
-        let film = cells.iter().zip(&self.entered).zip(&lobe);
-        let film =
-            film.map(|((cell, entered), lobe)| cell.shares.turned_down * entered + cell.shares.straight_held * lobe);
-        let top = |&cell: &usize| {
-            let straight = |top: &BodyTop| top.part * top.shares.straight_down * top.shares.straight_below;
-            cells[cell].body.as_ref().map_or(0.0, straight) * self.entered[cell]
-        };
-        let sent: Vec<f32> = film.chain(bodies.iter().map(top)).collect();
-        let mut arrived = vec![0.0; sent.len()];
-        multiply(flux, &sent, 0..sent.len(), &mut arrived);
-        let mut tops = arrived[films..].iter();
-        (self.leaves, self.below) = cells
-            .iter()
-            .zip(arrived.iter().zip(&lobe))
-            .map(|(cell, (arrived, lobe))| {
-                let Cell { shares, level, .. } = cell;
-                let leaves = shares.out * arrived + shares.straight_out * lobe;
-                let top = |top: &BodyTop| top.shares.seen_below * tops.next().copied().unwrap_or(0.0);
-                // Foil shows the film's lower side.
-                let foil = |foil: &CellFoil| foil.part * foil.reflectance * shares.held * arrived;
-                let below = cell.body.as_ref().map_or(0.0, top) + cell.foil.as_ref().map_or(0.0, foil);
-                (leaves / level, below / level)
-            })
-            .unzip();
-        self.card = card.receive(&self.leaves);
+    /// Lets what has entered spread, lines of a cavity together.
+    pub fn spread(mut lights: Vec<&mut Self>) {
+        while let Some(first) = lights.last() {
+            let cavity = first.cavity.clone();
+            let (mut together, mut others) = (Vec::new(), Vec::new());
+            for light in lights {
+                let of = if light.is_of(&cavity) && together.len() < LANES { &mut together } else { &mut others };
+                of.push(light);
+            }
+            cavity.spread(&mut together);
+            lights = others;
+        }
     }
 
     /// What leaves the film turned at a place, by area seen from above; `None` beside the cavity [e-/mm].
@@ -300,37 +324,15 @@ impl CavityLight {
     }
 }
 
+#[inline(always)]
 fn mean(values: &[f32], about: [(usize, f32); 4]) -> f32 {
     about.iter().map(|&(at, share)| share * values[at]).sum()
-}
-
-/// `matrix` `[out][values]` times `values`, which are zero but for those `of` a range.
-#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
-fn multiply(matrix: &[f32], values: &[f32], of: Range<usize>, out: &mut [f32]) {
-    let (length, values) = (values.len().max(1), &values[of.clone()]);
-    for (out, row) in out.iter_mut().zip(matrix.chunks_exact(length)) {
-        let row = &row[of.clone()];
-        // Sums over lanes, whatever the machine's vectors.
-        let mut sums = [0.0f32; LANES];
-        let (whole, rest) = (row.chunks_exact(LANES), row.chunks_exact(LANES).remainder());
-        let (lanes, last) = (values.chunks_exact(LANES), values.chunks_exact(LANES).remainder());
-        for (row, values) in whole.zip(lanes) {
-            for lane in 0..LANES {
-                sums[lane] += row[lane] * values[lane];
-            }
-        }
-        for (sum, (row, value)) in sums.iter_mut().zip(rest.iter().zip(last)) {
-            *sum += row * value;
-        }
-        *out = sums.iter().sum();
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use base::{Film, Gloss, Medium, Stream, Surface};
     use rand::{Rng, RngExt};
-    use transport::kernel::film_stack::FilmShares;
 
     use super::super::room::SAMPLE_MM;
     use super::*;
@@ -396,7 +398,7 @@ mod tests {
         assert!(cavity.grid.holds(Vec2::new(2.5, -2.5)) && !cavity.holds(Vec2::new(2.5, -2.5)));
         let mut light = CavityLight::none(&Arc::new(cavity));
         light.enter(Vec2::new(2.5, -2.5), 1.0);
-        light.spread();
+        CavityLight::spread(vec![&mut light]);
         assert!(light.leaves.iter().all(|&leaves| leaves == 0.0));
     }
 
@@ -428,13 +430,13 @@ mod tests {
             let (from, parts) = (Vec2::new(rng.random_range(-2.0..2.0), rng.random_range(-2.0..2.0)), 6);
             let mut light = CavityLight::none(&cavity);
             light.enter(from, 1.0);
-            light.spread();
+            CavityLight::spread(vec![&mut light]);
             // By whole cells, so that both count the same.
             let columns = cavity.grid.cells[0];
             let part = |cell: usize| cell % columns * parts / columns;
             let mut ours = vec![0.0f32; parts];
-            for (cell, leaves) in cavity.cells.iter().zip(&light.leaves) {
-                ours[part(cell.number)] += leaves * cell.level;
+            for cell in &cavity.cells {
+                ours[part(cell.number)] += light.leaves[cell.number] * cell.level;
             }
             let (rays, mut rayed) = (200_000, vec![0.0f32; parts]);
             for _ in 0..rays {

@@ -46,6 +46,7 @@ impl CellGrid {
     }
 
     /// The four cells about a place, and their shares of it; places beside the grid take the cells at its edge.
+    #[inline(always)]
     pub fn about(&self, place: Vec2) -> [(usize, f32); 4] {
         let last = Vec2::new(self.cells[0] as f32, self.cells[1] as f32) - 1.0;
         let at = ((place - self.corner) / self.pitch - 0.5).clamp(Vec2::ZERO, last);
@@ -62,12 +63,14 @@ impl CellGrid {
     }
 
     /// The cell of a place on it.
+    #[inline(always)]
     pub fn cell(&self, place: Vec2) -> usize {
         let at = (place - self.corner) / self.pitch;
         at.y as usize * self.cells[0] + at.x as usize
     }
 
     /// Whether a place lies on it.
+    #[inline(always)]
     pub fn holds(&self, place: Vec2) -> bool {
         let at = (place - self.corner) / self.pitch;
         at.x >= 0.0 && at.y >= 0.0 && at.x < self.cells[0] as f32 && at.y < self.cells[1] as f32
@@ -267,7 +270,7 @@ impl Tops {
     /// Whether a body stands at a point.
     fn hides(&self, at: Vec3) -> bool {
         let place = at.truncate();
-        self.grid.holds(place) && self.z[self.grid.cell(place)] > at.z + HIDES_MM
+        at.z + HIDES_MM < self.highest && self.grid.holds(place) && self.z[self.grid.cell(place)] > at.z + HIDES_MM
     }
 
     /// Upright sides of bodies, down to the `floor`: those of each cell of `cells` that look the same way together.

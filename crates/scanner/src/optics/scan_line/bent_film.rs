@@ -108,7 +108,9 @@ impl<F: Fn(Vec2) -> Option<FilmPlace>> FilmSheet<F> {
         // Of the upper side, the point over the one of the lower side that is met: along the normal there, to t / R to
         // that power.
         let mut there = slope;
-        for _ in 0..OVER_STEPS {
+        // Of even film it is alike everywhere.
+        let steps = if bend == Mat2::ZERO { 0 } else { OVER_STEPS };
+        for _ in 0..steps {
             let over = run + upright(there) * thickness_mm;
             there = slope + bend * over.truncate();
         }

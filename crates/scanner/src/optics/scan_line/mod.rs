@@ -57,6 +57,7 @@ use transport::kernel::{
 use transport::line::LEAST_FACING;
 
 pub(crate) use self::highlights::Highlights;
+pub(crate) use self::pockets::spread_in_cavities;
 pub(crate) use self::surface_point::surface_point;
 pub(crate) use self::view::LineView;
 
@@ -190,7 +191,8 @@ impl LineMaker {
         specimen.look(y, &self.columns, self.conveyor, hits);
     }
 
-    /// Makes `lines`, the first of which is line `first` of the scan; `view` looks at a line.
+    /// Makes `lines`, the first of which is line `first` of the scan; `view` looks at a line. What enters cavities is
+    /// still to spread ([`spread_in_cavities`]).
     pub fn make_all<'a>(
         &self,
         first: isize,

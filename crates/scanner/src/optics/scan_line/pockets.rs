@@ -11,11 +11,17 @@ use glam::{Vec2, Vec3};
 
 use super::view::LitLine;
 use crate::optics::camera::Sight;
-use crate::optics::light::{FILLING, NEAR, NEAR_WIDTHS, PocketLight, STRIDE};
+use crate::optics::light::{FILLING, NEAR, NEAR_WIDTHS, PocketLight, STRIDE, ScanLine};
 use crate::optics::speckle::TILE;
 use crate::specimen::Hit;
 use crate::specimen::cavity::{Cavity, CavityLight};
 use transport::kernel::film_stack::FilmStackSpread;
+
+/// Lets light of lines that are all made spread in the cavities that it has entered.
+pub(crate) fn spread_in_cavities<'a>(lines: impl Iterator<Item = &'a mut ScanLine>) {
+    let lit = lines.filter_map(|line| line.secondary.as_mut());
+    CavityLight::spread(lit.flat_map(|secondary| &mut secondary.pockets.lit).collect());
+}
 
 /// What a column's film over a pocket lets in and out.
 #[derive(Debug, Clone, Copy, Default)]
@@ -70,7 +76,7 @@ impl PocketLight {
         self.enter(lit, columns);
     }
 
-    /// Lets the line's light into the cavities that it crosses, and spread there.
+    /// Lets the line's light into the cavities that it crosses, where it is still to spread.
     fn enter(&mut self, lit: &LitLine<'_>, columns: &[PocketColumn]) {
         self.lit.clear();
         let pockets = &lit.view.specimen.pockets;
@@ -88,6 +94,5 @@ impl PocketLight {
             let wide = (lit.hits[behind].x - lit.hits[before].x).abs() / (behind - before).max(1) as f32;
             self.lit[at].enter(place, of.enters * wide);
         }
-        self.lit.iter_mut().for_each(CavityLight::spread);
     }
 }

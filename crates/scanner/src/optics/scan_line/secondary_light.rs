@@ -29,6 +29,8 @@ pub struct SecondaryScratch {
     pub(crate) pockets: Vec<PocketColumn>,
     /// For mirror images.
     pub(crate) reflections: ReflectionScratch,
+    /// Light in the brightest row of each column's transmitted line [e-].
+    pub(crate) peaks: Vec<f32>,
 }
 
 impl SecondaryLight {
@@ -38,6 +40,7 @@ impl SecondaryLight {
         scratch.reflections.images(lit, &mut self.reflections);
         self.patches.find(lit, line, &mut scratch.films);
         self.pockets.find(lit, &scratch.pockets);
+        self.transmitted.peaks(&mut scratch.peaks);
         let columns = line.centre.len();
         for window in &mut self.windows {
             window.resize(columns, 0);
@@ -52,9 +55,10 @@ impl SecondaryLight {
             // The brightest of what the first window does not hold.
             let mut left = lit.view.faint;
             if self.transmitted.columns.contains(&column) {
-                let (direct, through) = (line.line_peak(column), self.transmitted.peak(column));
-                let other = window_start(self.transmitted.centre[column]);
+                let through = scratch.peaks[column - self.transmitted.columns.start];
                 if through > lit.view.faint {
+                    let direct = line.line_peak(column);
+                    let other = window_start(self.transmitted.centre[column]);
                     need = WindowNeed::One;
                     let (stand, weaker, rest) =
                         if through > direct { (other, own, direct) } else { (own, other, through) };

@@ -50,12 +50,20 @@ impl Patches {
     }
 }
 
-/// Flux that each of `receivers` gets by area of the level plane from the patches `from`, times pi [e-/mm^2].
+/// Flux that each of `receivers` gets by area of the level plane from the patches `from`, times pi; none where nothing
+/// receives [e-/mm^2].
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
-fn receive(from: &Patches, places: Range<usize>, near_mm2: f32, receivers: &[Receiver; NODES], got: &mut [f32; NODES]) {
+fn receive(
+    from: &Patches,
+    places: Range<usize>,
+    near_mm2: f32,
+    receivers: &[Option<Receiver>; NODES],
+    got: &mut [f32; NODES],
+) {
     let fields = [&from.x, &from.z, &from.slope_x, &from.slope_y, &from.sends, &from.glows, &from.glow_mm]
         .map(|field| &field[places.clone()]);
     for (at, got) in receivers.iter().zip(got) {
+        let Some(at) = at else { continue };
         let mut sums = [0.0f32; LANES];
         for start in (0..fields[0].len()).step_by(LANES) {
             let [x, z, slope_x, slope_y, sends, glows, glow_mm] =
@@ -112,7 +120,9 @@ impl LitProfile<'_> {
             let column = middle_of(place * STRIDE, own.hits.len());
             let first = window_start(own.centre[column]) as f32;
             let patches = lines.map(|line| line.secondary.as_ref().map_or(from, |secondary| &secondary.patches));
-            let receivers = std::array::from_fn(|node| patches[node].receiver(place, -away[node]));
+            // What the lens does not see is not worked out.
+            let shows = |node: usize| patches[node].shows[place] > 0.0;
+            let receivers = std::array::from_fn(|node| shows(node).then(|| patches[node].receiver(place, -away[node])));
             let mut got = [0.0; NODES];
             receive(from, sources.clone(), NEAR_MM2, &receivers, &mut got);
             let mut nodes = [Node::default(); NODES];
@@ -189,12 +199,12 @@ pub(crate) fn lay(a: Node, b: Node, rows: &mut [f32; ROWS]) {
     let by_row = length / step.abs();
     let mut from = low;
     while from < high {
-        // Pixels end halfway between rows.
-        let row = (from + 0.5).floor();
-        let to = (row + 0.5).min(high);
+        // Pixels end halfway between rows; none lies before the first.
+        let row = (from + 0.5) as usize;
+        let to = (row as f32 + 0.5).min(high);
         let middle = (0.5 * (from + to) - a.row) / step;
         let light = a.by_mm + (b.by_mm - a.by_mm) * middle;
-        if let Some(sum) = rows.get_mut(row as usize) {
+        if let Some(sum) = rows.get_mut(row) {
             *sum += (to - from) * by_row * light;
         }
         from = to.max(from + 1e-3);
@@ -249,17 +259,19 @@ mod tests {
                         -4.0 + 8.0 * ((j * NODES + node) as f32 + 0.5) / ((steps_y / NODES + 1) * NODES) as f32
                     });
                     let over = |_: f32| wall_end * (i as f32 + 0.5) / steps_x as f32;
-                    let receivers = ys.map(|y| Receiver {
-                        x: lean * y + over(y),
-                        z: steep * over(y),
-                        slope_x: steep,
-                        slope_y: -steep * lean,
-                        line_y: -y,
+                    let receivers = ys.map(|y| {
+                        Some(Receiver {
+                            x: lean * y + over(y),
+                            z: steep * over(y),
+                            slope_x: steep,
+                            slope_y: -steep * lean,
+                            line_y: -y,
+                        })
                     });
                     let mut got = [0.0; NODES];
                     receive(&card, 0..places, 0.003, &receivers, &mut got);
                     let area = wall_end / steps_x as f32 * 8.0 / ((steps_y / NODES + 1) * NODES) as f32;
-                    for (receiver, got) in receivers.iter().zip(got) {
+                    for (receiver, got) in receivers.iter().flatten().zip(got) {
                         let [row, height] = bin(-receiver.line_y, receiver.z);
                         sums[row][height] += f64::from(got * area * std::f32::consts::FRAC_1_PI);
                     }

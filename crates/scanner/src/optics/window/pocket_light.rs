@@ -15,7 +15,9 @@ use glam::Vec2;
 use super::electrons::Window;
 use super::interreflections::{NODES, Node, lay};
 use super::lit_profile::LitProfile;
-use crate::optics::light::{NEAR, NEAR_WIDTHS, PER_TILE, Patches, PocketLight, ROWS, STRIDE, ScanLine, middle_of};
+use crate::optics::light::{
+    NEAR, NEAR_WIDTHS, PER_TILE, Patches, PocketLight, ROWS, STRIDE, ScanLine, SecondaryLight, middle_of,
+};
 use crate::optics::speckle::TILE;
 use crate::specimen::cavity::CavityLight;
 use numerics::lanes::exp;
@@ -44,10 +46,14 @@ fn heights(away_mm: f32) -> [f32; NEAR_WIDTHS] {
     })
 }
 
-/// Light of the near widths where their Gaussians are so high [e-/mm].
-fn near(light: [f32; NEAR_WIDTHS], heights: &[f32; NEAR_WIDTHS]) -> f32 {
-    let widths = PACK_SPREAD_MM[NEAR].iter().zip(heights);
-    light.into_iter().zip(widths).map(|(light, (spread, height))| light * 0.398_942_3 / spread * height).sum()
+/// Heights of the near widths' Gaussians in the line's middle, of so much light [e-/mm].
+fn near_middle(light: [f32; NEAR_WIDTHS]) -> [f32; NEAR_WIDTHS] {
+    std::array::from_fn(|k| light[k] * 0.398_942_3 / PACK_SPREAD_MM[NEAR.start + k])
+}
+
+/// Light of the near widths where their Gaussians are so high, over the middle's [e-/mm].
+fn near(middle: &[f32; NEAR_WIDTHS], heights: &[f32; NEAR_WIDTHS]) -> f32 {
+    middle.iter().zip(heights).map(|(middle, height)| middle * height).sum()
 }
 
 /// A place that a window looks at: the number of a node, and how far beyond it [mm].
@@ -73,36 +79,80 @@ impl LitProfile<'_> {
         }
         let lines = self.node_lines();
         let away = lines.map(|line| line.y_mm - own.y_mm);
-        let places = places(&away).map(|(node, more)| (node, more, heights(away[node] + more)));
+        let looks = places(&away).map(|(node, more)| {
+            let (line, away) = (lines[node], away[node] + more);
+            SeenPlace {
+                line,
+                y: line.y_mm + more,
+                away,
+                rows_away: away * own.level_rows_per_mm,
+                moved: line.moved_px - own.moved_px,
+                heights: heights(away),
+            }
+        });
         let mut shown = [[0.0f32; ROWS]; PER_TILE + 2];
         let mut is_dark = true;
         for (i, shown) in shown.iter_mut().enumerate() {
             let patch = (tile * PER_TILE + i).saturating_sub(1).min(from.pockets.shows.len() - 1);
-            let Some(lit) = from.pockets.near_patch(&from.patches, patch) else { continue };
             let column = middle_of(patch * STRIDE, own.hits.len());
-            let first = window.first_row[column.clamp(tile * TILE, tile * TILE + TILE - 1) - tile * TILE];
-            let mut last: [Option<Node>; 2] = [None; 2];
-            for (node, more, heights) in &places {
-                let (line, d) = (lines[*node], away[*node] + more);
-                let film = Some([line.row_beside(own, column), lit.film_shows(line, *more, heights)]);
-                let seen = [film, lit.below_shows(own, line, column, *more, heights)];
-                for (seen, last) in seen.into_iter().zip(&mut last) {
-                    let node = seen.map(|[centre, by_mm]| {
-                        let row = centre - d * own.level_rows_per_mm - first as f32;
-                        Node { row, y: d, by_mm }
-                    });
-                    if let (Some(a), Some(b)) = (*last, node) {
-                        is_dark &= a.by_mm <= 0.0 && b.by_mm <= 0.0;
-                        lay(a, b, shown);
-                    }
-                    *last = node;
-                }
-            }
+            let Some(lit) = from.near_patch(patch, column) else { continue };
+            let first = window.first_row[column.clamp(tile * TILE, tile * TILE + TILE - 1) - tile * TILE] as f32;
+            let row = |look: &SeenPlace<'_>, centre: f32| centre - look.moved - look.rows_away - first;
+            let film = looks.each_ref().map(|look| Some(row(look, look.line.centre[column])));
+            let below = looks.each_ref().map(|look| {
+                let below = &look.line.secondary.as_ref()?.transmitted;
+                (below.shows[column] > 0.0).then(|| row(look, below.centre[column]))
+            });
+            is_dark &= lay_lit(&looks, &film, |look| lit.film_shows(look), shown)
+                & lay_lit(&looks, &below, |look| lit.below_shows(look), shown);
         }
         if !is_dark {
             window.add_patches(&shown);
         }
     }
+}
+
+/// Lays light on the rows that some places are seen in, which is asked for where it falls into a window; whether there
+/// is none.
+fn lay_lit<const N: usize>(
+    looks: &[SeenPlace<'_>; N],
+    rows: &[Option<f32>; N],
+    light: impl Fn(&SeenPlace<'_>) -> f32,
+    shown: &mut [f32; ROWS],
+) -> bool {
+    // A stretch that lies on one side of the window is not in it.
+    let side = |row: f32| if row < -0.5 { -1 } else { i32::from(row > ROWS as f32 - 0.5) };
+    let (mut last, mut is_dark): (Option<(usize, Node)>, bool) = (None, true);
+    for (number, pair) in rows.windows(2).enumerate() {
+        let [Some(from), Some(to)] = *pair else { continue };
+        if side(from) != 0 && side(from) == side(to) {
+            continue;
+        }
+        let node = |at: usize, row: f32| Node { row, y: looks[at].away, by_mm: light(&looks[at]) };
+        let a = last.filter(|last| last.0 == number).map_or_else(|| node(number, from), |last| last.1);
+        let b = node(number + 1, to);
+        last = Some((number + 1, b));
+        if a.by_mm > 0.0 || b.by_mm > 0.0 {
+            is_dark = false;
+            lay(a, b, shown);
+        }
+    }
+    is_dark
+}
+
+/// A place that a window looks at.
+struct SeenPlace<'a> {
+    /// The line that stands there, or is the last before it.
+    line: &'a ScanLine,
+    /// Where along the motion [mm].
+    y: f32,
+    /// The same from the window's line on [mm], in rows of a level surface [px].
+    away: f32,
+    rows_away: f32,
+    /// By how much the line is seen lower than by the instrument that exposes the window's [px].
+    moved: f32,
+    /// Of the near widths there, over the middle's [1].
+    heights: [f32; NEAR_WIDTHS],
 }
 
 /// Most cavities whose light a patch shows.
@@ -111,60 +161,52 @@ const NEAR_CAVITIES: usize = 3;
 /// Light of cavities near a patch of the line that they are lit by.
 struct PatchLight<'a> {
     lit: [Option<&'a CavityLight>; NEAR_CAVITIES],
-    from: &'a PocketLight,
     patch: usize,
+    column: usize,
+    /// Light of the line that the near widths hold in its middle: of the film, and below it [e-/mm].
+    near: [[f32; NEAR_WIDTHS]; 2],
 }
 
-impl PocketLight {
-    /// Light of the cavities near a patch; `None` where there is none.
-    fn near_patch(&self, patches: &Patches, patch: usize) -> Option<PatchLight<'_>> {
-        let x = patches.x[patch];
-        let mut near = self.lit.iter().filter(|light| light.is_within(x, x));
-        let lit = std::array::from_fn(|_| near.next());
-        lit[0].is_some().then_some(PatchLight { lit, from: self, patch })
+impl SecondaryLight {
+    /// Light of the cavities near a patch, which `column` stands for; `None` where there is none.
+    fn near_patch(&self, patch: usize, column: usize) -> Option<PatchLight<'_>> {
+        let x = self.patches.x[patch];
+        let mut lit = self.pockets.lit.iter().filter(|light| light.is_within(x, x));
+        let lit = std::array::from_fn(|_| lit.next());
+        lit[0]?;
+        let film = self.pockets.near.each_ref().map(|near| near[patch]);
+        let below = self.transmitted.near.each_ref().map(|near| near[column]);
+        Some(PatchLight { lit, patch, column, near: [film, below].map(near_middle) })
     }
 }
 
 impl PatchLight<'_> {
+    #[inline(always)]
     fn lit(&self) -> impl Iterator<Item = &CavityLight> {
         self.lit.iter().map_while(|light| *light)
     }
 
-    /// Light that film over a pocket, or the card beside it, shows in the patch of `line`, or as far beyond it, where
-    /// near widths are so high [e-/mm].
-    fn film_shows(&self, line: &ScanLine, beyond: f32, heights: &[f32; NEAR_WIDTHS]) -> f32 {
-        let (Some(secondary), patch) = (&line.secondary, self.patch) else { return 0.0 };
-        let at = Vec2::new(secondary.patches.x[patch], line.y_mm + beyond);
-        let shows = secondary.pockets.shows[patch];
+    /// Light that film over a pocket, or the card beside it, shows in the patch [e-/mm].
+    #[inline(always)]
+    fn film_shows(&self, look: &SeenPlace<'_>) -> f32 {
+        let Some(secondary) = &look.line.secondary else { return 0.0 };
+        let at = Vec2::new(secondary.patches.x[self.patch], look.y);
+        let shows = secondary.pockets.shows[self.patch];
         if shows > 0.0 {
             let leaves = self.lit().find_map(|light| light.leaves(at)).unwrap_or(0.0);
-            (shows * leaves - near(self.from.near.each_ref().map(|near| near[patch]), heights)).max(0.0)
+            (shows * leaves - near(&self.near[0], &look.heights)).max(0.0)
         } else {
-            secondary.patches.facing[patch] * self.lit().filter_map(|light| light.card(at)).sum::<f32>()
+            secondary.patches.facing[self.patch] * self.lit().filter_map(|light| light.card(at)).sum::<f32>()
         }
     }
 
-    /// Where the line below the film of `line` is seen, and what lies there shows of the light of `own`'s line [px,
-    /// e-/mm].
-    fn below_shows(
-        &self,
-        own: &ScanLine,
-        line: &ScanLine,
-        column: usize,
-        beyond: f32,
-        heights: &[f32; NEAR_WIDTHS],
-    ) -> Option<[f32; 2]> {
-        let below = &line.secondary.as_ref()?.transmitted;
-        let shows = below.shows[column];
-        if shows <= 0.0 {
-            return None;
-        }
+    /// What lies below the film shows there [e-/mm].
+    #[inline(always)]
+    fn below_shows(&self, look: &SeenPlace<'_>) -> f32 {
+        let Some(secondary) = &look.line.secondary else { return 0.0 };
+        let (below, column) = (&secondary.transmitted, self.column);
         let [x, y] = below.lands.each_ref().map(|lands| lands[column]);
-        let at = Vec2::new(x, line.y_mm + y + beyond);
-        let light = self.lit().find_map(|light| light.below(at)).unwrap_or(0.0);
-        let moved = line.moved_px - own.moved_px;
-        let own = &own.secondary.as_ref()?.transmitted;
-        let near = near(own.near.each_ref().map(|near| near[column]), heights);
-        Some([below.centre[column] - moved, (shows * light - near).max(0.0)])
+        let light = self.lit().find_map(|light| light.below(Vec2::new(x, look.y + y))).unwrap_or(0.0);
+        (below.shows[column] * light - near(&self.near[1], &look.heights)).max(0.0)
     }
 }

@@ -68,8 +68,10 @@ impl SeenRows {
         let columns = neighbours[CENTRE].hits.len().saturating_sub(start).min(TILE);
         for c in 0..columns {
             let points = neighbours.map(|line| [line.y_mm - own_y, line.hits[start + c].surface.z]);
-            let steps: [f32; ROWS - 1] =
-                std::array::from_fn(|k| (points[k][0] - points[k + 1][0]).hypot(points[k][1] - points[k + 1][1]));
+            let steps: [f32; ROWS - 1] = std::array::from_fn(|k| {
+                let [along, up] = [0, 1].map(|i| points[k][i] - points[k + 1][i]);
+                (along * along + up * up).sqrt()
+            });
             let mut to = [0.0f32; ROWS];
             for k in CENTRE + 1..ROWS {
                 to[k] = to[k - 1] + steps[k - 1];

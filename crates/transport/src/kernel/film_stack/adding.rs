@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 use base::{Gloss, Medium};
 use glam::Vec3;
+use multiversion::multiversion;
 
 use super::film::{FACET_TURN, FilmStack, PIGMENT_G, in_film, inside, refracted, seen_through, under_normal};
 use super::sealed::{HOP, MOST_ASIDE, SealedGlint, SealedMirror, across_share, sealed_glint, spreading};
@@ -15,7 +16,7 @@ use super::single_scattering::{
     turned_depth, turned_down, turned_once, turned_once_aslant, turned_once_in_all, turned_once_level,
 };
 use super::spectrum::{FREQUENCY_COUNT, LambertTransfer, LengthInterpolation, Spectrum, frequency};
-use super::table::{self, FilmNode, FilmTable, TableFoil};
+use super::table::{self, FilmNode, FilmTable, SealedNode, TableFoil};
 use super::underlayer::Underlayer;
 use crate::fresnel::{fresnel_dielectric, gloss, normal_reflectance};
 use numerics::lanes::exp;
@@ -50,6 +51,8 @@ pub(super) struct StackTables {
     lambert: LambertTransfer,
     /// Squares of the fixed frequencies [mm^-2].
     squares: Spectrum,
+    /// The last film that was sealed to foil: that of a card is alike everywhere.
+    sealed: Option<Box<SealedFilm>>,
 }
 
 impl StackTables {
@@ -60,6 +63,16 @@ impl StackTables {
             under: Underlayer::of(under),
             lambert: LambertTransfer::new(),
             squares: std::array::from_fn(|i| (frequency(i) * frequency(i)) as f32),
+            sealed: None,
+        }
+    }
+
+    /// The same for all of `stack`.
+    pub fn remember_stack(&mut self, stack: &FilmStack) {
+        self.remember(&stack.medium, &stack.film.under);
+        let key = SealedFilm::key(stack);
+        if is_sealed(stack) && self.sealed.as_ref().is_none_or(|sealed| sealed.key != key) {
+            self.sealed = Some(Box::new(sealed_film(self, stack)));
         }
     }
 
@@ -112,7 +125,7 @@ pub(super) struct FilmFlow {
 pub(super) fn flow(tables: &StackTables, stack: &FilmStack, air_per_mm: f32) -> FilmFlow {
     // Pass straight light through the film (Beer's law, Fresnel's law at both sides).
     let straight = StraightLight::of(stack);
-    if let (None, true) = (stack.film.gap_mm, stack.film.under.gloss.is_metal()) {
+    if is_sealed(stack) {
         return sealed_flow(tables, stack, &straight);
     }
     // Read what the film turns, back and on.
@@ -192,34 +205,89 @@ impl StraightLight {
     }
 }
 
+/// Whether no air lies between film and foil.
+#[inline(always)]
+fn is_sealed(stack: &FilmStack) -> bool {
+    stack.film.gap_mm.is_none() && stack.film.under.gloss.is_metal()
+}
+
+/// Film sealed to foil, as light from any side finds it.
+#[derive(Debug, Clone)]
+struct SealedFilm {
+    /// What it is made of.
+    key: [f32; 7],
+    node: SealedNode,
+    mirror: SealedMirror,
+    /// Light that the film has turned.
+    turned: Spectrum,
+    /// Light that foil throws back, the first time that it leaves; and how far it goes from foil to foil.
+    lobe: Spectrum,
+    hop: Spectrum,
+}
+
+impl SealedFilm {
+    /// All numbers that it depends on.
+    fn key(stack: &FilmStack) -> [f32; 7] {
+        let (medium, film) = (&stack.medium, &stack.film);
+        let [along, across] = film.under.gloss.roughness;
+        [medium.n_eff, medium.sigma_i, medium.mu_a, film.thickness_mm, film.under.gloss.reflectance, along, across]
+    }
+
+    #[inline(always)]
+    fn of(tables: &StackTables, stack: &FilmStack) -> Self {
+        let (medium, gloss, thickness) = (&stack.medium, &stack.film.under.gloss, stack.film.thickness_mm);
+        let [along, across] = gloss.roughness;
+        // Slopes have this mean logarithm over all directions, as facets of one roughness have.
+        let roughness = 0.5 * (along + across);
+        let foil = TableFoil { reflectance: gloss.reflectance, roughness, spreading: spreading(gloss.roughness) };
+        let mirror = SealedMirror::of(stack);
+        let (turns, absorbed) = (medium.sigma_i * thickness, medium.mu_a * thickness);
+        let node = tables.films.sealed(turns, absorbed, foil, |met| mirror.out(met));
+        Self {
+            key: Self::key(stack),
+            mirror,
+            turned: LengthInterpolation::new(thickness, table::LOWEST_FREQUENCY as f32).read(&node.turned),
+            lobe: mirror.spread(thickness, medium.n_eff, &tables.lambert),
+            hop: tables.lambert.over(HOP * thickness * across_share(gloss.roughness)),
+            node,
+        }
+    }
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
+fn sealed_film(tables: &StackTables, stack: &FilmStack) -> SealedFilm {
+    SealedFilm::of(tables, stack)
+}
+
 /// A line's light in a film that is sealed to foil.
 #[inline(always)]
 fn sealed_flow(tables: &StackTables, stack: &FilmStack, straight: &StraightLight) -> FilmFlow {
     let (medium, film, enter) = (&stack.medium, &stack.film, stack.enter);
-    let (n, gloss, thickness) = (medium.n_eff, &film.under.gloss, film.thickness_mm);
+    let (n, gloss) = (medium.n_eff, &film.under.gloss);
     let [along, across] = gloss.roughness;
-    // Slopes have this mean logarithm over all directions, as facets of one roughness have.
     let roughness = 0.5 * (along + across);
-    let (turns, absorbed) = (medium.sigma_i * thickness, medium.mu_a * thickness);
-    let mirror = SealedMirror::of(stack);
-    let foil = TableFoil { reflectance: gloss.reflectance, roughness, spreading: spreading(gloss.roughness) };
-    let sealed = tables.films.sealed(turns, absorbed, foil, |met| mirror.out(met));
-    let place = LengthInterpolation::new(thickness, table::LOWEST_FREQUENCY as f32);
-    let (turned, law) = (place.read(&sealed.turned), sealed.law(stack.view_up));
+    let other;
+    let sealed = match &tables.sealed {
+        Some(sealed) if sealed.key == SealedFilm::key(stack) => &**sealed,
+        _ => {
+            other = SealedFilm::of(tables, stack);
+            &other
+        }
+    };
+    let SealedFilm { node, mirror, turned, lobe, hop, .. } = sealed;
+    let law = node.law(stack.view_up);
     let (_, up) = refracted(n, stack.view_up);
     let passes =
         exp(-straight.extinction / up) * (1.0 - fresnel_dielectric(1.0, n.into(), stack.view_up.into()).0 as f32);
     let [light_inside, view_inside] = [stack.light, stack.view].map(|way| inside(n, way));
     let glint = enter * straight.left * metal(gloss, under_normal(film), light_inside, view_inside) / (n * n);
     // Beyond the table's foils and indices light must not become more than there is.
-    let mirrored = sealed.mirrored.max(0.0);
+    let mirrored = node.mirrored.max(0.0);
     let kept = ((1.0 - mirrored) / turned[0].max(f32::MIN_POSITIVE)).min(1.0);
     let turned = turned.map(|part| kept * part);
-    let SealedGlint { first, again } = sealed_glint(stack, &mirror, straight.left, mirrored);
+    let SealedGlint { first, again } = sealed_glint(stack, mirror, straight.left, mirrored);
     let later = mirrored - first;
-    let lobe = mirror.spread(thickness, n, &tables.lambert);
-    let hop = tables.lambert.over(HOP * thickness * across_share(gloss.roughness));
-    let hops: Spectrum = std::array::from_fn(|i| later * hop[i] * (1.0 - again) / (1.0 - again * hop[i]));
+    let mut out = FilmFlow { straight: glint, passes, through: law, ..FilmFlow::default() };
     let aslant = turned_once_aslant(stack);
     // Facets that lean along the line more than across it throw less of it at a lens across the line.
     let twice = |roughness: [f32; 2]| {
@@ -228,22 +296,17 @@ fn sealed_flow(tables: &StackTables, stack: &FilmStack, straight: &StraightLight
     };
     let [own, alike] = [twice([along, across]), twice([roughness; 2])];
     let to_lens = if alike > 1e-6 { (own / alike).min(MOST_ASIDE) } else { 1.0 };
-    let towards: Spectrum = std::array::from_fn(|i| enter * (law * (turned[i] + to_lens * hops[i]) + aslant));
-    let total = enter * (turned[0] + mirrored);
-    FilmFlow {
-        film: std::array::from_fn(|i| enter * (turned[i] + hops[i])),
-        towards,
-        alone: towards,
-        below: [glint; FREQUENCY_COUNT],
-        below_first: [glint; FREQUENCY_COUNT],
-        straight: glint,
-        passes,
-        through: law,
-        all: std::array::from_fn(|i| enter * (turned[i] + first * lobe[i] + hops[i])),
-        total,
-        sunk: enter - total,
-        ..FilmFlow::default()
+    out.total = enter * (turned[0] + mirrored);
+    out.sunk = enter - out.total;
+    for i in 0..FREQUENCY_COUNT {
+        let hops = later * hop[i] * (1.0 - again) / (1.0 - again * hop[i]);
+        out.film[i] = enter * (turned[i] + hops);
+        out.towards[i] = enter * (law * (turned[i] + to_lens * hops) + aslant);
+        out.alone[i] = out.towards[i];
+        (out.below[i], out.below_first[i]) = (glint, glint);
+        out.all[i] = enter * (turned[i] + first * lobe[i] + hops);
     }
+    out
 }
 
 /// What a film in air does to light, in the letters of [`super`]: R and T of straight light, r and t of Lambert light.

@@ -42,7 +42,7 @@ use self::film::in_film;
 pub use self::film::{FACET_TURN, FilmStack, mirrored_depth_mm, mirrored_view, passed_unturned, under_normal};
 pub use self::shares::FilmShares;
 use self::single_scattering::turned_depth;
-use self::spectrum::{Spectrum, WidthFit};
+use self::spectrum::WidthFit;
 use super::widths::{BASIS, PACK_SPREAD_MM};
 
 /// What a film does to a line of light: two patterns on the fixed widths.
@@ -102,7 +102,7 @@ impl FilmStackKernel {
 
     /// What `stack` does to a line of light.
     pub fn spread(&mut self, stack: &FilmStack) -> FilmStackSpread {
-        self.tables.remember(&stack.medium, &stack.film.under);
+        self.tables.remember_stack(stack);
         spread(self, stack)
     }
 }
@@ -117,19 +117,25 @@ impl Default for FilmStackKernel {
 fn spread(kernel: &FilmStackKernel, stack: &FilmStack) -> FilmStackSpread {
     let flow = flow(&kernel.tables, stack, 0.0);
     let (weights, towards) = (kernel.back.weights(&flow.film), kernel.back.weights(&flow.towards));
-    let enter = weights.map(f32::sqrt);
-    let exit = std::array::from_fn(|j| towards[j] / enter[j].max(1e-12));
+    let (mut enter, mut exit) = ([0.0f32; BASIS], [0.0f32; BASIS]);
+    for j in 0..BASIS {
+        enter[j] = weights[j].sqrt();
+        exit[j] = towards[j] / enter[j].max(1e-12);
+    }
     // What foil mirrors at once out of film that is sealed to it is as narrow as the laser's line: the fit would leave
     // a hundredth of it in wide widths.
-    let below = match stack.film.gap_mm.is_none() && stack.film.under.gloss.is_metal() {
-        true => std::array::from_fn(|j| if j == 0 { flow.straight } else { 0.0 }),
-        false => kernel.back.weights(&flow.below),
-    };
+    let mut below = [0.0f32; BASIS];
+    if stack.film.gap_mm.is_none() && stack.film.under.gloss.is_metal() {
+        below[0] = flow.straight;
+    } else {
+        below = kernel.back.weights(&flow.below);
+    }
     // Only pockets ask what has crossed them.
-    let shares = |of: &Spectrum, all: [f32; BASIS]| {
-        let of = if stack.film.is_over_room() { kernel.back.weights(of) } else { all };
-        std::array::from_fn(|j| if all[j] > 0.0 { (of[j] / all[j]).clamp(0.0, 1.0) } else { 1.0 })
-    };
+    let (mut alone, mut below_first) = ([1.0f32; BASIS], [1.0f32; BASIS]);
+    if stack.film.is_over_room() {
+        alone = shares(kernel.back.weights(&flow.alone), &towards);
+        below_first = shares(kernel.back.weights(&flow.below_first), &below);
+    }
     let below_law = if stack.film.under.gloss.is_metal() {
         1.0
     } else {
@@ -141,10 +147,10 @@ fn spread(kernel: &FilmStackKernel, stack: &FilmStack) -> FilmStackSpread {
     FilmStackSpread {
         enter,
         exit,
-        alone: shares(&flow.alone, towards),
+        alone,
         through,
         below,
-        below_first: shares(&flow.below_first, below),
+        below_first,
         below_law,
         film_beside: film_beside(stack),
         below_beside,
@@ -153,6 +159,18 @@ fn spread(kernel: &FilmStackKernel, stack: &FilmStack) -> FilmStackSpread {
         passes,
         holds,
     }
+}
+
+/// Share of `all` that `of` is, by width; 1 where there is none [1].
+#[inline(always)]
+fn shares(of: [f32; BASIS], all: &[f32; BASIS]) -> [f32; BASIS] {
+    let mut shares = [1.0f32; BASIS];
+    for j in 0..BASIS {
+        if all[j] > 0.0 {
+            shares[j] = (of[j] / all[j]).clamp(0.0, 1.0);
+        }
+    }
+    shares
 }
 
 /// How far nearer to the lens light leaves that goes there, over its spread, where film hardly turns it [1]. This and

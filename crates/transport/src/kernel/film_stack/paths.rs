@@ -145,7 +145,7 @@ fn seen<const N: usize>(
     blur_mm2: f32,
     away_mm: [f32; N],
 ) -> [[f32; N]; KINDS] {
-    kernel.tables.remember(&stack.medium, &stack.film.under);
+    kernel.tables.remember_stack(stack);
     let FilmLight { alone, passed, below, straight, mirrored, mirrored_mm } =
         light(kernel, stack, air_per_mm / stack.medium.n_eff);
     let (through, image) = (stack.seen_beside(), stack.mirrored_beside());

@@ -42,7 +42,7 @@ impl FilmStackKernel {
         let inner = 1.0 / (1.0 - fresnel * fresnel * left * left);
         let [mirrors, mirrors_straight] = self.tables.under.mirrors;
         let body = self.tables.under.body[0];
-        let [back, on, held, out] = [of.back, of.on, of.diffuse_back, of.diffuse_on].map(|part| part.0[0]);
+        let [back, on, held, out] = [of.back, of.on, of.diffuse_back, of.diffuse_on].map(|part| part.lowest());
         FilmShares {
             turned_down: on,
             straight_down: (1.0 - fresnel) * left * inner,

@@ -60,9 +60,38 @@ pub fn frequency(i: usize) -> f64 {
     LOWEST_FREQUENCY * libm::exp(i as f64 * RATIO_LN)
 }
 
-/// A transform of a spread of unit size, with its ends repeated beyond them.
+/// Places of a transform that are read together, and by which its ends are repeated beyond them.
+const AROUND: usize = FREQUENCY_COUNT + 3;
+
+/// Numbers kept of a transform at so many places.
+pub(crate) const fn kept(places: usize) -> usize {
+    places + 2 * AROUND
+}
+
+/// A transform of a spread of unit size, with its ends repeated beyond them: what is read is one piece of memory.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct UnitSpectrum<const N: usize>(pub [f32; N]);
+pub(crate) struct UnitSpectrum<const KEPT: usize>([f32; KEPT]);
+
+impl<const KEPT: usize> UnitSpectrum<KEPT> {
+    /// Of the values at its places.
+    #[inline(always)]
+    pub fn of(value: impl Fn(usize) -> f32) -> Self {
+        let places = KEPT - 2 * AROUND;
+        let mut all = [0.0f32; KEPT];
+        for i in 0..places {
+            all[AROUND + i] = value(i);
+        }
+        let [first, last] = [all[AROUND], all[AROUND + places - 1]];
+        all[..AROUND].fill(first);
+        all[AROUND + places..].fill(last);
+        Self(all)
+    }
+
+    /// At the lowest frequency.
+    pub fn lowest(&self) -> f32 {
+        self.0[AROUND]
+    }
+}
 
 /// Where to read a [`UnitSpectrum`] for a length: first place, and the weights of four neighbours.
 #[derive(Debug, Clone, Copy)]
@@ -91,11 +120,9 @@ impl LengthInterpolation {
 
     /// The transform at the fixed frequencies.
     #[inline(always)]
-    pub fn read<const N: usize>(&self, unit: &UnitSpectrum<N>) -> Spectrum {
-        let mut near = [0.0f32; FREQUENCY_COUNT + 3];
-        for (i, value) in near.iter_mut().enumerate() {
-            *value = unit.0[(self.first + i as i32).clamp(0, N as i32 - 1) as usize];
-        }
+    pub fn read<const KEPT: usize>(&self, unit: &UnitSpectrum<KEPT>) -> Spectrum {
+        let place = (self.first + AROUND as i32).clamp(0, (KEPT - AROUND) as i32) as usize;
+        let near = unit.0[place..].first_chunk::<AROUND>().expect("places end where its end is repeated");
         // No closures: they would be compiled once for every machine, and this for each.
         let mut spectrum = [0.0f32; FREQUENCY_COUNT];
         for (j, &weight) in self.weights.iter().enumerate() {
@@ -114,12 +141,12 @@ const TRANSFER_LOWEST: f64 = 0.001;
 
 /// Light from a plane to another one, by Lambert's law.
 #[derive(Debug, Clone)]
-pub(crate) struct LambertTransfer(UnitSpectrum<TRANSFER_NODES>);
+pub(crate) struct LambertTransfer(UnitSpectrum<{ kept(TRANSFER_NODES) }>);
 
 impl LambertTransfer {
     /// The transform x K1(x).
     pub fn new() -> Self {
-        Self(UnitSpectrum(std::array::from_fn(|i| lambert(TRANSFER_LOWEST * libm::exp(i as f64 * RATIO_LN)) as f32)))
+        Self(UnitSpectrum::of(|i| lambert(TRANSFER_LOWEST * libm::exp(i as f64 * RATIO_LN)) as f32))
     }
 
     /// Over a distance [mm].

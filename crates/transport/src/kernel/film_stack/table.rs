@@ -7,7 +7,7 @@
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::sealed::HOP;
-use super::spectrum::{RATIO_LN, UnitSpectrum, nearly_lambert};
+use super::spectrum::{RATIO_LN, UnitSpectrum, kept, nearly_lambert};
 
 /// Refractive indices of the table [1].
 pub const N: [f64; 2] = [1.45, 1.58];
@@ -194,7 +194,7 @@ impl FilmTable {
         }
         let scale = all / node[0].max(f32::MIN_POSITIVE);
         SealedNode {
-            turned: UnitSpectrum(std::array::from_fn(|l| scale * node[l])),
+            turned: UnitSpectrum::of(|l| scale * node[l]),
             law: std::array::from_fn(|i| node[TABLE_FREQUENCIES + i]),
             mirrored: node[SEALED_NODE - 1],
         }
@@ -226,8 +226,8 @@ impl FilmTable {
 
 /// Transform number `i` of a film, times `scale`.
 #[inline(always)]
-fn transform(node: &[f32; NODE], i: usize, scale: f32) -> UnitSpectrum<TABLE_FREQUENCIES> {
-    UnitSpectrum(std::array::from_fn(|l| node[i * TABLE_FREQUENCIES + l] * scale))
+fn transform(node: &[f32; NODE], i: usize, scale: f32) -> FilmSpectrum {
+    UnitSpectrum::of(|l| node[i * TABLE_FREQUENCIES + l] * scale)
 }
 
 /// The films around one, and their weights.
@@ -279,19 +279,22 @@ fn between(values: &[f32], x: f32) -> (usize, f32) {
     (low, ((x - values[low]) / (values[low + 1] - values[low])).clamp(0.0, 1.0))
 }
 
+/// A transform of the table.
+type FilmSpectrum = UnitSpectrum<{ kept(TABLE_FREQUENCIES) }>;
+
 /// What one film in air does.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct FilmNode {
     /// Straight light that entered from one side and leaves on it, turned.
-    pub back: UnitSpectrum<TABLE_FREQUENCIES>,
+    pub back: FilmSpectrum,
     /// Straight light that entered and leaves on the other side, turned.
-    pub on: UnitSpectrum<TABLE_FREQUENCIES>,
+    pub on: FilmSpectrum,
     /// Lambert light that arrived and leaves on the same side, turned or not.
-    pub diffuse_back: UnitSpectrum<TABLE_FREQUENCIES>,
+    pub diffuse_back: FilmSpectrum,
     /// Lambert light that arrived and leaves on the other side, turned.
-    pub diffuse_on: UnitSpectrum<TABLE_FREQUENCIES>,
+    pub diffuse_on: FilmSpectrum,
     /// Slopes of the directions of [`Self::on`], frequencies in 1 / slope.
-    pub slopes: UnitSpectrum<TABLE_FREQUENCIES>,
+    pub slopes: FilmSpectrum,
     /// Laws of exit, bin by bin.
     laws: [f32; EXIT_LAWS * EXIT_BINS],
     /// Lambert light that arrived and passes without being turned [1].
@@ -319,7 +322,7 @@ fn law_at(bins: &[f32], up: f32) -> f32 {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct SealedNode {
     /// Straight light that entered and leaves turned by the film.
-    pub turned: UnitSpectrum<TABLE_FREQUENCIES>,
+    pub turned: FilmSpectrum,
     law: [f32; EXIT_BINS],
     /// Straight light that entered and leaves as the foil mirrored it [1].
     pub mirrored: f32,
