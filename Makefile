@@ -61,7 +61,7 @@ release: $(RELEASE)/.ready ## what is given to others, in out/release: wheel and
 	rm -rf out/release && mkdir -p out/release
 	PATH="$(CURDIR)/$(RELEASE)/bin:$$PATH" maturin build --quiet --profile dist --zig --compatibility manylinux_$(subst .,_,$(GLIBC)) --out out/release
 	PATH="$(CURDIR)/$(RELEASE)/bin:$$PATH" cargo-zigbuild zigbuild --profile dist --locked --workspace --bin gen --target x86_64-unknown-linux-gnu.$(GLIBC)
-	cp target/x86_64-unknown-linux-gnu/dist/gen out/release/gen-linux-x86_64
+	tar -C target/x86_64-unknown-linux-gnu/dist -czf out/release/gen-linux-x86_64.tar.gz gen
 	$(RELEASE)/bin/python python/check_release.py out/release $(LIBC)
 
 venv: $(VENV)/.ready ## Python readers for the tests (.venv)

@@ -2,7 +2,7 @@
 
     python python/check_release.py FOLDER [LIBC.deb]
 
-Every ELF file in the folder, and in its wheels, is asked for the newest symbol of glibc that it needs. With the package of
+Every ELF file in its wheels and archives is asked for the newest symbol of glibc that it needs. With the package of
 an old libc (Debian's libc6_*.deb) the program itself runs against that. FOLDER gets SHA256SUMS and NOTES.md.
 """
 
@@ -11,6 +11,7 @@ import io
 import re
 import subprocess
 import sys
+import tarfile
 import tempfile
 import zipfile
 from pathlib import Path
@@ -36,18 +37,22 @@ def newest_glibc(content):
 
 
 def binaries(path):
-    """ELF files: the file itself, or those of a wheel, with their names."""
+    """ELF files of a wheel or an archive with their names."""
     if path.suffix == ".whl":
         with zipfile.ZipFile(path) as wheel:
             parts = {f"{path.name}/{name}": wheel.read(name) for name in wheel.namelist()}
     else:
-        parts = {path.name: path.read_bytes()}
+        with tarfile.open(path) as archive:
+            parts = {f"{path.name}/{part.name}": archive.extractfile(part).read() for part in archive if part.isfile()}
     return {name: content for name, content in parts.items() if content[:4] == b"\x7fELF"}
 
 
-def runs_with(program, package):
-    """Runs the program with the loader and the libraries of a package of libc; what it says of itself, and a sample."""
+def runs_with(content, package):
+    """Runs a program with the loader and the libraries of a package of libc; what it says of itself, and a sample."""
     with tempfile.TemporaryDirectory() as folder:
+        program = Path(folder) / "program"
+        program.write_bytes(content)
+        program.chmod(0o755)
         subprocess.run(["dpkg-deb", "-x", package, folder], check=True)
         libraries = next(Path(folder).rglob("libc.so.6")).parent
         (loader,) = (path for path in libraries.iterdir() if re.fullmatch(r"ld-linux.*|ld-2.*", path.name) and not path.is_symlink())
@@ -84,7 +89,7 @@ def main():
                 raise SystemExit(f"{name}: needs glibc {'.'.join(map(str, needed))}, newer than {'.'.join(map(str, NEWEST_GLIBC))}")
             print(f"{name}: {size / 1e6:.1f} MB, glibc {'.'.join(map(str, needed))}")
             if len(sys.argv) == 3 and path.suffix != ".whl":
-                print(f"{name}: {runs_with(path, sys.argv[2])} with {Path(sys.argv[2]).name}")
+                print(f"{name}: {runs_with(content, sys.argv[2])} with {Path(sys.argv[2]).name}")
     sums = [f"{hashlib.sha256(path.read_bytes()).hexdigest()}  {path.name}\n" for path in files]
     (folder / "SHA256SUMS").write_text("".join(sums))
     version = re.search(r'^version = "(.*)"$', (ROOT / "Cargo.toml").read_text(), re.M).group(1)
