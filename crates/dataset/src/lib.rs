@@ -56,7 +56,7 @@ pub use fault::{Fault, describe_bytes, one_line, own_remedy, plain};
 pub(crate) use folder::descriptions;
 pub use png::{Grey, range_numbers, range_values, read_png, read_png_of, rounded8, rounded16, write_png, write_png_as};
 pub(crate) use png::{PngSize, foreign_part, png_size};
-pub use range_rest::{range_joined, range_rest};
+pub use range_rest::range_joined;
 pub(crate) use reader::to_document;
 pub use reader::{Dataset, DatasetSums, ExrMaps, FinishedTables, is_dataset};
 pub use recipe_words::objects_in_words;

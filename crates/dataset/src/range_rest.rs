@@ -57,7 +57,7 @@ fn each_pixel(numbers: &[u16], cols: usize, mut of: impl FnMut(usize, &mut u16))
 ///
 /// # Panics
 /// Where the heights are not whole rows of `cols`.
-pub fn range_rest(range: &[f32], cols: usize, offset: f64, scale: f64) -> Vec<f32> {
+pub(crate) fn range_rest(range: &[f32], cols: usize, offset: f64, scale: f64) -> Vec<f32> {
     assert!(cols > 0 && range.len().is_multiple_of(cols), "{} heights are not whole rows of {cols}", range.len());
     let numbers = range_numbers(range, offset, scale);
     let mut rest = vec![0.0; range.len()];
